@@ -1,0 +1,171 @@
+"""CY525 data sheet as data.  Source: CY525 manual (Cybernetic Micro Systems, 1984).  No behaviour in this file.
+
+Times are stated at the crystal that the manual names beside them; the chip counts crystal clocks, so every time
+scales with the crystal.  "T.V" is the manual's Table V, "s.7" its section 7.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+from ...core.table import Arg, Pin, Register, Row, Sheet, Table, Time
+
+BUFFER_BYTES = 60  # s.5; the 48 of s.6 belongs to the CY512
+LABELS = "ABCDE"  # s.3
+
+# ---------------------------------------------------------------------------------------------------- pins, Table I
+HANDSHAKE = "T.I; s.7"
+PINS = (
+    Pin(1, "io_request", "in", "byte strobe; rate request while slewing; ends W and U", active=0, tie=1, seen="level; once per step in motion", where=HANDSHAKE),
+    Pin(2, "xtal1", "power", "crystal, LC or external clock", where="T.I; s.9"),
+    Pin(3, "xtal2", "power", "crystal, LC or external clock", where="T.I; s.9"),
+    Pin(4, "reset", "in", "power-up state", active=0, pull=1, tie=1, seen="level, low for 15 us at 6 MHz", where="T.I; s.9"),
+    Pin(5, "nc5", "none", "leave open", where="T.I"),
+    Pin(6, "abort", "in", "ramp down to the first rate, then stop if still low", active=0, tie=1, seen="once per step, at its start", where="T.I; s.7"),
+    Pin(7, "vss7", "power", "ground", where="T.I"),
+    Pin(8, "instrobe", "out", "low while a byte is read from the bus", active=0, reset=1, where=HANDSHAKE),
+    Pin(9, "nc9", "none", "leave open", where="T.I"),
+    Pin(10, "outstrobe", "out", "rises when a byte on the bus is valid", active=0, reset=1, where=HANDSHAKE),
+    Pin(11, "clk15", "out", "crystal frequency divided by 15", where="T.I; s.13"),
+    *(Pin(12 + bit, f"db{bit}", "both", f"data bus, bit {bit}", active=1, where="T.I") for bit in range(8)),
+    Pin(20, "vss20", "power", "ground", where="T.I"),
+    *(Pin(21 + n, f"phase{n + 1}", "out", f"stepper drive, phase {n + 1}: low energises", active=0, reset=1, where="T.I; s.7") for n in range(4)),
+    Pin(25, "nc25", "none", "leave open", where="T.I"),
+    Pin(26, "vdd", "power", "+5 V", where="T.I"),
+    Pin(27, "ready", "out", "high: ready for a byte; low while a byte or a motion is in work", active=1, reset=1, where="T.I; s.2"),
+    Pin(28, "dowhile", "in", "tested by T: low branches", active=0, pull=1, seen="by T", where="T.I"),
+    Pin(29, "slew", "out", "low at a steady rate", active=0, reset=1, where="T.I; s.7"),
+    Pin(30, "step_inhibit", "in", "high holds the next step", active=1, pull=1, tie=0, seen="in the time-out of every step", where="T.I; s.7"),
+    Pin(31, "prog", "both", "low during program entry; pulled low it admits live commands", active=0, pull=1, reset=1, seen="between instructions", where="T.I; s.7"),
+    Pin(32, "run", "out", "low while a program runs (Int Req 2)", active=0, reset=1, where="T.I"),
+    Pin(33, "direction", "out", "high: CW, low: CCW", active=1, reset=1, where="T.I; s.7"),
+    Pin(34, "programmable_output", "out", "set by B, cleared by C", active=1, reset=1, where="T.I"),
+    Pin(35, "pulse", "out", "low for the duration of a step", active=0, reset=1, where="T.I; s.8"),
+    Pin(36, "ascii_binary", "in", "high: ASCII decimal, low: binary", active=1, pull=1, seen="with each command letter", where="T.I; s.5"),
+    Pin(37, "motion_complete", "out", "falls after the last step (Int Req 1)", active=0, reset=1, where="T.I; s.2"),
+    Pin(38, "wait", "in", "tested by W (high) and U (low)", active=1, pull=1, seen="polled every 8 us by W and U", where="T.I"),
+    Pin(39, "io_select", "in", "low: host writes, high: chip writes; position read-out while stepping", active=1, tie=0, seen="level; once per step in motion", where="T.I; s.7"),
+    Pin(40, "vcc", "power", "+5 V", where="T.I"),
+)
+
+# ------------------------------------------------------------------------------------------------- commands, Table V
+# Commands without argument: Table V gives letter plus terminator, of which the letter takes LETTER_US; with argument
+# it gives the busy time of the last byte.  `time_us` is the busy time of the last byte in both cases.
+LETTER_US = 187
+_BUSY_US = 26  # from the request to READY low
+TARGET = Arg("target", 1, 0, BUFFER_BYTES - 1, label=True)
+
+
+def _alone(total_us: int) -> int:
+    return total_us - LETTER_US - _BUSY_US
+
+
+# fmt: off
+COMMANDS = Table(
+    Row("A", "ABSOLUTE",   (Arg("position", 2, 0, 65535),),           375, "set the current position", "s.3; T.V"),
+    Row("B", "BITSET",     (),                                _alone(375), "programmable output high", "s.3; T.V"),
+    Row("C", "CLEARBIT",   (),                                _alone(375), "programmable output low", "s.3; T.V"),
+    Row("D", "DELAY",      (Arg("delay", 2, 1, 65535, unit="ms at 11 MHz"),), 100, "wait", "s.3; T.V"),
+    Row("E", "ENTER",      (),                                _alone(400), "enter program code", "s.3; T.V"),
+    Row("F", "FIRSTRATE",  (Arg("rate", 1, 0, 127),),                 240, "rate at which every move starts and ends", "s.3; T.V"),
+    Row("G", "GO",         (),                                _alone(660), "take the number of steps set by N", "s.3; T.V", motion=True),
+    Row("H", "HALTMODE",   (),                                _alone(375), "the next motion runs until aborted", "s.3; T.V"),
+    Row("I", "INITIALIZE", (),                                _alone(375), "erase the program, coils off, CW, command mode", "s.3; T.V"),
+    Row("J", "JUMP",       (TARGET,),                                 100, "continue at a byte of the program", "s.3; T.V"),
+    Row("L", "LOOP",       (Arg("count", 1, 1, 255), TARGET),         150, "branch until the count has run out", "s.3; T.V"),
+    Row("N", "NUMBER",     (Arg("steps", 2, 1, 65535),),              180, "number of steps of a relative move", "s.3; T.V"),
+    Row("O", "OFFSET",     (Arg("offset", 1, 0, 255),),                80, "0-3: phase pattern; above 3: phases off, above 127 with a pulse", "s.3; T.V"),
+    Row("P", "POSITION",   (Arg("position", 2, 0, 65535),),           550, "step to an absolute position", "s.3; T.V", motion=True),
+    Row("Q", "QUIT",       (),                           175 - _BUSY_US,   "end program entry; never terminated", "s.3; T.V", terminated=False, stored=False),
+    Row("R", "RATE",       (Arg("rate", 1, 0, 127),),                  80, "maximum step rate", "s.3; T.V"),
+    Row("S", "SLOPE",      (Arg("slope", 1, 1, 255),),                 80, "acceleration, 255 is steepest", "s.3; T.V"),
+    Row("T", "TIL",        (TARGET,),                         _alone(380), "branch while DOWHILE is low", "s.3; T.V"),
+    Row("U", "UNTIL",      (),                                _alone(380), "wait until WAIT is low", "s.3; T.V"),
+    Row("V", "VERIFY",     (Arg("group", 1, 0, 3),),                  125, "point at a group for read-out", "s.6; T.V"),
+    Row("W", "WAIT",       (),                                _alone(380), "wait until WAIT is high", "s.3; T.V"),
+    Row("X", "EXECUTE",    (),                                _alone(380), "run the program from its start", "s.3; T.V"),
+    Row("Z", "DIVISOR",    (Arg("divisor", 1, 1, 255),),              180, "divide the slope", "s.3; T.V"),
+    Row("+", "CW",         (),                                _alone(380), "direction clockwise", "s.3; T.V"),
+    Row("-", "CCW",        (),                                _alone(380), "direction counter-clockwise", "s.3; T.V"),
+    Row("0", "COMMAND",    (),                                _alone(600), "stop the program, command mode", "s.3; s.5; T.V", code=0x00, program_us=36),
+)
+# fmt: on
+
+# --------------------------------------------------------------------------------------------------------- registers
+REGISTERS = (
+    Register("number", 16, 0, "steps of a relative move", "N", "s.1; s.6"),
+    Register("slope", 8, 255, "acceleration", "S", "s.6"),
+    Register("rate", 8, 3, "maximum rate", "R", "s.6"),
+    Register("firstrate", 8, 3, "initial rate", "F", "s.6"),
+    Register("divisor", 8, 1, "slope divisor", "Z", "s.6"),
+    Register("position", 16, 0xA55A, "absolute position", "A", "s.1; s.6"),
+)
+
+# ------------------------------------------------------------------------------------------------------------- times
+_T = Time
+TIMES = MappingProxyType({
+    "instrobe_delay": _T(15, 11, "request low to INSTROBE low", "s.7, fig. 7.3", "chosen"),
+    "strobe_width": _T(1, 11, "INSTROBE and OUTSTROBE low", "s.7, fig. 7.3", "chosen"),
+    "busy_delay": _T(10, 11, "strobe high to READY low", "s.7, fig. 7.3", "chosen"),
+    "letter": _T(LETTER_US, 11, "request low to READY high, byte without further work", "s.7 (at most 200 us)", "derived"),
+    "store": _T(188 - _BUSY_US, 11, "READY low for the last byte of a command that is only stored", "s.7, fig. 7.2", "derived"),
+    "effect_lead": _T(17, 11, "effect of a command to READY high; puts RUN low 150 us after X is accepted", "s.7, fig. 7.5", "derived"),
+    "digit": _T(40, 11, "conversion of one decimal digit", "T.V note c", "chosen"),
+    "millisecond": _T(1000, 11, "unit of D", "s.3 D"),
+    "first_instruction": _T(60, 11, "RUN low to the end of the first instruction", "s.7, fig. 7.6"),
+    "wait_poll": _T(8, 11, "W and U look at WAIT", "s.10 (in step to 10 us)", "chosen"),
+    "inhibit_poll": _T(3, 11, "a held step looks at STEP INHIBIT", "s.7", "chosen"),
+    "pulse_high": _T(2.5, 11, "PULSE high between steps", "s.3 item 6"),
+    "ready_after_motion": _T(30, 6, "MOTION COMPLETE low to READY high", "s.11, fig. 11.4"),
+    "readout_delay": _T(4, 11, "step start to the first OUTSTROBE low", "s.6, fig. 6.5", "chosen"),
+    "readout_spacing": _T(10, 11, "between the two OUTSTROBE of a read-out; MOTION COMPLETE low", "s.6, fig. 6.5", "chosen"),
+    "readout_stretch": _T(20, 11, "a read-out while ramping lengthens the step", "s.6 note"),
+    "reset_pulse": _T(15, 6, "shortest RESET while running", "s.9"),
+    "phase_pulse": _T(20, 11, "PULSE low of O above 127", "s.3 O", "chosen"),
+    "slew_blink": _T(10, 11, "SLEW high when the zero rate is taken", "s.7", "chosen"),
+})
+POWER_UP_RESET_PS = 10_000_000_000  # 10 ms whatever the crystal (s.9)
+
+# ------------------------------------------------------------------------------------------- rates and ramps, Table VII
+# Steps per second at 11 MHz for R = 0 ... 127.  R = 0, 1, 2: "slightly less than 300, subject to change" (275: s.3 R).
+# fmt: off
+STEPS_PER_SECOND = (
+    275, 283, 292,
+    *range(300, 4001, 100),
+    4062, 4107, 4154, 4201, 4250, 4299, 4350, 4402, 4456, 4511, 4567, 4624, 4683, 4743, 4805, 4869, 4934, 5002, 5070, 5141,
+    5178, 5214, 5252, 5289, 5328, 5367, 5406, 5446, 5487, 5528, 5570, 5612, 5656, 5699, 5744, 5789, 5835, 5882, 5929, 5978,
+    6027, 6076, 6127, 6178, 6231, 6284, 6338, 6393, 6449, 6507, 6565, 6624, 6684, 6745, 6808, 6871, 6936, 7002, 7070, 7138,
+    7208, 7280, 7352, 7427, 7503, 7580, 7659, 7739, 7822, 7906, 7992, 8080, 8169, 8261, 8355, 8451, 8549, 8650, 8753, 8858,
+    8967, 9077, 9191, 9307, 9426, 9549, 9675,
+)
+# fmt: on
+RATE_TOP = 127
+REFERENCE_HZ = 11_000_000
+STEP_TICKS = tuple((2 * REFERENCE_HZ + rate) // (2 * rate) for rate in STEPS_PER_SECOND)  # round(11 MHz / rate)
+
+# One rate unit takes Z*(256-S)/22988 s at 11 MHz (s.8).  11 MHz / 22988 is 478.51 clocks; 479 is the nearest whole number:
+# 22964.5 units/s, 0.10 % below the manual's constant (478 clocks: 0.11 % above; 480 clocks, 32 machine cycles: 0.31 % below).
+RAMP_UNIT_TICKS = 479
+SHORT_SLEW_STEPS = 256  # fewer slew steps than this are not slewed (s.8, special case)
+
+# phi1, phi2, phi3, phi4 by offset (s.7); clockwise goes up
+PHASES = ((0, 1, 0, 1), (1, 0, 0, 1), (1, 0, 1, 0), (0, 1, 1, 0))
+
+# Verify groups (T.VI): bytes that have a meaning
+VERIFY_BYTES = {0: 5, 1: 48, 2: 6, 3: 6}
+
+SHEET = Sheet(
+    part="cy525",
+    title="CY525 intelligent ramping stepper motor controller",
+    manual="CY525 manual, 1984",
+    crystal_hz=REFERENCE_HZ,
+    crystal_low_hz=1_000_000,
+    crystal_high_hz=11_000_000,
+    pins=PINS,
+    commands=COMMANDS,
+    registers=REGISTERS,
+    times=TIMES,
+    buffer_bytes=BUFFER_BYTES,
+    labels=LABELS,
+    suffix=".cy525",
+)

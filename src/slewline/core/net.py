@@ -1,0 +1,304 @@
+"""Nets: wires with drivers, pulls and promises.
+
+A net is driven by levels (0, 1, or None for floating) or by promises: waveforms that a driver has planned ahead and
+that hold until it decides anew.  A promise costs the kernel nothing while nobody watches its net, and one heap entry
+(its next edge) while somebody does.
+
+Strong drivers that disagree give 0 (wired AND, as open collectors do) and one conflict report.  Without a strong
+driver the net takes its tie (the standard wiring of a bare part), without a tie its pull, without a pull it floats.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from heapq import heappush
+from typing import Any, Protocol
+
+from .kernel import Kernel, Task
+
+Level = Any  # 0, 1 or None on a wire; (mask, value) or None on a bus
+
+
+class Promise(Protocol):
+    """A waveform ahead of time.  `until` bounds it, exclusive: from there on the level of the instant before holds."""
+
+    @property
+    def until(self) -> int | None:
+        """The instant before which the promise holds; None: for good."""
+
+    def level(self, ps: int) -> Level:
+        """Level at an instant, edges at that instant included."""
+
+    def after(self, ps: int) -> int | None:
+        """The first edge strictly after an instant, or None."""
+
+    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Edges at start < t <= stop: times in ps and the levels after them."""
+
+
+class Wave:
+    """A promise of a few edges at known instants: strobes, scheduled changes."""
+
+    __slots__ = ("before", "levels", "times", "until")
+
+    def __init__(self, before: Level, times: tuple[int, ...], levels: tuple[Level, ...]) -> None:
+        self.before, self.times, self.levels = before, times, levels
+        self.until: int | None = None
+
+    def level(self, ps: int) -> Level:
+        if self.until is not None and ps >= self.until:
+            ps = self.until - 1
+        level = self.before
+        for time, after in zip(self.times, self.levels, strict=True):
+            if time > ps:
+                break
+            level = after
+        return level
+
+    def after(self, ps: int) -> int | None:
+        for time in self.times:
+            if time > ps:
+                return time if self.until is None or time < self.until else None
+        return None
+
+    def edges(self, start: int, stop: int) -> tuple[list[int], list[Level]]:
+        """Edges at start < t <= stop, as two lists."""
+        pairs = [p for p in zip(self.times, self.levels, strict=True) if start < p[0] <= stop and (self.until is None or p[0] < self.until)]
+        return [time for time, _ in pairs], [level for _, level in pairs]
+
+
+class Inverted:
+    """A promise seen through an inverter."""
+
+    __slots__ = ("of",)
+
+    def __init__(self, of: Promise) -> None:
+        self.of = of
+
+    @property
+    def until(self) -> int | None:
+        return self.of.until
+
+    def level(self, ps: int) -> Level:
+        level = self.of.level(ps)
+        return None if level is None else 1 - level
+
+    def after(self, ps: int) -> int | None:
+        return self.of.after(ps)
+
+    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Edges at start < t <= stop."""
+        times, levels = self.of.edges(start, stop)
+        return times, [None if level is None else 1 - level for level in levels]
+
+
+class Driver:
+    """One output on a net.  What it is told takes effect at the end of the round."""
+
+    __slots__ = ("level", "name", "net", "next", "pending", "promise")
+
+    def __init__(self, net: Net, name: str) -> None:
+        self.net, self.name = net, name
+        self.level: Level = None
+        self.promise: Promise | None = None
+        self.next: Level | Promise = None
+        self.pending = False
+        net.drivers.append(self)
+
+    def drive(self, level: Level) -> None:
+        """Put a level on the net; None lets go."""
+        self.next = level
+        if not self.pending:
+            self.pending = True
+            self.net.kernel.pending.append(self)
+
+    def play(self, promise: Promise) -> None:
+        """Promise a waveform from this instant on."""
+        self.drive(promise)
+
+    def renew(self) -> None:
+        """`until` of the promise has moved: whoever watches the net must hear of it."""
+        if (self.net.waiters or self.net.observers) and not self.pending:
+            self.drive(self.promise)
+
+    def take(self) -> None:
+        """Commit what was told (called by the kernel)."""
+        told = self.next
+        if told is None or told.__class__ is int or told.__class__ is tuple:
+            if self.promise is not None:
+                self.promise = None
+                self.net.count_promises()
+            self.level = told
+        elif told is not self.promise:
+            self.promise = told
+            self.net.count_promises()
+        self.net.token += 1
+
+    def at(self, ps: int) -> Level:
+        """What this output shows at an instant."""
+        return self.level if self.promise is None else self.promise.level(ps)
+
+
+class Net:
+    """A wire.  `level` is what a reader sees now; `changes` and `changed_at` latch the edges of a watched net."""
+
+    __slots__ = ("changed_at", "changes", "dirty", "drivers", "kernel", "log", "name", "observers", "on_conflict", "promise", "pull", "tie", "token", "value", "waiters")
+    is_net = True
+    width = 1
+
+    def __init__(self, kernel: Kernel, name: str, pull: Level = None, tie: Level = None) -> None:
+        self.kernel, self.name, self.pull, self.tie = kernel, name, pull, tie
+        self.drivers: list[Driver] = []
+        self.promise: Promise | None = None  # the promise of the first driver that has one
+        self.value: Level = tie if tie is not None else pull
+        self.waiters: list[tuple[Task, int, Level]] = []
+        self.observers: list[Callable[[Net], object]] = []
+        self.log: list[tuple[int, Any]] | None = None  # (from, level or promise): a recorder's raw material
+        self.on_conflict: Callable[[Net], object] | None = None
+        self.token = self.changes = self.changed_at = 0
+        self.dirty = False
+
+    @property
+    def level(self) -> Level:
+        """The level that a reader sees: in round 1 the one from before the instant."""
+        return self.value if self.promise is None else self.resolve(self.kernel.seen)
+
+    def resolve(self, ps: int) -> Level:
+        """Level at an instant, from all drivers, the tie and the pull."""
+        level: Level = None
+        for driver in self.drivers:
+            own = driver.level if driver.promise is None else driver.promise.level(ps)
+            if own is not None:
+                if level is None:
+                    level = own
+                elif own != level:
+                    level = 0
+                    if self.on_conflict is not None:
+                        self.on_conflict(self)
+        if level is None:
+            level = self.tie if self.tie is not None else self.pull
+        return level
+
+    def rest(self) -> None:
+        """Take the level of tie and pull again after they changed."""
+        if not self.drivers:
+            self.value = self.tie if self.tie is not None else self.pull
+
+    def count_promises(self) -> None:
+        self.promise = next((driver.promise for driver in self.drivers if driver.promise is not None), None)
+
+    def update(self, ps: int) -> bool:
+        """Commit: take the level of an instant; true if it changed (called by the kernel)."""
+        drivers = self.drivers
+        if len(drivers) == 1 and self.promise is None:
+            new = drivers[0].level
+            if new is None:
+                new = self.tie if self.tie is not None else self.pull
+        else:
+            new = self.resolve(ps)
+        if self.log is not None:
+            self._keep(ps, new)
+        if self.promise is not None:
+            self.schedule(ps)
+        if new == self.value:
+            return False
+        self.value = new
+        self.changes += 1
+        self.changed_at = ps
+        return True
+
+    def _keep(self, ps: int, level: Level) -> None:
+        log = self.log
+        assert log is not None
+        single = self.promise is not None and sum(d.promise is not None or d.level is not None for d in self.drivers) == 1
+        entry = self.promise if single else level
+        if log and log[-1][0] == ps and log[-1][1] is not entry:
+            log[-1] = (ps, entry)
+        elif not log or (log[-1][1] is not entry and log[-1][1] != entry):
+            log.append((ps, entry))
+
+    def follow(self) -> None:
+        """Begin to watch a promised net: note the present level and schedule the next edge."""
+        self.value = self.resolve(self.kernel.seen)
+        self.schedule(self.kernel.seen)
+
+    def schedule(self, ps: int) -> None:
+        """Put the next promised edge into the heap if anybody watches."""
+        if self.waiters or self.observers or (self.log is not None and len(self.drivers) > 1):
+            times = [t for d in self.drivers if d.promise is not None and (t := d.promise.after(ps)) is not None]
+            if times:
+                self.token += 1
+                heappush(self.kernel.heap, (min(times), next(self.kernel.order), self, self.token))
+
+    def tell(self) -> None:
+        """Wake whoever waits for the new level (called by the kernel)."""
+        value = self.value
+        if self.waiters:
+            keep, woken = [], self.kernel.woken
+            for entry in self.waiters:
+                task, token, wanted = entry
+                if task.token == token:
+                    if wanted is None or wanted == value:
+                        task.token = token + 1
+                        task.value = self
+                        woken.append(task)
+                    else:
+                        keep.append(entry)
+            self.waiters = keep
+        for observer in self.observers:
+            observer(self)
+
+    def watch(self, observer: Callable[[Net], object]) -> None:
+        """Call a function after every change, before the tasks of the next round run."""
+        self.observers.append(observer)
+        if self.promise is not None:
+            self.follow()
+
+    def merge(self, other: Net) -> None:
+        """Take over everything on another net: the two are one wire from now on.  Ties end: something is wired."""
+        for driver in other.drivers:
+            driver.net = self
+        self.drivers += other.drivers
+        self.observers += other.observers
+        self.waiters += other.waiters
+        self.tie = None
+        if self.pull is None:
+            self.pull = other.pull
+        self.on_conflict = self.on_conflict or other.on_conflict
+        self.count_promises()
+        self.value = self.resolve(self.kernel.seen)
+
+    def __repr__(self) -> str:
+        return f"<Net {self.name}={self.level}>"
+
+
+class Bus(Net):
+    """Eight wires read and driven together.  A driver puts (mask, value); a wire nobody drives reads 1, as open TTL does."""
+
+    __slots__ = ()
+    width = 8
+
+    def resolve(self, ps: int) -> Level:
+        mask = 0
+        value = 0xFF
+        for driver in self.drivers:
+            own = driver.level if driver.promise is None else driver.promise.level(ps)
+            if own is not None:
+                if mask & own[0] & (value ^ own[1]) and self.on_conflict is not None:
+                    self.on_conflict(self)
+                value &= own[1] | ~own[0]
+                mask |= own[0]
+        return (mask, value & 0xFF) if mask else self.pull
+
+    @property
+    def byte(self) -> int:
+        """The byte that a reader sees."""
+        level = self.level
+        return 0xFF if level is None else level[1]
+
+    def bit(self, number: int) -> int | None:
+        """The level of one wire, None while nobody drives it."""
+        level = self.level
+        if level is None or not level[0] >> number & 1:
+            return None
+        return level[1] >> number & 1

@@ -1,0 +1,113 @@
+"""Time is an integer number of picoseconds; a chip counts its own clock ticks and converts their sum once.
+
+Users write "25 us", "1.5 ms" or an int of picoseconds.  A float is refused: it would be rounded by somebody else.
+"""
+
+from __future__ import annotations
+
+import re
+from math import gcd
+from typing import TYPE_CHECKING, Any
+
+from ..errors import TimeError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+PS_PER_S = 10**12
+UNITS = {"ps": 1, "ns": 10**3, "us": 10**6, "µs": 10**6, "ms": 10**9, "s": PS_PER_S, "min": 60 * PS_PER_S, "h": 3600 * PS_PER_S}
+FREQUENCIES = {"hz": 1, "khz": 10**3, "mhz": 10**6}
+_QUANTITY = re.compile(r"\s*([+-]?)(\d{1,30})(?:\.(\d{0,30}))?\s*([a-zµ]+)\s*", re.IGNORECASE)
+
+
+def _scaled(text: str, units: dict[str, int], what: str, example: str) -> int:
+    match = _QUANTITY.fullmatch(text)
+    unit = units.get(match[4] if match and match[4] in units else match[4].lower()) if match else None
+    if match is None or unit is None:
+        raise TimeError(f"{what} {text!r}: expected a number and a unit ({', '.join(units)}), for example {example!r}")
+    decimals = match[3] or ""
+    value, rest = divmod(int(match[2] + decimals) * unit, 10 ** len(decimals))
+    if rest:
+        raise TimeError(f"{what} {text!r}: finer than the unit of the house; give a multiple of 1 {next(iter(units))}")
+    return -value if match[1] == "-" else value
+
+
+def picoseconds(time: str | int, *, negative: bool = False) -> int:
+    """Picoseconds of a time such as "25 us", or of an int that is picoseconds already.
+
+    Raises:
+        TimeError: for a float, an unknown unit, a fraction of a picosecond, or a negative time.
+    """
+    if isinstance(time, str):
+        ps = _scaled(time, UNITS, "time", "25 us")
+    elif isinstance(time, int) and not isinstance(time, bool):
+        ps = time
+    else:
+        raise TimeError(f"time {time!r}: expected text such as '25 us', or an int of picoseconds; a float would be rounded")
+    if ps < 0 and not negative:
+        raise TimeError(f"time {time!r}: virtual time does not run backwards; give 0 or more")
+    return ps
+
+
+def hertz(frequency: str | int) -> int:
+    """Hertz of a frequency such as "11 MHz" or "3.579545 MHz", or of an int that is hertz already."""
+    if isinstance(frequency, str):
+        return _scaled(frequency, FREQUENCIES, "frequency", "11 MHz")
+    if isinstance(frequency, int) and not isinstance(frequency, bool):
+        return frequency
+    raise TimeError(f"frequency {frequency!r}: expected text such as '11 MHz', or an int of hertz")
+
+
+def readable(ps: int) -> str:
+    """A time for people, exact where it is short: 3200000000 is "3.2 ms"."""
+    for unit in ("s", "ms", "us", "ns"):
+        if abs(ps) >= UNITS[unit]:
+            whole, rest = divmod(abs(ps), UNITS[unit])
+            decimals = f"{rest:0{len(str(UNITS[unit])) - 1}d}"[:6].rstrip("0")
+            return f"{'-' if ps < 0 else ''}{whole}{'.' + decimals if decimals else ''} {unit}"
+    return f"{ps} ps"
+
+
+class Clock:
+    """A crystal: ticks to picoseconds by the reduced fraction n/d = 10^12/f, rounding down, without drift."""
+
+    __slots__ = ("d", "hz", "n")
+
+    def __init__(self, hz: int) -> None:
+        common = gcd(PS_PER_S, hz)
+        self.hz, self.n, self.d = hz, PS_PER_S // common, hz // common
+
+    def ps(self, ticks: int) -> int:
+        """Instant of a tick, in picoseconds since tick 0."""
+        return ticks * self.n // self.d
+
+    def ticks_until(self, ps: int) -> int:
+        """The last tick at or before an instant."""
+        return ((ps + 1) * self.d - 1) // self.n
+
+    def ticks_from(self, ps: int) -> int:
+        """The first tick at or after an instant."""
+        return -(-ps * self.d // self.n)
+
+    def ps_array(self, ticks: NDArray[np.int64], origin: int = 0) -> NDArray[np.int64]:
+        """Instants of `origin + ticks`: int64 picoseconds since tick 0, shape as `ticks`, every element exact.
+
+        Raises:
+            TimeError: when an instant lies beyond 2^63 ps (106 days): int64 cannot hold it.
+        """
+        q, r = divmod(origin, self.d)
+        base = q * self.n
+        last = int(ticks[-1]) + r if len(ticks) else 0
+        if base + self.ps(last) >= 1 << 63:
+            raise TimeError("an array of picoseconds ends after 106 days (2^63 ps); ask for an earlier window")
+        shifted: Any = ticks if r == 0 else ticks + r
+        if last < (1 << 63) // self.n:
+            out = shifted * self.n
+            out //= self.d
+        else:  # q*n + r*(n//d) + r*(n%d)//d does not overflow where ticks*n would
+            quotient, rest = shifted // self.d, shifted % self.d
+            out = quotient * self.n + rest * (self.n // self.d) + rest * (self.n % self.d) // self.d
+        if base:
+            out += base
+        return out  # type: ignore[no-any-return]

@@ -1,0 +1,242 @@
+"""Step trains: runs of equal intervals, asked rather than expanded.
+
+A move of a hundred thousand steps is a few hundred runs.  "How many steps by t?" is a bisection and a division;
+arrays are made only of the window that somebody asks for.
+
+    begin k                begin k+1
+      |<----- interval ------>|
+      |______________      ___|______
+    __|              |____|          PULSE is low from the begin of a step to `high` before its end
+                     |<-->| high
+
+Two views of a train, `PulseView` and `PatternView`, are the promises that stand on the PULSE and phase nets.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from .timebase import Clock
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+OPEN = 1 << 62  # a run without end
+
+
+class StepTrain:
+    """Steps at the begins of runs of equal intervals, in ticks of a clock.
+
+    `origin` is the tick at which step 0 begins; `runs` are (interval in ticks, count); the last count may be OPEN.
+    """
+
+    __slots__ = ("clock", "counts", "firsts", "intervals", "length", "origin", "starts", "steps")
+
+    def __init__(self, clock: Clock, origin: int, runs: Iterable[tuple[int, int]]) -> None:
+        self.clock, self.origin = clock, origin
+        starts, intervals, counts, firsts = [], [], [], []
+        start = first = 0
+        for interval, count in runs:
+            if count:
+                starts.append(start)
+                intervals.append(interval)
+                counts.append(count)
+                firsts.append(first)
+                start += interval * count
+                first += count
+        self.starts, self.intervals, self.counts, self.firsts = starts, intervals, counts, firsts
+        self.steps = first
+        self.length = start  # ticks from the begin of step 0 to the end of the last
+
+    # ------------------------------------------------------------------------------------------- questions in ticks
+    def begin(self, k: int) -> int:
+        """Tick at which step k begins; k = steps gives the end of the train."""
+        if k >= self.steps:
+            return self.origin + self.length
+        i = bisect_right(self.firsts, k) - 1
+        return self.origin + self.starts[i] + (k - self.firsts[i]) * self.intervals[i]
+
+    def interval(self, k: int) -> int:
+        """Ticks from the begin of step k to its end."""
+        return self.intervals[bisect_right(self.firsts, k) - 1]
+
+    def begun_by(self, tick: int) -> int:
+        """How many steps have begun at a tick, that tick included."""
+        x = tick - self.origin
+        if x < 0:
+            return 0
+        i = bisect_right(self.starts, x) - 1
+        n = (x - self.starts[i]) // self.intervals[i] + 1
+        return self.firsts[i] + (n if n < self.counts[i] else self.counts[i])
+
+    def begun(self, ps: int) -> int:
+        """How many steps have begun at an instant, that instant included."""
+        return self.begun_by(self.clock.ticks_until(ps))
+
+    def begun_many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
+        """How many steps have begun at many instants (int64 ps, any order): (n,) int64."""
+        import numpy as np
+
+        clock = self.clock
+        origin = clock.ps(self.origin)  # relative first: (ps + 1) * d must not overflow
+        whole, part = np.divmod(ps - origin, clock.n)
+        late = self.origin * clock.n - origin * clock.d  # the origin's exact instant lies late/d ps after `origin`
+        if clock.n * clock.d < 1 << 63:
+            ticks = whole * clock.d + ((part + 1) * clock.d - 1 - late) // clock.n
+        else:  # odd crystals: one bit more
+            unsigned = (part.astype(np.uint64) + np.uint64(1)) * np.uint64(clock.d) - np.uint64(1 + late)
+            ticks = whole * clock.d + (unsigned // np.uint64(clock.n)).astype(np.int64)
+        starts = np.array(self.starts, np.int64)
+        i = np.maximum(np.searchsorted(starts, ticks, side="right") - 1, 0)
+        n = (ticks - starts[i]) // np.array(self.intervals, np.int64)[i] + 1
+        n = np.minimum(n, np.array(self.counts, np.int64)[i]) + np.array(self.firsts, np.int64)[i]
+        return np.where(ticks < 0, 0, n)
+
+    # ------------------------------------------------------------------------------------------------------- arrays
+    def begin_ticks(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
+        """Begins of steps first ... last-1: (n,) int64, ticks since `origin`, ascending."""
+        import numpy as np
+
+        last = self.steps if last is None else min(last, self.steps)
+        if last <= first:
+            return np.empty(0, np.int64)
+        i, j = bisect_right(self.firsts, first) - 1, bisect_right(self.firsts, last - 1)
+        start = self.starts[i] + (first - self.firsts[i]) * self.intervals[i]
+        if j - i > 8 and (last - first) < 4096 * (j - i):  # many short runs
+            counts = np.array(self.counts[i:j])
+            counts[0] = min(self.firsts[i] + self.counts[i], last) - first
+            counts[-1] = last - max(self.firsts[j - 1], first)
+            out = np.repeat(np.array(self.intervals[i:j]), counts)
+            np.cumsum(out[:-1], out=out[1:])
+            out[0] = 0
+            out[1:] += start
+            out[0] = start
+            return out
+        out = np.empty(last - first, np.int64)
+        for n in range(i, j):  # few long runs
+            a, b = max(self.firsts[n], first), min(self.firsts[n] + self.counts[n], last)
+            begin = self.starts[n] + (a - self.firsts[n]) * self.intervals[n]
+            out[a - first : b - first] = np.arange(begin, begin + (b - a) * self.intervals[n], self.intervals[n])
+        return out
+
+    def begins(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
+        """Begins of steps first ... last-1: (n,) int64, picoseconds of virtual time, ascending."""
+        return self.clock.ps_array(self.begin_ticks(first, last), self.origin)
+
+
+class Playing:
+    """A train that is being played: what its views share.  `until` bounds it, exclusive: there the firmware decides anew."""
+
+    __slots__ = ("train", "until")
+
+    def __init__(self, train: StepTrain, until: int | None = None) -> None:
+        self.train, self.until = train, until
+
+    def bounded(self, ps: int) -> int:
+        """The instant itself, or the last one before `until`."""
+        return ps if self.until is None or ps < self.until else self.until - 1
+
+    def begun(self, ps: int) -> int:
+        """Steps begun at an instant under this promise."""
+        return self.train.begun(self.bounded(ps))
+
+    def begun_many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Steps begun at many instants: (n,) int64, any order."""
+        import numpy as np
+
+        at = ps if self.until is None else np.minimum(ps, self.until - 1)
+        return self.train.begun_many(at)
+
+
+class PulseView:
+    """PULSE of a played train: low from the begin of each step, high for its last `high` ticks, high outside."""
+
+    __slots__ = ("high", "of")
+
+    def __init__(self, of: Playing, high: int) -> None:
+        self.of, self.high = of, high
+
+    @property
+    def until(self) -> int | None:
+        return self.of.until
+
+    def level(self, ps: int) -> int:
+        train = self.of.train
+        tick = train.clock.ticks_until(self.of.bounded(ps))
+        k = train.begun_by(tick)
+        return 1 if k == 0 or tick >= train.begin(k) - self.high else 0
+
+    def after(self, ps: int) -> int | None:
+        train = self.of.train
+        tick = train.clock.ticks_until(ps)
+        k = train.begun_by(tick)
+        end = train.begin(k)
+        if k and tick < end - self.high:
+            end -= self.high
+        elif k >= train.steps:
+            return None
+        time = train.clock.ps(end)
+        return time if self.of.until is None or time < self.of.until else None
+
+    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
+        import numpy as np
+
+        train, clock = self.of.train, self.of.train.clock
+        stop = self.of.bounded(stop)
+        a, b = train.begun(start), train.begun(stop)
+        ends = train.begin_ticks(max(a - 1, 0), min(b + 1, train.steps))  # begins around the window
+        falls = train.begins(a, b)
+        first = max(a - 1, 0)  # the step that runs at `start` may still rise inside
+        last_begin = np.append(ends, train.length) if b + 1 > train.steps else ends
+        rises = clock.ps_array(last_begin[1 : b - first + 1] - self.high, train.origin)
+        rises = rises[(rises > start) & (rises <= stop)]
+        times = np.concatenate([falls, rises])
+        levels = np.concatenate([np.zeros(len(falls), np.int8), np.ones(len(rises), np.int8)])
+        order = np.argsort(times, kind="stable")
+        return times[order], levels[order]
+
+
+class PatternView:
+    """A phase output of a played train: `levels[(index + sign * begun) % len(levels)]`, and `before` until the first step."""
+
+    __slots__ = ("before", "index", "levels", "of", "sign")
+
+    def __init__(self, of: Playing, levels: tuple[int, ...], index: int, sign: int, before: int) -> None:
+        self.of, self.levels, self.index, self.sign, self.before = of, levels, index, sign, before
+
+    @property
+    def until(self) -> int | None:
+        return self.of.until
+
+    def _after_steps(self, k: int) -> int:
+        return self.levels[(self.index + self.sign * k) % len(self.levels)] if k else self.before
+
+    def level(self, ps: int) -> int:
+        return self._after_steps(self.of.begun(ps))
+
+    def after(self, ps: int) -> int | None:
+        train = self.of.train
+        k = train.begun(ps)
+        here = self._after_steps(k)
+        for step in range(k, min(k + len(self.levels) + 1, train.steps)):
+            if self._after_steps(step + 1) != here:
+                time = train.clock.ps(train.begin(step))
+                return time if self.of.until is None or time < self.of.until else None
+        return None
+
+    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
+        import numpy as np
+
+        train = self.of.train
+        a, b = train.begun(start), self.of.begun(stop)
+        times = train.begins(a, b)
+        steps = np.arange(a + 1, b + 1)
+        levels = np.array(self.levels, np.int8)[(self.index + self.sign * steps) % len(self.levels)]
+        previous = np.concatenate([[self._after_steps(a)], levels[:-1]]) if len(levels) else levels
+        keep = levels != previous
+        return times[keep], levels[keep]

@@ -1,0 +1,68 @@
+"""What a task may wait for: time, a level, an edge, or the first of several.
+
+Each wait is a generator-based coroutine that registers the running task under its present token and suspends it;
+whatever wakes the task first moves the token on, which makes the other registrations stale.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from heapq import heappush
+from types import coroutine
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .kernel import Kernel
+    from .net import Net
+
+
+@coroutine
+def until(kernel: Kernel, ps: int) -> Generator[None, Any, None]:
+    """Wait for an instant; one that is not in the future is there already."""
+    if ps > kernel.now:
+        task = kernel.task
+        heappush(kernel.heap, (ps, next(kernel.order), task, task.token))  # type: ignore[union-attr]
+        yield
+
+
+@coroutine
+def level(net: Net, wanted: int) -> Generator[None, Any, None]:
+    """Wait until a net has a level; it may have it already."""
+    if net.level != wanted:
+        task = net.kernel.task
+        net.waiters.append((task, task.token, wanted))  # type: ignore[union-attr,arg-type]
+        if net.promise is not None:
+            net.follow()
+        yield
+
+
+@coroutine
+def edge(net: Net) -> Generator[None, Any, None]:
+    """Wait for the next change of a net."""
+    task = net.kernel.task
+    net.waiters.append((task, task.token, None))  # type: ignore[union-attr,arg-type]
+    if net.promise is not None:
+        net.follow()
+    yield
+
+
+@coroutine
+def first_of(kernel: Kernel, ps: int | None, *wanted: tuple[Net, int | None]) -> Generator[None, Any, Net | None]:
+    """Wait for an instant (None: no limit) or for any of the levels (None: any change); returns the net, or None for time.
+
+    A level that is there already returns at once, the first in the list winning.
+    """
+    for net, value in wanted:
+        if value is not None and net.level == value:
+            return net
+    if ps is not None and ps <= kernel.now:
+        return None
+    task = kernel.task
+    token = task.token  # type: ignore[union-attr]
+    if ps is not None:
+        heappush(kernel.heap, (ps, next(kernel.order), task, token))
+    for net, value in wanted:
+        net.waiters.append((task, token, value))  # type: ignore[arg-type]
+        if net.promise is not None:
+            net.follow()
+    return (yield)  # type: ignore[no-any-return]

@@ -1,0 +1,56 @@
+"""Every exception that slewline raises on purpose: what *our user* did wrong.
+
+What a *host* does wrong is chip behaviour and never an exception; it is answered as the chip answers and kept as
+a finding.  Each class also inherits the built-in that it resembles, so callers may catch either.
+"""
+
+
+class SlewlineError(Exception):
+    """Root of the tree."""
+
+
+class UsageError(SlewlineError, ValueError):
+    """An argument that is out of range, of the wrong kind, or does not fit the part."""
+
+
+class TimeError(UsageError):
+    """A time that cannot be read, or cannot be represented in whole picoseconds."""
+
+
+class UnknownName(SlewlineError, KeyError):
+    """A chip, pin, register or part that does not exist; the message says which do."""
+
+    def __str__(self) -> str:  # KeyError would print the repr of the message
+        return str(self.args[0]) if self.args else ""
+
+
+class WiringError(SlewlineError, ValueError):
+    """Pins that cannot be connected as asked."""
+
+
+class SheetError(SlewlineError, ValueError):
+    """A data sheet that contradicts itself: a mistake in a chip folder."""
+
+
+class ProgramError(SlewlineError, ValueError):
+    """A program text that the assembler refuses.  The message carries line, column and manual section."""
+
+
+class BenchFileError(SlewlineError, ValueError):
+    """A bench file or journal that cannot be used."""
+
+
+class NotRecorded(SlewlineError, LookupError):
+    """A question about the past of a net that nobody recorded."""
+
+
+class Timeout(SlewlineError, TimeoutError):
+    """Virtual time ran out before the bench was idle; the message says who waits for what, since when."""
+
+
+class Endless(SlewlineError, RuntimeError):
+    """A million rounds in one instant: tasks that answer each other without letting time pass."""
+
+
+class ChecksumError(SlewlineError, ValueError):
+    """A reply whose checksum does not fit."""

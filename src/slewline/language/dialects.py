@@ -1,0 +1,281 @@
+"""The CY5xx command stream: bytes in, commands out.  No time, no pins; the caller says which way pin 36 points.
+
+Theory of operation.  Between commands the decoder is *at a letter*.  The command letter decides, together with the
+mode sampled beside it, how the command goes on:
+
+    ASCII     letter, a space, decimal arguments, carriage return           R 100\\r
+    ASCII     label letter, $, then at a letter again                       A$
+    binary    letter, count of data bytes, data bytes                       52 01 64
+    both      Q alone: it ends program entry by itself (s.3 Q)
+
+Each of these continuations is a state: a method that takes one byte.  Nothing here raises: whatever a host sends has
+an answer, and what it did wrong becomes a note (code and text) for the caller to drain.  In program entry a binary
+command is kept as it came, opcode and data bytes unchecked; that is how one count can load a whole program (s.5).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from ..core.table import Arg, Row, Sheet
+
+CR, LF, MARK = 0x0D, 0x0A, ord("$")
+LINE_LIMIT = 256  # characters of a command without its carriage return; the manual sets none
+_BETWEEN = re.compile(rb" *, *| +")  # two arguments: a comma or a space (s.3 L)
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """What a host did wrong; the chip model makes a finding of it."""
+
+    code: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A complete command.
+
+    `values` are numbers, a label operand being the code of its letter; `digits` is how many decimal digits had to be
+    converted, since that takes the chip time; `stored` is what program entry puts into the buffer; `text` is how a
+    transcript shows the command.
+    """
+
+    row: Row
+    values: tuple[int, ...]
+    digits: int
+    stored: bytes
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """A label mark: the next command is the instruction that it names."""
+
+    letter: str
+
+
+Decoded = Command | Label | None
+
+
+class Decoder:
+    """Incremental decoder of one chip's command port.
+
+    `at_letter` is true between commands.  `notes` collects what the host did wrong until `take_notes` drains it.
+    """
+
+    def __init__(self, sheet: Sheet) -> None:
+        self.sheet = sheet
+        self.notes: list[Note] = []
+        self._rows = {ord(row.form): row for row in sheet.commands}
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget a half-received command.  Notes that were not drained are kept."""
+        self.at_letter = True
+        self._state: Callable[[int], Decoded] = self._in_line
+        self._row: Row | None = None  # of the command in progress; None: a letter without a command
+        self._line = bytearray()  # what follows the letter: text in ASCII, data bytes in binary
+        self._left = 0  # data bytes still to come
+        self._after_quit = False
+        self._entering = False  # program entry as it was with the letter; no command changes it half-way
+        self._entry_empty = True  # no command since program entry began
+
+    def take_notes(self) -> list[Note]:
+        """The notes so far, which are then forgotten."""
+        notes, self.notes = self.notes, []
+        return notes
+
+    def feed(self, byte: int, ascii: bool, entering: bool) -> Decoded:
+        """Take one byte.  `ascii` (pin 36 high) counts with the letter only; `entering`: program entry is on."""
+        decoded = self._letter(byte, ascii, entering) if self.at_letter else self._state(byte)
+        if decoded is not None and entering:
+            self._entry_empty = False
+        return decoded
+
+    # ------------------------------------------------------------------------------------------------- the letter
+
+    def _letter(self, byte: int, ascii: bool, entering: bool) -> Decoded:
+        after_quit, self._after_quit = self._after_quit, False
+        self._entering = entering
+        self._entry_empty |= not entering
+        row = self._row = self._rows.get(byte)
+        if row is None:
+            self._stranger(byte, ascii, after_quit)
+        elif not row.terminated:
+            self._after_quit = True
+            stored = row.pack(()) if row.stored else b""
+            return Command(row, (), 0, stored, spell(row, ()))
+        else:
+            self.at_letter = False
+            self._line.clear()
+            self._state = self._in_line if ascii else self._count
+        return None
+
+    def _stranger(self, byte: int, ascii: bool, after_quit: bool) -> None:
+        """A byte that is no command letter.  No case folding: commands are upper case (s.9)."""
+        if ascii and byte == CR:
+            if after_quit:
+                self._note("q-terminated", "a carriage return after Q, which ends by itself")
+            else:
+                self._note("empty-line", "a carriage return without a command")
+            return
+        self.at_letter = False
+        if not ascii:
+            self._note("unknown-command", f"{_shown(byte)} is no command; its count and data are ignored")
+            self._state = self._count
+            return
+        if byte == LF:
+            self._note("line-feed", "a line feed stands where a command letter belongs and swallows the command")
+        else:
+            self._note("unknown-command", f"{_shown(byte)} is no command; the line is ignored")
+        self._state = self._skip_line
+
+    # ---------------------------------------------------------------------------------------------------- ASCII
+
+    def _skip_line(self, byte: int) -> Decoded:
+        if byte == CR:
+            self.at_letter = True
+        return None
+
+    def _in_line(self, byte: int) -> Decoded:
+        if byte == CR:
+            self.at_letter = True
+            return self._line_end()
+        if byte == MARK:
+            return self._mark()
+        if len(self._line) >= LINE_LIMIT - 1:
+            self._note("too-long", f"a command of more than {LINE_LIMIT} characters; the line is ignored")
+            self._state = self._skip_line
+        else:
+            self._line.append(byte)
+        return None
+
+    def _mark(self) -> Decoded:
+        """A letter is a label only when the mark follows it directly (s.3, label designator)."""
+        assert self._row is not None
+        letter = self._row.form
+        if letter in self.sheet.labels and not self._line:
+            self.at_letter = True
+            return Label(letter)
+        self._note("unknown-command", f"{letter}{_text(self._line)}$ is no label; the line is ignored")
+        self._state = self._skip_line
+        return None
+
+    def _line_end(self) -> Decoded:
+        row, body = self._row, bytes(self._line)
+        assert row is not None
+        argument = body.strip(b" ")
+        if row.args:
+            return self._with_arguments(row, body, argument)
+        if argument:
+            self._note("extra-argument", f"{row.name} takes no argument; {_text(argument)} is ignored")
+        elif body:
+            self._note("spacing", f"spaces after {row.form}")
+        return Command(row, (), 0, row.pack(()), spell(row, ()))
+
+    def _with_arguments(self, row: Row, body: bytes, argument: bytes) -> Decoded:
+        last = len(row.args) - 1
+        fields = _BETWEEN.split(argument, last) if last else [argument]
+        if len(fields) <= last or not all(fields):
+            self._note("missing-argument", f"{row.name} needs {' and '.join(arg.name for arg in row.args)}; ignored")
+            return None
+        if not body.startswith(b" ") or len(body) != 1 + last + sum(map(len, fields)):
+            self._note("spacing", f"{row.form}{_text(body)}: one space belongs between letter and argument")
+        values, digits = [], 0
+        for arg, field in zip(row.args, fields, strict=True):
+            if field.isdigit():
+                values.append(self._fit(row, arg, int(field)))
+                digits += len(field)
+            elif self._is_label(arg, field):
+                values.append(field[0])
+            else:
+                self._note("bad-number", f"{row.name} {_text(field)}: not a decimal number; ignored")
+                return None
+        shown = [str(value) if field.isdigit() else _text(field) for value, field in zip(values, fields, strict=True)]
+        return Command(row, tuple(values), digits, row.pack(values), spell(row, shown))
+
+    def _is_label(self, arg: Arg, field: bytes) -> bool:
+        return arg.label and len(field) == 1 and chr(field[0]) in self.sheet.labels
+
+    def _fit(self, row: Row, arg: Arg, number: int) -> int:
+        """Cut a number to the bytes of its argument, whatever its range; the command deals with what is left."""
+        self._check(row, arg, number)
+        return number % arg.modulus
+
+    # --------------------------------------------------------------------------------------------------- binary
+
+    def _count(self, byte: int) -> Decoded:
+        self._left = byte
+        self._state = self._data
+        return None if byte else self._block_end()
+
+    def _data(self, byte: int) -> Decoded:
+        self._line.append(byte)
+        self._left -= 1
+        return None if self._left else self._block_end()
+
+    def _block_end(self) -> Decoded:
+        self.at_letter = True
+        row, data = self._row, bytes(self._line)
+        if row is None:
+            return None
+        values = row.unpack(data)
+        surplus = len(data) - row.data_bytes
+        # A whole program may follow its first opcode under one count (s.5), so there the count is nobody's mistake.
+        if surplus and not (self._entering and self._entry_empty):
+            self._note("count", f"{row.name} takes {row.data_bytes} data bytes, {len(data)} were announced")
+        if surplus >= 0 or not self._entering:
+            for arg, value in zip(row.args, values, strict=True):
+                self._check(row, arg, value)
+        text = spell(row, values)
+        if not self._entering:
+            return Command(row, values, 0, row.pack(values), text)
+        if surplus:
+            text += f" ({len(data)} data bytes)"
+        return Command(row, values, 0, bytes([row.code]) + data, text)
+
+    # --------------------------------------------------------------------------------------------------- endings
+
+    def _check(self, row: Row, arg: Arg, number: int) -> None:
+        if not arg.low <= number <= arg.high:
+            self._note("range", f"{row.name} {arg.name} {number}: allowed {arg.low}..{arg.high}")
+
+    def _note(self, code: str, text: str) -> None:
+        self.notes.append(Note(code, text))
+
+
+# ------------------------------------------------------------------------------------------------------------ encoders
+
+
+def spell(row: Row, shown: Sequence[int | str]) -> str:
+    """A command as it is written: "R 100", "L 3,B"."""
+    return f"{row.form} {','.join(map(str, shown))}" if shown else row.form
+
+
+def letters_for(row: Row, values: Sequence[int], labels: str) -> list[int | str]:
+    """The values, with the letter instead of its code where an operand is one of `labels`."""
+    pairs = zip(row.args, values, strict=True)
+    return [chr(value) if arg.label and chr(value) in labels else value for arg, value in pairs]
+
+
+def encode_ascii(row: Row, values: Sequence[int] = (), labels: str = "") -> bytes:
+    """A command as an ASCII host sends it.  Operands that are codes of `labels` go out as letters."""
+    return spell(row, letters_for(row, values, labels)).encode() + (b"\r" if row.terminated else b"")
+
+
+def encode_binary(row: Row, values: Sequence[int] = ()) -> bytes:
+    """A command as a binary host sends it: letter, count, data; low bytes first."""
+    data = b"".join(arg.pack(value) for arg, value in zip(row.args, values, strict=True))
+    return row.form.encode() + (bytes([len(data)]) + data if row.terminated else b"")
+
+
+def _text(data: bytes | bytearray) -> str:
+    return data.decode("latin-1")
+
+
+def _shown(byte: int) -> str:
+    """A character if it prints, else its code."""
+    return chr(byte) if 0x20 < byte < 0x7F else f"0x{byte:02X}"

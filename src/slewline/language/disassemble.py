@@ -1,0 +1,91 @@
+"""Program buffer to text.  The text assembles to the same bytes; address and bytes stand behind it as a comment:
+
+    E
+    A$N 100         ; 00  4E 64 00
+    J A             ; 03  4A 00
+    Q
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from ..core.table import Row, Sheet
+from .dialects import spell
+
+COMMENT = 16  # column of the comments
+
+
+class Instruction(NamedTuple):
+    """An instruction of the buffer.  Without a row: a byte that is no opcode, or an instruction cut short."""
+
+    address: int
+    data: bytes
+    row: Row | None
+    values: tuple[int, ...]
+
+
+def instructions(stored: bytes, sheet: Sheet) -> list[Instruction]:
+    """The buffer, cut into instructions from its first byte on.  A byte that is no opcode stands alone."""
+    found = []
+    at = 0
+    while at < len(stored):
+        row = sheet.commands.by_code.get(stored[at])
+        data = stored[at : at + (row.size if row else 1)]
+        if row and len(data) == row.size:
+            found.append(Instruction(at, data, row, row.unpack(data[1:])))
+        else:
+            found.append(Instruction(at, data, None, ()))
+        at += len(data)
+    return found
+
+
+def disassemble(
+    stored: bytes, sheet: Sheet, labels: bool = False, known: Mapping[str, int] | None = None, frame: bool = True
+) -> str:
+    """The buffer as program text, with a line end after every line.
+
+    Args:
+        labels: name branch targets, as far as the letters go; the text then assembles with `resolve=True`.
+        known: labels that are already defined, with their addresses, as a chip remembers them.
+        frame: E before and Q behind the program.
+    """
+    program = instructions(stored, sheet)
+    marks = dict(known or {})
+    names = _names(program, sheet, marks) if labels else {}
+    marks |= {letter: address for address, letter in names.items()}
+    lines = [_line(instruction, sheet, marks, names) for instruction in program]
+    if frame:
+        lines = [sheet.commands.named("ENTER").form, *lines, sheet.commands.named("QUIT").form]
+    return "".join(line + "\n" for line in lines)
+
+
+def _names(program: Sequence[Instruction], sheet: Sheet, marks: Mapping[str, int]) -> dict[int, str]:
+    """Letters for the branch targets at which an instruction begins, in the order of their addresses."""
+    targets = {value for instruction in program for value in _targets(instruction)}
+    starts = [instruction.address for instruction in program if instruction.address in targets]
+    free = [letter for letter in sheet.labels if letter not in marks and ord(letter) not in targets]
+    return dict(zip(starts, free, strict=False))
+
+
+def _targets(instruction: Instruction) -> list[int]:
+    if instruction.row is None:
+        return []
+    return [value for arg, value in zip(instruction.row.args, instruction.values, strict=True) if arg.label]
+
+
+def _line(instruction: Instruction, sheet: Sheet, marks: Mapping[str, int], names: Mapping[int, str]) -> str:
+    address, data, row, values = instruction
+    bytes_ = data.hex(" ").upper()
+    if row is None:
+        text = f"??? {bytes_}"
+    else:
+        # An operand that is the code of a letter is a label that the chip has not replaced yet (s.3).
+        shown = [
+            names.get(value) or (chr(value) if chr(value) in sheet.labels else value) if arg.label else value
+            for arg, value in zip(row.args, values, strict=True)
+        ]
+        text = spell(row, shown)
+    text = "".join(f"{letter}$" for letter, at in marks.items() if at == address) + text
+    return f"{text:<{COMMENT}}; {address:02}  {bytes_}"

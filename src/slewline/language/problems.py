@@ -1,0 +1,76 @@
+"""What is wrong with a text, where, and a picture of it:
+
+weld.cy525, line 3, column 3: RATE 200: allowed 0..127 (CY525 manual, T.V)
+    R 200
+      ^^^
+    the nearest is 127
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal, NamedTuple, Protocol
+
+Severity = Literal["error", "warning", "note"]
+
+
+class Spot(Protocol):
+    """Anything with a place in a text; lines and columns count from 1."""
+
+    @property
+    def line(self) -> int: ...
+    @property
+    def column(self) -> int: ...
+    @property
+    def length(self) -> int: ...
+
+
+class Place(NamedTuple):
+    """A bare place."""
+
+    line: int
+    column: int
+    length: int
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Problem:
+    """Something about a text: where, what was found, what would be allowed, what the manual says, what to do."""
+
+    line: int
+    column: int
+    length: int
+    code: str
+    severity: Severity
+    found: str
+    allowed: str = ""
+    where: str = ""
+    remedy: str = ""
+
+    @property
+    def says(self) -> str:
+        """What was found, what is allowed, and who says so, in one line."""
+        allowed = f": allowed {self.allowed}" if self.allowed else ""
+        where = f" ({self.where})" if self.where else ""
+        return f"{self.found}{allowed}{where}"
+
+
+def picture(problem: Problem, text: str, name: str, severity: bool = True) -> str:
+    """One problem, with its line, carets under what is meant, and the remedy."""
+    lines = text.splitlines()
+    line = lines[problem.line - 1] if 0 < problem.line <= len(lines) else ""
+    blank = re.sub(r"[^\t]", " ", line[: problem.column - 1].ljust(problem.column - 1))  # tabs stay: carets line up
+    prefix = f"{problem.severity}: " if severity else ""
+    shown = [
+        f"{name}, line {problem.line}, column {problem.column}: {prefix}{problem.says}",
+        f"    {line}",
+        f"    {blank}{'^' * max(problem.length, 1)}",
+    ]
+    return "\n".join([*shown, f"    {problem.remedy}"] if problem.remedy else shown)
+
+
+def render(problems: Iterable[Problem], text: str, name: str) -> str:
+    """All problems, each with its picture, a blank line between them."""
+    return "\n\n".join(picture(problem, text, name) for problem in problems)
