@@ -1,0 +1,51 @@
+"""slewline: programmable stepper motor controllers, as software.
+
+    import slewline
+
+    bench = slewline.Bench()
+    x = bench.add("cy525")
+    host = bench.host(x)
+    host.send("A 0\\rN 40\\rG\\r")
+    bench.run_until_idle()
+    print(x.position)
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .bench import Bench, load, replay
+    from .core.chip import Chip, Finding, Steps
+    from .errors import ChecksumError, ProgramError, SlewlineError, Timeout, UsageError, WiringError
+
+__version__ = "0.1.0"
+
+_WHERE = {  # loaded when first asked for (PEP 562), so that `import slewline` costs nothing
+    "Bench": "bench",
+    "load": "bench",
+    "replay": "bench",
+    "Chip": "core.chip",
+    "Finding": "core.chip",
+    "Steps": "core.chip",
+    "ChecksumError": "errors",
+    "ProgramError": "errors",
+    "SlewlineError": "errors",
+    "Timeout": "errors",
+    "UsageError": "errors",
+    "WiringError": "errors",
+}
+__all__ = ["Bench", "ChecksumError", "Chip", "Finding", "ProgramError", "SlewlineError", "Steps", "Timeout", "UsageError", "WiringError", "load", "replay"]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _WHERE:
+        value = getattr(import_module(f"{__name__}.{_WHERE[name]}"), name)
+        globals()[name] = value
+        return value
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

@@ -1,0 +1,32 @@
+"""The chips of the house: an explicit list, no scanning."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from ..errors import UnknownName
+
+if TYPE_CHECKING:
+    from ..core.chip import Chip
+    from ..core.table import Sheet
+
+PARTS = {"cy525": ("slewline.chips.cy525", "Cy525", "CY525 intelligent ramping stepper motor controller (Cybernetic, 1984)")}
+
+
+def _entry(part: str) -> tuple[str, str, str]:
+    try:
+        return PARTS[part.lower().replace("-", "_")]
+    except KeyError:
+        raise UnknownName(f"no chip {part!r}; there are: {', '.join(PARTS)}") from None
+
+
+def chip_class(part: str) -> type[Chip]:
+    """The class of a part by its number, for example "cy525"."""
+    package, name, _ = _entry(part)
+    return getattr(import_module(package + ".firmware"), name)  # type: ignore[no-any-return]
+
+
+def sheet_of(part: str) -> Sheet:
+    """The data sheet of a part, without starting anything."""
+    return import_module(_entry(part)[0] + ".sheet").SHEET  # type: ignore[no-any-return]

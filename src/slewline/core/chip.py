@@ -146,7 +146,7 @@ class ReachesCondition(Condition):
         return self.chip.position == self.position
 
     def when(self) -> int | None:
-        return self.chip.arrives(self.position)
+        return self.chip.axes[0].arrives(self.position)
 
 
 @dataclass(frozen=True)
@@ -175,7 +175,7 @@ class Chip:
     """A part on a bench.  Subclasses bring a sheet and `run()`, the firmware."""
 
     sheet: Sheet
-    command_pins: Mapping[str, str] = {}
+    axes: tuple[Axis, ...]
 
     def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, *, bare: bool = False, straps: Mapping[str, int] | None = None) -> None:
         self.kernel, self.name = kernel, name
@@ -224,6 +224,69 @@ class Chip:
         except KeyError:
             names = ", ".join(row.name for row in self.sheet.pins if row.way not in ("power", "none"))
             raise UnknownName(f"{self.name} ({self.sheet.part}) has no pin {name!r}; its pins: {names}") from None
+
+    @property
+    def position(self) -> int:
+        """The position register, exact at this instant, also in mid-move."""
+        return self.axes[0].position
+
+    @property
+    def travel(self) -> int:
+        """Steps clockwise minus steps counter-clockwise since the beginning, without wrap-around."""
+        return self.axes[0].travel
+
+    def steps(self, start: str | int | None = None, stop: str | int | None = None) -> Steps:
+        """Steps at start <= t <= stop; from the beginning, and up to now, by default."""
+        now = self.kernel.now
+        return self.axes[0].steps(0 if start is None else picoseconds(start), now if stop is None else min(picoseconds(stop), now))
+
+    def position_at(self, times_ps: Sequence[int] | NDArray[np.int64] | int) -> NDArray[np.int64] | int:
+        """The position register at instants of the past: an int for one, (n,) int64 for an array of picoseconds."""
+        if isinstance(times_ps, int):
+            return self.axes[0].position_at(times_ps)
+        return self.axes[0].positions_at(times_ps)
+
+    def reaches(self, position: int) -> Condition:
+        """Condition: the position register has this value."""
+        return ReachesCondition(self, position)
+
+    def axis(self, number: int) -> Chip:
+        """Axis 1 ... of the chip; a part with one motor is its own axis 1."""
+        if number != 1:
+            raise UnknownName(f"{self.name} ({self.sheet.part}) has one axis, number 1; not {number}")
+        return self
+
+    @property
+    def registers(self) -> dict[str, int]:
+        """The manual's registers, by name in lower case."""
+        raise NotImplementedError
+
+    @property
+    def program(self) -> bytes:
+        """The program memory in use."""
+        raise NotImplementedError
+
+    def listing(self) -> str:
+        """The stored program as text, with addresses."""
+        raise NotImplementedError
+
+    def power(self, on: bool) -> None:
+        """Switch the supply."""
+        raise NotImplementedError
+
+    def reset(self) -> None:
+        """Pulse the RESET pin for as long as the part needs."""
+        raise NotImplementedError
+
+    def rewired(self) -> None:
+        """Nets of pins have changed: look them up anew."""
+
+    def check_wiring(self) -> None:
+        """The first run begins: report inputs without pull-up that nobody drives (they read low)."""
+        for row in self.sheet.pins:
+            net = self.pins[row.name].net
+            if row.way == "in" and row.pull is None and net.tie is None and not net.drivers:
+                self.finding("open-pin", f"pin {row.number} ({row.name}) is open and has no pull-up: it reads low")
 
     @property
     def waiting(self) -> str:

@@ -162,7 +162,7 @@ class Kernel:
                 if self.pending or edges:
                     self._commit(time, edges)
                     edges = []
-                if not self.woken:
+                if not self.woken and not self.pending:
                     return
                 ready = self._take_woken()
             names = ", ".join(sorted({repr(task) for task in ready}))

@@ -1,9 +1,9 @@
 """Program buffer to text.  The text assembles to the same bytes; address and bytes stand behind it as a comment:
 
-    E
-    A$N 100         ; 00  4E 64 00
-    J A             ; 03  4A 00
-    Q
+E
+A$N 100         ; 00  4E 64 00
+J A             ; 03  4A 00
+Q
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def _names(program: Sequence[Instruction], sheet: Sheet, marks: Mapping[str, int
 def _targets(instruction: Instruction) -> list[int]:
     if instruction.row is None:
         return []
-    return [value for arg, value in zip(instruction.row.args, instruction.values, strict=True) if arg.label]
+    return [value for arg, value in zip(instruction.row.args, instruction.values, strict=True) if arg.name == "target"]
 
 
 def _line(instruction: Instruction, sheet: Sheet, marks: Mapping[str, int], names: Mapping[int, str]) -> str:

@@ -13,7 +13,7 @@ from .assemble import link
 from .problems import Problem, render
 from .source import LABELS, Block, Operand, Source, Statement, read
 
-__all__ = ["Check", "Problem", "Source", "lint", "render", "steps_on"]
+__all__ = ["Check", "Problem", "Source", "branches", "lint", "reached", "render", "steps_on"]
 
 Check = Callable[[Source], None]
 """A rule: looks at the text and reports what it finds with `source.report`."""
@@ -57,25 +57,23 @@ def steps_on(block: Block, statement: Statement) -> list[int]:
     return found
 
 
-def _entries(source: Source) -> list[tuple[Statement, Block]]:
-    """The branches given in command mode: they start the program that was entered before them."""
+def branches(source: Source) -> list[tuple[Statement, Operand, Block]]:
+    """Every branch, with the program that it goes to; in command mode, the program that was entered before it."""
     found = []
+    before = source.blocks[0] if source.blocks and source.blocks[0].entry is None else None
     for statement in source.statements:
-        before = [block for block in source.blocks if block.entry is not None and block.entry.line <= statement.line]
-        if statement.block < 0 and statement.target is not None and before:
-            found.append((statement, before[-1]))
+        if statement.row.name == "ENTER" and statement.block < 0:
+            before = next(block for block in source.blocks if block.entry is statement)
+        if statement.target is not None and before is not None:
+            found.append((statement, statement.target, before))
     return found
 
 
-def _branches(source: Source) -> list[tuple[Statement, Operand, Block]]:
-    inside = [(statement, block) for block in source.blocks for statement in block.statements]
-    pairs = inside + _entries(source)
-    return [(statement, statement.target, block) for statement, block in pairs if statement.target is not None]
-
-
-def _reached(source: Source, block: Block) -> set[int]:
+def reached(source: Source, block: Block) -> set[int]:
+    """The addresses of all instructions that a run can come to, from byte 0 or from a branch in command mode."""
     at = {statement.address: statement for statement in block.statements}
-    todo = [0] + [block.address_of(target) for _, target, other in _branches(source) if other is block and _.block < 0]
+    starts = [block.address_of(target) for jump, target, goal in branches(source) if goal is block and jump.block < 0]
+    todo = [0, *(address for address in starts if address is not None)]
     seen: set[int] = set()
     while todo:
         address = todo.pop()
@@ -83,3 +81,91 @@ def _reached(source: Source, block: Block) -> set[int]:
             seen.add(address)
             todo += steps_on(block, at[address])
     return seen
+
+
+# -------------------------------------------------------------------------------------------------------------- rules
+
+
+def targets(source: Source) -> None:
+    """Branches must meet the first byte of an instruction; the chip does not check it (s.3 J)."""
+    for statement, target, block in branches(source):
+        address = block.address_of(target)
+        if address is None or address > source.sheet.buffer_bytes - 1:
+            continue  # the assembler's business
+        inside = next((other for other in block.statements if other.address <= address < other.end), None)
+        if inside is None:
+            found = f"{statement.row.name} to byte {address}, but the program has {block.size} bytes"
+            source.report(target, "branch-outside", "warning", found, section=BRANCHES)
+        elif inside.address != address:
+            found = f"{statement.row.name} to byte {address}, inside {inside.text} of line {inside.line}"
+            starts = f"{inside.address} or {inside.end}"
+            remedy = "let a label count the bytes" if source.sheet.labels else ""
+            source.report(target, "branch-middle", "warning", found, allowed=starts, section=BRANCHES, remedy=remedy)
+
+
+def flow(source: Source) -> None:
+    """Every instruction is reached by some run, and no run goes past the last one."""
+    for block in source.blocks:
+        seen = reached(source, block)
+        starts = {statement.address for statement in block.statements}
+        stray = any(goal is block and block.address_of(target) not in starts for _, target, goal in branches(source))
+        above = True
+        for statement in block.statements:
+            here = statement.address in seen
+            if above and not here and not stray:  # a branch into the middle of an instruction may lead anywhere
+                found = f"nothing leads to {statement.text}"
+                source.report(statement, "unreachable", "warning", found, section=BRANCHES)
+            if here and block.size in steps_on(block, statement):
+                remedy = "end with 0, or repeat with X or J"
+                found = f"the program runs past its last byte, {block.size - 1}"
+                source.report(statement, "no-end", "warning", found, section=BRANCHES, remedy=remedy)
+            above = here
+
+
+def loops(source: Source) -> None:
+    """One loop at a time: there is a single count (s.3 L)."""
+    for block in source.blocks:
+        counted = [statement for statement in block.statements if statement.row.name == "LOOP"]
+        for outer in counted:
+            begin = block.address_of(outer.target) if outer.target else None
+            for inner in counted:
+                if begin is not None and begin <= inner.address < outer.address:
+                    found = f"the loop of line {inner.line} lies inside this one"
+                    remedy = "repeat the outer one with T, J or X"
+                    source.report(outer, "nested-loop", "warning", found, section="s.3 L", remedy=remedy)
+            if outer.values[0] == 1:
+                found = "a loop that runs once"
+                source.report(outer.operands[0], "loop-once", "warning", found, section="s.3 L")
+
+
+def misplaced(source: Source) -> None:
+    """Commands that mean little where they stand."""
+    for statement in source.statements:
+        name, inside, row = statement.row.name, statement.block >= 0, statement.row
+        if inside and name == "ENTER":
+            found, remedy = "E inside a program is stored, and skipped when it is executed", "close the program with Q"
+            source.report(statement, "enter-inside", "warning", found, section=row.where, remedy=remedy)
+        elif inside and name == "VERIFY":
+            found, remedy = "V inside a program only moves the read pointer", "give V in command mode"
+            source.report(statement, "verify-inside", "warning", found, section=row.where, remedy=remedy)
+        elif not inside and name in ("LOOP", "TIL"):
+            found = f"{name} in command mode; it belongs in a program"
+            source.report(statement, "branch-outside-program", "warning", found, section=row.where)
+        elif not row.stored and not any(block.quit is statement for block in source.blocks):
+            source.report(statement, "quit-outside", "warning", "Q without E", section=row.where)
+
+
+def entries(source: Source) -> None:
+    """Programs are closed, and their labels are used."""
+    used = {(id(block), target.label) for _, target, block in branches(source)}
+    for block in source.blocks:
+        if block.entry is not None and block.quit is None:
+            found, remedy = "a program without Q: all that follows is stored", "write Q behind its last instruction"
+            source.report(block.entry, "no-quit", "warning", found, section=block.entry.row.where, remedy=remedy)
+        for statement in block.statements:
+            for letter in statement.labels:
+                if (id(block), letter) not in used:
+                    source.report(statement, "unused-label", "note", f"nothing branches to {letter}", section=LABELS)
+
+
+RULES: tuple[Check, ...] = (targets, flow, loops, misplaced, entries)

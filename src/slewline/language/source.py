@@ -72,7 +72,7 @@ class Statement:
     def target(self) -> Operand | None:
         """The operand that says where to branch."""
         pairs = zip(self.row.args, self.operands, strict=True)
-        return next((operand for arg, operand in pairs if arg.label), None)
+        return next((operand for arg, operand in pairs if arg.name == "target"), None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,7 +235,15 @@ class _Line:
         if rest[:1].isspace():
             first = at + len(rest) - len(rest.lstrip())
             remedy = f"{row.form} stands alone: it ends by itself"
-            self.error(first, len(self.text), "extra-argument", f"{row.name} with {rest.strip()}", "no argument", row.where, remedy)
+            self.error(
+                first,
+                len(self.text),
+                "extra-argument",
+                f"{row.name} with {rest.strip()}",
+                "no argument",
+                row.where,
+                remedy,
+            )
         elif rest:
             self.command(at, ())
 
@@ -246,15 +254,19 @@ class _Line:
         takes = " and ".join(arg.name for arg in row.args) or "no argument"
         if len(words) > needed:
             first = at + words[needed].start()
-            self.error(first, len(self.text), "extra-argument", f"{row.name} with {self.text[first:]}", takes, row.where)
+            self.error(
+                first, len(self.text), "extra-argument", f"{row.name} with {self.text[first:]}", takes, row.where
+            )
         elif len(words) < needed:
             found = f"{row.name} without {row.args[len(words)].name}"
             self.error(len(self.text), len(self.text) + 1, "missing-argument", found, takes, row.where)
             return None
         elif needed:
             self.spacing(row, at)
-        found = [self.operand(row, arg, word[0], at + word.start()) for arg, word in zip(row.args, words, strict=False)]
-        known = tuple(operand for operand in found if operand is not None)
+        operands = [
+            self.operand(row, arg, word[0], at + word.start()) for arg, word in zip(row.args, words, strict=False)
+        ]
+        known = tuple(operand for operand in operands if operand is not None)
         return known if len(known) == needed else None
 
     def spacing(self, row: Row, at: int) -> None:

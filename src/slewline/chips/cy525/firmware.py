@@ -19,6 +19,7 @@ from ...core.chip import Axis, Chip
 from ...core.kernel import Kernel
 from ...core.net import Driver, Net, Wave
 from ...core.timebase import readable
+from ...core.train import OPEN, Playing, PulseView, StepTrain
 from ...core.waits import level
 from ...errors import UsageError
 from ...language.dialects import Command, Decoder, Label
@@ -63,6 +64,7 @@ class Cy525(Chip):
             self.defaults[key] = value
         self.reg = dict(self.defaults)
         self.axis_ = Axis(kernel, 16, self.reg.pop("position"))
+        self.axes = (self.axis_,)
         self.unset = set(self.defaults)  # registers that no command has loaded since power-up
         self.said: set[str] = set()  # findings that are reported once
         self.decoder = Decoder(sheet.SHEET)
@@ -76,7 +78,9 @@ class Cy525(Chip):
             self.motion: Motion = Stepwise(self)
         else:
             self.motion = Motion(self)
-        self.powered = not cold
+        self.powered, self.cold = not cold, cold
+        self.reset_valid = False
+        self.reset_fell = 0
         self.inner_reset = Driver(Net(kernel, f"{name}.(reset seen)"), name)
         self.inner_reset.drive(0 if cold else 1)
         kernel.settle()
@@ -90,7 +94,7 @@ class Cy525(Chip):
         if not 1_000_000 <= self.crystal_hz <= 11_000_000:
             self.finding("crystal", f"{self.crystal_hz / 1e6:g} MHz is outside the 1 to 11 MHz of Table VIII; times scale all the same")
         if cold:
-            self.waits("power-up reset")
+            self.waits("power")
         else:
             self.start()
 
@@ -104,7 +108,7 @@ class Cy525(Chip):
         self.ready, self.instrobe, self.outstrobe = drivers["ready"], drivers["instrobe"], drivers["outstrobe"]
         self.slew, self.run_pin, self.prog = drivers["slew"], drivers["run"], drivers["prog"]
         self.direction, self.pulse = drivers["direction"], drivers["pulse"]
-        self.programmable_output, self.motion_complete = drivers["programmable_output"], drivers["motion_complete"]
+        self.buffermable_output, self.motion_complete = drivers["programmable_output"], drivers["motion_complete"]
         self.phases = tuple(drivers[f"phase{n}"] for n in (1, 2, 3, 4))
 
     def rewired(self) -> None:
@@ -141,7 +145,7 @@ class Cy525(Chip):
     # --------------------------------------------------------------------------------------------------------- state
     def reset_registers(self) -> None:
         """What power-up, RESET and I have in common: flags and pointers, not the parameters (s.4)."""
-        self.program = bytearray()
+        self.buffer = bytearray()
         self.labels: dict[str, int] = {}
         self.overflowed = False
         self.continuous = False
@@ -160,9 +164,10 @@ class Cy525(Chip):
     def outputs_high(self) -> None:
         """Every output to 1 (s.13)."""
         for row in self.sheet.pins:
-            if row.name in self.drivers and row.way == "out" and row.reset is not None:
+            if row.way == "out" and row.reset == 1:
                 self.drivers[row.name].drive(1)
-        self.drivers["clk15"].drive(None)
+        clock = Playing(StepTrain(self.clock, self.clock.ticks_from(self.kernel.now), ((15, OPEN),)))
+        self.drivers["clk15"].play(PulseView(clock, 10))  # 5 of 15 clocks low: 0.45 us at 11 MHz
         self.prog.drive(None)
         self.bus_driver.drive(None)
 
@@ -172,31 +177,71 @@ class Cy525(Chip):
         return {**self.reg, "position": self.position}
 
     @property
-    def position(self) -> int:
-        """The position register, exact at this instant."""
-        return self.axis_.position
+    def program(self) -> bytes:
+        """The program buffer in use, as stored."""
+        return bytes(self.buffer)
 
-    @property
-    def travel(self) -> int:
-        """Steps clockwise minus counter-clockwise since the beginning."""
-        return self.axis_.travel
+    def listing(self) -> str:
+        """The stored program as text, with addresses."""
+        from ...language.disassemble import listing
+
+        return listing(bytes(self.buffer), self.sheet)
 
     # ------------------------------------------------------------------------------------------------ reset and power
+    def power(self, on: bool) -> None:
+        """Switch the supply.  After power-up the registers hold their power-up values, and RESET must be low for 10 ms;
+        when nobody drives RESET, the capacitor of fig. 9.1 does it."""
+        if on == self.powered:
+            return
+        self.powered, self.cold = on, True
+        self.inner_reset.drive(0)
+        self.kernel.settle()
+        if not on:
+            for driver in (*self.drivers.values(), self.bus_driver):
+                driver.drive(None)
+            self.waits("power")
+        else:
+            self.reg = {name: value for name, value in self.defaults.items() if name != "position"}
+            self.axis_.load(self.defaults["position"])
+            self.unset = set(self.defaults)
+            self.outputs_high()
+            self.waits("power-up reset")
+            if all(driver.at(self.kernel.seen) is None for driver in self.reset_net.drivers):
+                self.kernel.call_at(self.kernel.now + sheet.POWER_UP_RC_PS, self._capacitor_charged)
+            elif self.reset_net.level == 0:
+                self._on_reset(self.reset_net)
+            else:
+                self.finding("no-power-up-reset", "RESET is high at power-up: the chip stays inert until a valid reset")
+        self.kernel.settle()
+
+    def _capacitor_charged(self) -> None:
+        if self.powered and self.cold:
+            self.cold = False
+            self.inner_reset.drive(1)
+
+    def reset(self) -> None:
+        """Pulse RESET low for 20 us at 6 MHz from now on."""
+        self.pin("reset").pulse(0, self.clock.ps(120) + 1)
+
     def _on_reset(self, net: Net) -> None:
         if not self.powered:
             return
         if net.level == 0:
-            fell = self.kernel.now
-            least = T["reset_pulse"] if self.task is not None else 0
-            at = self.clock.ps(self.clock.ticks_until(fell) + least) if least else fell + sheet.POWER_UP_RESET_PS
-            self._reset_fell = fell
-            self.kernel.call_at(at, lambda: self._reset_seen(fell))
+            fell = self.reset_fell = self.kernel.now
+            warm = self.clock.ps(self.clock.ticks_until(fell) + T["reset_pulse"])
+            self.kernel.call_at(fell + sheet.POWER_UP_RESET_PS if self.cold else warm, lambda: self._reset_seen(fell))
+        elif self.reset_valid:
+            self.reset_valid = self.cold = False
+            self.inner_reset.drive(1)
+        elif self.cold:
+            self.finding("reset-short", "RESET low for less than 10 ms after power-up: the chip stays inert")
         else:
-            self._reset_rose()
+            self.finding("reset-short", "RESET low for less than 15 us at 6 MHz: not seen")
 
     def _reset_seen(self, fell: int) -> None:
         """RESET has been low for long enough; the inner net makes the kill the last thing of the instant."""
-        if self.reset_net.level == 0 and self._reset_fell == fell:
+        if self.powered and self.reset_net.level == 0 and self.reset_fell == fell:
+            self.reset_valid = True
             self.inner_reset.drive(0)
 
     def _on_inner_reset(self, net: Net) -> None:
@@ -209,14 +254,6 @@ class Cy525(Chip):
         self.reset_registers()
         self.outputs_high()
         self.waits("RESET high")
-
-    def _reset_rose(self) -> None:
-        if self.inner_reset.net.level == 0:
-            self.inner_reset.drive(1)
-        elif self.task is None:
-            self.finding("reset-short", "RESET low for less than 10 ms after power-up: the chip stays inert")
-        else:
-            self.finding("reset-short", "RESET low for less than 15 us at 6 MHz: not seen")
 
     # ---------------------------------------------------------------------------------------------------- the program
     async def run(self) -> None:
@@ -359,9 +396,9 @@ class Cy525(Chip):
 
     def store(self, command: Command) -> None:
         """Program entry: keep the command; what does not fit is dropped."""
-        self.program += command.stored
-        if len(self.program) > sheet.BUFFER_BYTES:
-            del self.program[sheet.BUFFER_BYTES :]
+        self.buffer += command.stored
+        if len(self.buffer) > sheet.BUFFER_BYTES:
+            del self.buffer[sheet.BUFFER_BYTES :]
             if not self.overflowed:
                 self.finding("overflow", f"{command.text} does not fit into the {sheet.BUFFER_BYTES} bytes of the program buffer")
             self.overflowed = True
@@ -373,7 +410,7 @@ class Cy525(Chip):
             return
         if letter in self.labels:
             self.finding("label-twice", f"{letter}$ again: the last one counts")
-        self.labels[letter] = len(self.program)
+        self.labels[letter] = len(self.buffer)
 
     # ------------------------------------------------------------------------------------------------ program execution
     async def run_program(self) -> None:
@@ -385,7 +422,7 @@ class Cy525(Chip):
                 await self.live_commands()
                 due = self.tick
                 continue
-            if not 0 <= self.pc < len(self.program):
+            if not 0 <= self.pc < len(self.buffer):
                 self._no_instruction()
                 await self.polled(self.prog_in, 0, T["wait_poll"])
                 continue
@@ -404,7 +441,7 @@ class Cy525(Chip):
         """One instruction: its time passes first, then it acts.  The first one acts 60 us after RUN fell."""
         assert self.pc is not None
         at = self.pc
-        code = self.program[at]
+        code = self.buffer[at]
         row = LETTERS.get(code)
         first = due > self.tick
         if row is None:
@@ -412,7 +449,7 @@ class Cy525(Chip):
             self.pc = at + 1
             await self.ticks(40 * TICKS_PER_US)
             return
-        values = row.unpack(bytes(self.program[at + 1 : at + row.size]))
+        values = row.unpack(bytes(self.buffer[at + 1 : at + row.size]))
         self.pc = at + row.size
         self.at = at
         self.waits(f"{row.form} at byte {at} in work")
@@ -459,10 +496,10 @@ class Cy525(Chip):
         self.unset.discard("position")
 
     def do_bitset(self) -> None:
-        self.programmable_output.drive(1)
+        self.buffermable_output.drive(1)
 
     def do_clearbit(self) -> None:
-        self.programmable_output.drive(0)
+        self.buffermable_output.drive(0)
 
     async def do_delay(self, delay: int) -> None:
         if delay == 0:
@@ -474,7 +511,7 @@ class Cy525(Chip):
         if self.pc is not None:
             self.finding("enter-while-running", "E in a running program: " + ("refused" if self.live else "skipped"))
             return
-        self.program = bytearray()
+        self.buffer = bytearray()
         self.labels = {}
         self.overflowed = False
         self.entering = True
@@ -611,7 +648,7 @@ class Cy525(Chip):
             return target
         if self.in_program():
             assert self.pc is not None
-            self.program[self.pc - 1] = address
+            self.buffer[self.pc - 1] = address
         return address
 
     async def wait_for(self, letter: str, wanted: int) -> None:
@@ -625,11 +662,6 @@ class Cy525(Chip):
             await self.polled(self.wait, wanted, T["wait_poll"], (self.request, 0))
         finally:
             self.waiting_pin = False
-
-    # ---------------------------------------------------------------------------------------------------- public verbs
-    def arrives(self, position: int) -> int | None:
-        """When the present promise reaches a position."""
-        return self.axis_.arrives(position)
 
     def renew_outputs(self) -> None:
         """The bound of the train has moved: whoever watches PULSE or a phase must hear of it."""

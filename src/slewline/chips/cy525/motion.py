@@ -200,7 +200,7 @@ class Motion:
                 departed = await first_of(chip.kernel, bound, *watched)
                 if departed is None:
                     break
-                watched.remove((departed, 1 - departed.level))
+                watched = [pair for pair in watched if pair[0] is not departed]
                 look, is_rise = self.look_after(departed)
                 if last is None or look < last:
                     last, rise = look, is_rise

@@ -18,7 +18,7 @@ def group_bytes(chip: Cy525, group: int, ascii: bool) -> bytes:
     if group == 0:
         return b"%05d" % chip.position if ascii else chip.position.to_bytes(2, "big")
     if group == 1:
-        return bytes(chip.program).ljust(sheet.BUFFER_BYTES, b"\0")
+        return bytes(chip.buffer).ljust(sheet.BUFFER_BYTES, b"\0")
     if group == 2:
         return bytes([0, 0, 0, 0, 0, 0x00 if chip.clockwise else 0x10])
     reg = chip.reg

@@ -125,6 +125,7 @@ TIMES = MappingProxyType({
     "slew_blink": _T(10, 11, "SLEW high when the zero rate is taken", "s.7", "chosen"),
 })
 POWER_UP_RESET_PS = 10_000_000_000  # 10 ms whatever the crystal (s.9)
+POWER_UP_RC_PS = 71_355_817_782  # 50 kOhm and 1 uF from 0 to 3.8 V of 5 V: RC * ln(5 / 1.2) (s.9, fig. 9.1)
 
 # ------------------------------------------------------------------------------------------- rates and ramps, Table VII
 # Steps per second at 11 MHz for R = 0 ... 127.  R = 0, 1, 2: "slightly less than 300, subject to change" (275: s.3 R).

@@ -1,0 +1,293 @@
+"""A bench in virtual time: chips, hosts and parts on one kernel, wired by nets.
+
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x", crystal="11 MHz")
+    host = bench.host(x)
+    host.send("R 100\\r")
+    bench.run_until_idle()
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from random import Random
+from typing import TYPE_CHECKING, Any
+
+from ..chips import chip_class
+from ..core.chip import Chip, Condition, Finding, Terminal
+from ..core.kernel import Kernel
+from ..core.net import Bus, Driver, Net
+from ..core.timebase import hertz, picoseconds, readable
+from ..errors import Timeout, UnknownName, UsageError, WiringError
+from ..parts.host import Host
+from ..parts.part import Part
+from .journal import Journal
+from .recording import Recording
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+Time = str | int
+
+
+class Bench(Recording):
+    """Chips and what stands around them.
+
+    Args:
+        seed: of every chance element that is handed a source.
+        journal: a file that takes every input from outside, to be replayed with `slewline.replay`.
+        shuffle: run the tasks of a round in random order (from this seed): results must not change.
+    """
+
+    def __init__(self, seed: int = 0, journal: str | PathLike[str] | None = None, shuffle: int | None = None) -> None:
+        super().__init__(Kernel(None if shuffle is None else Random(shuffle)))
+        self.seed = seed
+        self.random = Random(seed)
+        self.chips: dict[str, Chip] = {}
+        self.parts: dict[str, Part] = {}
+        self.journal = Journal(journal, self.kernel, seed) if journal is not None else None
+        self._started = False
+        self.on_finding: Callable[[Finding], object] | None = None
+
+    # ---------------------------------------------------------------------------------------------------- furnishing
+    def add(
+        self,
+        part: str,
+        name: str | None = None,
+        crystal: str | int | None = None,
+        straps: Mapping[str, int] | None = None,
+        bare: bool = False,
+        **options: Any,
+    ) -> Chip:
+        """Put a chip on the bench.
+
+        Args:
+            part: part number in lower case, for example "cy525".
+            name: defaults to the part number, numbered when there are several.
+            crystal: "11 MHz", or hertz; the sheet's own by default.
+            straps: fixed levels of input pins.
+            bare: leave out the standard wiring (ABORT high, STEP INHIBIT low ...).
+            options: of the part, for example rate=80 or stepwise=True.
+        """
+        name = self._new_name(name, part.lower())
+        cls = chip_class(part)
+        hz = None
+        if crystal is not None:
+            hz = hertz(crystal)
+            low, high = cls.sheet.crystal_low_hz // 2, cls.sheet.crystal_high_hz * 12 // 11
+            if not low <= hz <= high:
+                raise UsageError(
+                    f"crystal {crystal!r}: {cls.sheet.part.upper()} takes {cls.sheet.crystal_low_hz / 1e6:g} to "
+                    f"{cls.sheet.crystal_high_hz / 1e6:g} MHz (up to {high / 1e6:g} MHz with a finding); {cls.sheet.manual}"
+                )
+        if self.journal is not None:
+            self.journal.write("add", part=part.lower(), name=name, crystal_hz=hz, straps=dict(straps or {}), bare=bare, options=options)
+        chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
+        self.chips[name] = chip
+        self._adopt(chip)
+        self.kernel.settle()
+        return chip
+
+    def place(self, part: Part) -> Part:
+        """Put a part on the bench; its pins can be wired from now on."""
+        self._new_name(part.name, part.name)
+        self.parts[part.name] = part
+        self._adopt(part)
+        return part
+
+    def _adopt(self, owner: Chip | Part) -> None:
+        owner.on_finding = lambda found: self.on_finding(found) if self.on_finding is not None else None
+        for terminal in owner.pins.values():
+            terminal.on_input = self._pin_input
+
+    def _new_name(self, name: str | None, stem: str) -> str:
+        taken = {**self.chips, **self.parts}
+        if name is None:
+            name = next(n for n in (stem, *(f"{stem}_{i}" for i in range(2, 1000))) if n not in taken)
+        if name in taken:
+            raise UsageError(f"the bench has a {name!r} already; names are unique")
+        if not name.replace("_", "a").isalnum():
+            raise UsageError(f"name {name!r}: letters, digits and underscores, please")
+        return name
+
+    def host(self, *chips: Chip, name: str | None = None, delay: Time = 0) -> Host:
+        """A host computer on the command port of a chip, or of several that share its bus.
+
+        Args:
+            delay: what the host's own program takes before each byte.
+        """
+        if not chips:
+            raise UsageError("host: which chip? bench.host(x)")
+        name = self._new_name(name, "host")
+        for chip in chips[1:]:
+            if chip.bus is not chips[0].bus:
+                self._join(chips[0].bus, chip.bus)
+        if self.journal is not None:
+            self.journal.write("host", name=name, chips=[chip.name for chip in chips], delay_ps=picoseconds(delay))
+        host = Host(self.kernel, name, chips, picoseconds(delay))
+        host.wait_for = self._wait_for
+        if self.journal is not None:
+            journal = self.journal
+            host.on_input = lambda verb, args: journal.write(verb, host=name, args=args)
+        self.parts[name] = host
+        self._adopt(host)
+        self.kernel.settle()
+        return host
+
+    def __getitem__(self, name: str) -> Any:
+        """A chip or part by name."""
+        for owners in (self.chips, self.parts):
+            if name in owners:
+                return owners[name]
+        raise UnknownName(f"the bench has no {name!r}; there are: {', '.join([*self.chips, *self.parts]) or 'none yet'}")
+
+    def pin(self, name: str) -> Terminal:
+        """A pin by its full name, for example "x.slew"."""
+        owner, dot, pin = name.partition(".")
+        if not dot:
+            raise UnknownName(f"pin {name!r}: give owner and pin, for example 'x.slew'")
+        found: Terminal = self[owner].pin(pin)
+        return found
+
+    # ------------------------------------------------------------------------------------------------------- wiring
+    def wire(self, a: str, b: str, invert: bool = False) -> None:
+        """Connect two pins; with `invert` an inverter drives the second from the first.
+
+        "x.db" and "y.db" are whole buses.
+        """
+        if self._started:
+            raise WiringError(f"wire {a} to {b}: time has passed already; wire before the first run")
+        one, two = self._net(a), self._net(b)
+        if isinstance(one, Bus) != isinstance(two, Bus):
+            raise WiringError(f"wire {a} to {b}: a bus of eight wires does not fit a single pin; wire bus to bus")
+        if self.journal is not None:
+            self.journal.write("wire", a=a, b=b, invert=invert)
+        if invert:
+            two.tie = None
+            out = Driver(two, f"inverter of {a}")
+            out.drive(None if one.level is None else 1 - one.level)
+            one.watch(lambda net: out.drive(None if net.level is None else 1 - net.level))
+        elif one is not two:
+            self._join(one, two)
+        self.kernel.settle()
+
+    def _net(self, name: str) -> Net:
+        if name.endswith(".db"):
+            owner = self[name[:-3]]
+            if isinstance(owner, Chip):
+                return owner.bus
+        terminal = self.pin(name)
+        if terminal.row.way in ("power", "none"):
+            raise WiringError(f"{name} (pin {terminal.row.number}: {terminal.row.says}) carries no signal and stays unconnected")
+        return terminal.net
+
+    def _join(self, one: Net, two: Net) -> None:
+        """Two nets become one; whoever had the second has the first."""
+        one.merge(two)
+        for owner in [*self.chips.values(), *self.parts.values()]:
+            for terminal in owner.pins.values():
+                if terminal.net is two:
+                    terminal.net = one
+        for chip in self.chips.values():
+            if chip.bus is two:
+                chip.bus = one  # type: ignore[assignment]
+            chip.rewired()
+
+    # ------------------------------------------------------------------------------------------------------ running
+    @property
+    def now_ps(self) -> int:
+        """Virtual time, picoseconds since the beginning."""
+        return self.kernel.now
+
+    def at(self, time: Time, function: Callable[[], object]) -> None:
+        """Call a function at an instant, in its first round: everything still reads as it was before."""
+        ps = picoseconds(time)
+        if ps < self.kernel.now:
+            raise UsageError(f"at {readable(ps)}: that is over; it is {readable(self.kernel.now)}")
+        self.kernel.call_at(ps, function)
+
+    def _start(self) -> None:
+        if not self._started:
+            self._started = True
+            for part in self.parts.values():
+                part.rewired()
+            for chip in self.chips.values():
+                chip.check_wiring()
+        self.kernel.settle()
+
+    def run(self, duration: Time) -> None:
+        """Let virtual time pass."""
+        self.run_to(self.kernel.now + picoseconds(duration))
+
+    def run_to(self, time: Time) -> None:
+        """Let virtual time pass up to an instant, that instant included."""
+        self._start()
+        self._advance(picoseconds(time))
+        if self.journal is not None:
+            self.journal.write("run", to=self.kernel.now)
+
+    def run_until_idle(self, timeout: Time = "60 s") -> None:
+        """Run until every host queue is empty and every chip idle.
+
+        Raises:
+            Timeout: with what everybody waits for.
+        """
+        self._until(self._all_idle, None, "every queue empty and every chip idle", timeout)
+
+    def _all_idle(self) -> bool:
+        return all(part.idle for part in self.parts.values()) and all(chip.idle for chip in self.chips.values())
+
+    def run_until(self, condition: Condition | Callable[[], bool], timeout: Time = "60 s") -> None:
+        """Run until a condition is met: x.reaches(40), pin.is_(0), pin.edges(3), host.got(b"Y"), or any callable.
+
+        Raises:
+            Timeout: with what everybody waits for.
+        """
+        if isinstance(condition, Condition):
+            self._until(condition.met, condition.when, condition.text, timeout)
+        else:
+            self._until(condition, None, getattr(condition, "__name__", "the condition"), timeout)
+
+    def _wait_for(self, met: Callable[[], bool], what: str, timeout: str) -> None:
+        self._until(met, None, what, timeout)
+
+    def _until(self, met: Callable[[], bool], when: Callable[[], int | None] | None, what: str, timeout: Time) -> None:
+        """Instant after instant until `met`; `when` may say that it will come about between two events."""
+        self._start()
+        kernel = self.kernel
+        limit = kernel.now + picoseconds(timeout)
+        while not met():
+            following = kernel.next_time()
+            early = when() if when is not None else None
+            if early is not None and early <= limit and (following is None or early <= following):
+                kernel.run(early)
+                continue
+            if following is None or following > limit:
+                self._advance(limit)
+                if met():
+                    break
+                raise Timeout(self._explain(what, timeout, following is None))
+            kernel.instant()
+        if self.journal is not None:
+            self.journal.write("run", to=kernel.now)
+
+    def _explain(self, what: str, timeout: Time, dead: bool) -> str:
+        lines = [f"waited {readable(picoseconds(timeout))} for {what}; it is {readable(self.kernel.now)}"]
+        if dead:
+            lines.append("nothing is going to happen any more")
+        lines += [f"  {chip.waiting}" for chip in self.chips.values() if not chip.idle]
+        lines += [f"  {part.waiting}" for part in self.parts.values() if not part.idle]
+        return "\n".join(lines)
+
+    # ------------------------------------------------------------------------------------------------------ findings
+    @property
+    def findings(self) -> list[Finding]:
+        """What hosts did wrong, of all chips and parts, in order of time."""
+        owners: Sequence[Chip | Part] = [*self.chips.values(), *self.parts.values()]
+        return sorted((found for owner in owners for found in owner.findings), key=lambda found: found.time_ps)
+
+    def _pin_input(self, terminal: Terminal, level: int | None) -> None:
+        if self.journal is not None:
+            self.journal.write("drive", pin=terminal.name, level=level)
+
+

@@ -1,0 +1,122 @@
+"""The journal: every input from outside, one JSON object a line; replaying it gives the same run, to the bit.
+
+    {"do": "journal", "version": 1, "seed": 0}
+    {"do": "add", "t": 0, "part": "cy525", "name": "x", ...}
+    {"do": "drive", "t": 12000000000, "round": 1, "pin": "x.abort", "level": 0}
+
+`t` is the instant in picoseconds; `round` 1 marks what was done while that instant was running its first round, which
+is before its changes commit; the rest is done after the instant.  Lines are written as they happen, so a journal of a
+run that was killed is good up to its last whole line.
+"""
+
+from __future__ import annotations
+
+import json
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
+
+from ..core.kernel import Kernel
+from ..errors import BenchFileError
+
+if TYPE_CHECKING:
+    from .bench import Bench
+
+VERSION = 1
+
+
+class Journal:
+    """A journal that is being written."""
+
+    def __init__(self, path: str | PathLike[str], kernel: Kernel, seed: int) -> None:
+        self.path, self.kernel = Path(path), kernel
+        try:
+            self.file: TextIO = open(path, "w", encoding="ascii", buffering=1)
+        except OSError as error:
+            raise BenchFileError(f"journal {path}: {error.strerror}; give a file that can be written") from None
+        self.write("journal", version=VERSION, seed=seed)
+
+    def write(self, do: str, **what: Any) -> None:
+        """One input, at this instant."""
+        kernel = self.kernel
+        entry: dict[str, Any] = {"do": do, "t": kernel.now}
+        if kernel.running and kernel.seen < kernel.now:
+            entry["round"] = 1
+        self.file.write(json.dumps(entry | what, separators=(",", ":")) + "\n")
+
+    def close(self) -> None:
+        """No more entries."""
+        self.file.close()
+
+
+def entries(path: str | PathLike[str]) -> list[dict[str, Any]]:
+    """The entries of a journal file; a last line that was cut off is left out.
+
+    Raises:
+        BenchFileError: not readable, or not a journal.
+    """
+    try:
+        lines = Path(path).read_text("ascii").split("\n")
+    except (OSError, UnicodeDecodeError) as error:
+        raise BenchFileError(f"journal {path}: {getattr(error, 'strerror', None) or 'not a text file'}") from None
+    found = []
+    for number, line in enumerate(lines, 1):
+        if not line:
+            continue
+        try:
+            entry = json.loads(line)
+            entry["do"], entry["t"]
+        except (ValueError, KeyError, TypeError):
+            if number == len(lines):
+                break
+            raise BenchFileError(f"journal {path}, line {number}: not a journal entry: {line[:60]}") from None
+        found.append(entry)
+    if not found or found[0]["do"] != "journal" or found[0].get("version") != VERSION:
+        raise BenchFileError(f"journal {path}: does not begin as a journal of version {VERSION}")
+    return found
+
+
+def replay(path: str | PathLike[str], *, shuffle: int | None = None) -> Bench:
+    """Run a journal again; returns the bench as the recorded run left it."""
+    from .bench import Bench
+
+    found = entries(path)
+    bench = Bench(seed=found[0]["seed"], shuffle=shuffle)
+    for number, entry in enumerate(found[1:], 2):
+        try:
+            if entry.get("round") == 1:
+                bench.at(entry["t"], lambda entry=entry: apply(bench, entry))  # type: ignore[misc]
+            else:
+                if entry["t"] > bench.now_ps:
+                    bench.run_to(entry["t"])
+                apply(bench, entry)
+        except (KeyError, TypeError, ValueError) as error:
+            raise BenchFileError(f"journal {path}, line {number}: {error}") from error
+    return bench
+
+
+def apply(bench: Bench, entry: dict[str, Any]) -> None:
+    """Do again what an entry says."""
+    do = entry["do"]
+    if do == "add":
+        bench.add(entry["part"], entry["name"], entry["crystal_hz"], entry["straps"], entry["bare"], **entry["options"])
+    elif do == "host":
+        bench.host(*(bench.chips[name] for name in entry["chips"]), name=entry["name"], delay=entry["delay_ps"])
+    elif do == "wire":
+        bench.wire(entry["a"], entry["b"], entry["invert"])
+    elif do == "drive":
+        terminal = bench.pin(entry["pin"])
+        terminal.release() if entry["level"] is None else terminal.drive(entry["level"])
+    elif do == "send":
+        chip, data = entry["args"]
+        bench[entry["host"]].to(chip).send(bytes.fromhex(data))
+    elif do == "call":
+        verb, chip, *args = entry["args"]
+        host = bench[entry["host"]].to(chip)
+        host.wait_for = None  # the journal itself says how time passed
+        getattr(host, verb)(*args)
+    elif do == "run":
+        if entry["to"] > bench.now_ps:
+            bench.run_to(entry["to"])
+    else:
+        raise BenchFileError(f"unknown entry {do!r}")

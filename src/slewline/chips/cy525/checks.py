@@ -1,0 +1,313 @@
+"""What only the CY525's linter knows: can this ramp reach this rate in this distance, and will H do anything?
+
+The text is walked as a chip would run it, with registers whose values are known or not (None), through every branch
+both ways; each motion is then judged with the registers that it would meet.  Counts are exact, since the ramp is the
+one that the chip steps (profile.py); times hold at the reference crystal.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from ...core.table import Sheet
+from ...language.lint import Check, branches, steps_on
+from ...language.problems import Severity
+from ...language.source import Block, Directive, Source, Statement
+from .profile import head, ramp, steps
+from .sheet import RATE_TOP, SHORT_SLEW_STEPS, STEP_TICKS, STEPS_PER_SECOND, VERIFY_BYTES
+
+NUMBER_TOP = 65535
+RAMP_TOP = (NUMBER_TOP - SHORT_SLEW_STEPS) // 2  # longest ramp that leaves room to slew ("32K or so", s.7)
+FIRST_STATED = 3  # the rate table has no number for the rates below (T.VII)
+BRISK = 1000  # steps per second from which many motors want a ramp; a hint, not a limit of the chip
+SHORT_CRAWL = 0.1  # seconds at the first rate that are not worth a warning
+STATES = 4096  # a program that meets more registers than this is judged by the first ones
+
+
+class State(NamedTuple):
+    """Registers as far as the text tells; `halt` is the line of an H that still waits for its motion."""
+
+    first: int | None = None
+    rate: int | None = None
+    slope: int | None = None
+    divisor: int | None = None
+    number: int | None = None
+    position: int | None = None
+    halt: int | None = None
+
+
+class Motion(NamedTuple):
+    """A G or P, and the registers that it meets."""
+
+    statement: Statement
+    state: State
+
+    @property
+    def distance(self) -> int | None:
+        """Steps, as far as they are known."""
+        if self.statement.row.name == "GO":
+            return self.state.number
+        position = self.state.position
+        return None if position is None else abs(self.statement.values[0] - position)
+
+
+SETS = {
+    "FIRSTRATE": "first",
+    "RATE": "rate",
+    "SLOPE": "slope",
+    "DIVISOR": "divisor",
+    "NUMBER": "number",
+    "ABSOLUTE": "position",
+}
+
+
+def after(statement: Statement, state: State) -> State:
+    """The registers behind a command."""
+    name = statement.row.name
+    if name in SETS:
+        return state._replace(**{SETS[name]: statement.values[0]})
+    if name == "HALTMODE":
+        return state._replace(halt=statement.line)
+    if name == "INITIALIZE":
+        return state._replace(halt=None)
+    if name == "GO" or (name == "POSITION" and state.halt is not None):
+        return state._replace(halt=None, position=None)
+    if name == "POSITION":
+        return state._replace(position=statement.values[0])
+    return state
+
+
+class Walk:
+    """All motions of a text, with every set of registers that they can meet."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.motions: dict[Motion, None] = {}  # in the order of their discovery
+        self.halts: dict[int, Statement] = {}
+        self.starts = {
+            (jump.line, jump.column): (goal, target) for jump, target, goal in branches(source) if jump.block < 0
+        }
+        self.abort = Flight(source)
+        self._go()
+
+    def _go(self) -> None:
+        states, idle = {State()}, list(self.source.blocks)
+        latest: Block | None = None
+        for item in self.source.items:
+            if isinstance(item, Directive):
+                self.abort.directive(item)
+            elif item.block >= 0:
+                latest = self.source.blocks[item.block]
+            else:
+                block, address = self._start(item, latest)
+                if block is None or address is None:
+                    states = {self._step(item, state) for state in states}
+                else:
+                    idle = [other for other in idle if other is not block]
+                    states = self._run(block, address, states)
+        for block in idle:  # entered here, started by somebody else
+            self._run(block, 0, states)
+
+    def _start(self, statement: Statement, latest: Block | None) -> tuple[Block | None, int | None]:
+        """The program that a command starts."""
+        if statement.row.name == "EXECUTE":
+            return latest, 0
+        block, target = self.starts.get((statement.line, statement.column), (None, None))
+        return (block, block.address_of(target)) if block and target else (None, None)
+
+    def _run(self, block: Block, address: int, states: set[State]) -> set[State]:
+        """Run a program from an address; the states in which it ends, or if it never does, all that it meets."""
+        at = {statement.address: statement for statement in block.statements}
+        todo = [(address, state) for state in states]
+        seen, ends = set(todo), set()
+        while todo and len(seen) < STATES:
+            here, state = todo.pop()
+            statement = at.get(here)
+            if statement is None:
+                ends.add(state)
+                continue
+            behind = self._step(statement, state)
+            if statement.row.name in ("COMMAND", "INITIALIZE"):
+                ends.add(behind)
+            ahead = {(there, behind) for there in steps_on(block, statement)} - seen
+            seen |= ahead
+            todo += ahead
+        return ends or {state for _, state in seen}
+
+    def _step(self, statement: Statement, state: State) -> State:
+        if statement.row.name == "HALTMODE":
+            self.halts.setdefault(statement.line, statement)
+        if statement.row.motion:
+            motion = Motion(statement, state)
+            self.motions[motion] = None
+            self.abort.motion(motion)
+        return after(statement, state)
+
+
+# ------------------------------------------------------------------------------------------------------------- motions
+
+
+def motions(source: Source) -> None:
+    """Judge every motion, and every H that no motion follows."""
+    walk = Walk(source)
+    unset(source, walk.motions)
+    for motion in walk.motions:
+        judge(source, motion)
+    used = {motion.state.halt for motion in walk.motions}
+    for line, statement in walk.halts.items():
+        if line not in used:
+            found = "no G or P follows this H"
+            source.report(statement, "halt-unused", "warning", found, section="s.7", remedy="H counts for one motion")
+
+
+def unset(source: Source, found: Iterable[Motion]) -> None:
+    """The first motion that uses a register which nothing has set: power-up leaves chance values (s.4)."""
+    for statement, state in found:
+        names = {"F": state.first, "R": state.rate, "S": state.slope, "Z": state.divisor}
+        if statement.row.name == "GO":
+            names["N"] = state.number
+        if state.first is not None and state.rate is not None and state.rate <= state.first:
+            del names["S"], names["Z"]  # no ramp, no slope
+        letters = [letter for letter, value in names.items() if value is None]
+        if letters:
+            says = f"{statement.row.form} uses {', '.join(letters)}, which nothing above has set"
+            remedy = "after power-up the registers hold any values: set them once"
+            source.report(statement, "unset-register", "note", says, section="s.4", remedy=remedy)
+            return
+
+
+def judge(source: Source, motion: Motion) -> None:
+    """One motion with one set of registers."""
+    first, rate, slope, divisor = motion.state[:4]
+    if first is None or rate is None:
+        return
+    first, rate = min(first, RATE_TOP), min(rate, RATE_TOP)
+    if rate < first:
+        found = f"R {rate} is below F {first}: the whole move is made at F"
+        source.report(motion.statement, "rate-below-first", "warning", found, section="s.8")
+    if rate > first and (slope is None or divisor is None):
+        return
+    up = ramp(first, rate, slope, divisor) if rate > first and slope is not None and divisor is not None else ()
+    if motion.state.halt is not None:
+        continuous(source, motion, f"from F {first} to R {rate}", steps(up))
+    elif motion.distance is not None and up:
+        normal(source, motion, up, first, rate)
+
+
+def continuous(source: Source, motion: Motion, span: str, full: int) -> None:
+    """H acts only if the motion comes to slewing: two ramps and 256 steps must fit into the distance (s.7, s.8)."""
+    distance, needed = motion.distance, 2 * full + SHORT_SLEW_STEPS
+    if full > RAMP_TOP:
+        found = f"H has no effect: the ramp {span} takes {full} steps, too many to slew in any distance"
+        allowed, remedy = f"up to {RAMP_TOP} steps", "raise S or lower Z"
+        source.report(
+            motion.statement, "ramp-too-long", "warning", found, allowed=allowed, section="s.7", remedy=remedy
+        )
+    elif distance is not None and distance < needed:
+        found = f"H has no effect: {distance} steps are too few to slew; the ramp {span} takes {full} steps"
+        allowed, remedy = f"at least {needed} steps", "a large N, such as N 65000"
+        source.report(
+            motion.statement, "halt-too-short", "warning", found, allowed=allowed, section="s.7", remedy=remedy
+        )
+
+
+def normal(source: Source, motion: Motion, up: tuple[tuple[int, int], ...], first: int, rate: int) -> None:
+    """A move to a target: is the rate reached, and how much of the way is left over at the first rate (s.8)?"""
+    distance, full = motion.distance or 0, steps(up)
+    rest = distance - 2 * full
+    if rest < 0:
+        cut = head(up, distance // 2)
+        top = STEP_TICKS.index(cut[-1][0]) if cut else first
+        found = f"R {rate} is not reached: the ramp takes {full} steps up and {full} down, the move has {distance}"
+        remedy = f"the move gets as far as rate {top}, {STEPS_PER_SECOND[top]} steps/s"
+        source.report(motion.statement, "rate-unreached", "note", found, section="s.8", remedy=remedy)
+    elif 0 < rest < SHORT_SLEW_STEPS:
+        seconds = rest * STEP_TICKS[first] / source.sheet.crystal_hz
+        severity: Severity = "note" if seconds < SHORT_CRAWL else "warning"
+        crawl = f"made at F {first} in {seconds * 1000:.0f} ms"
+        found = f"nothing is slewed: two ramps of {full} steps leave {rest}, all {crawl}"
+        allowed = f"{2 * full} steps, or {2 * full + SHORT_SLEW_STEPS} and more"
+        source.report(motion.statement, "short-slew", severity, found, allowed=allowed, section="s.8, short slew")
+
+
+# ---------------------------------------------------------------------------------------------------- on the fly (s.7)
+
+
+class Flight:
+    """What the host's directives do to a continuous motion: rates on the fly, then an abort."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.current: int | None = None  # rate of the continuous motion; None: there is none
+        self.first = 0
+        self.lowest = 0  # where an abort would stop: F, or the last rate that was stepped down to
+
+    def motion(self, motion: Motion) -> None:
+        if motion.state.halt is not None:
+            self.current = motion.state.rate if motion.state.rate is not None else RATE_TOP
+            self.first = self.lowest = motion.state.first or 0
+
+    def directive(self, item: Directive) -> None:
+        change = re.match(r"@rate\s+(\d+)\s*$", item.text)
+        if change:
+            self.change(item, int(change[1]))
+        elif re.search(r"\babort\s*=\s*0", item.text):
+            self.stop(item)
+
+    def change(self, item: Directive, rate: int) -> None:
+        if self.current is None:
+            found, remedy = "a rate on the fly without a continuous motion", "give H before the G or P"
+            self.source.report(item, "rate-without-halt", "warning", found, section="s.7", remedy=remedy)
+        elif rate > RATE_TOP:
+            self.source.report(item, "range", "error", item.text, allowed=f"0..{RATE_TOP}", section="s.7")
+        elif rate == 0:
+            found = f"rate 0 stops the motor from rate {self.current} without a ramp"
+            if self.current > self.first:
+                self.source.report(item, "zero-rate", "warning", found, section="s.7", remedy="lower the rate first")
+        else:
+            self.lowest = rate if rate < self.current else self.lowest
+            self.current = rate
+
+    def stop(self, item: Directive) -> None:
+        if self.current is not None and self.lowest > self.first:
+            found = f"the abort ramps down to rate {self.lowest} only, the last one that was lowered to, and stops dead"
+            remedy = f"lower the rate to {self.first} before the abort"
+            self.source.report(item, "crash-stop", "warning", found, section="s.7", remedy=remedy)
+        self.current = None
+
+
+# ------------------------------------------------------------------------------------------------- single instructions
+
+
+def rates(source: Source) -> None:
+    """Rates that the manual does not state, and first rates at which a motor may stall."""
+    for statement in source.statements:
+        name = statement.row.name
+        if name not in ("RATE", "FIRSTRATE"):
+            continue
+        value = min(statement.values[0], RATE_TOP)
+        if value < FIRST_STATED:
+            found = f"{statement.text}: a little less than 300 steps/s, and not stated exactly"
+            source.report(
+                statement, "rate-uncertain", "note", found, allowed=f"{FIRST_STATED}..{RATE_TOP}", section="T.VII"
+            )
+        if name == "FIRSTRATE" and STEPS_PER_SECOND[value] > BRISK:
+            found = f"every move starts and stops at {STEPS_PER_SECOND[value]} steps/s without a ramp"
+            source.report(statement, "brisk-start", "note", found, section="s.8")
+
+
+def size(source: Source) -> None:
+    """The read-out of the program is promised for 48 bytes only (s.6)."""
+    shown = VERIFY_BYTES[1]
+    for block in source.blocks:
+        beyond = next((statement for statement in block.statements if statement.end > shown), None)
+        if beyond is not None and block.size <= source.sheet.buffer_bytes:
+            found = f"from here on V 1 need not show the program: it has {block.size} bytes"
+            source.report(beyond, "not-verifiable", "note", found, allowed=f"{shown}", section="s.6")
+
+
+def checks(sheet: Sheet) -> tuple[Check, ...]:
+    """The rules of this part, for `language.lint.lint`.  They read its tables themselves; `sheet` names the part."""
+    return (motions, rates, size)

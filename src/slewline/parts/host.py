@@ -1,0 +1,278 @@
+"""The host computer: master of the two-line handshake, of verify read-outs, live commands and requests on the fly.
+
+    wait READY high, byte on the bus, I/O REQUEST low, wait READY low, I/O REQUEST high           (s.2, s.11)
+
+A host never hesitates unless it is told to: `delay_ps` is what its program takes before each byte.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Awaitable, Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from ..core.chip import Condition
+from ..core.kernel import Kernel, Task
+from ..core.net import Driver
+from ..core.table import Sheet
+from ..core.timebase import Clock, readable
+from ..core.waits import first_of, level, until
+from ..errors import UnknownName, UsageError
+from .part import Part
+
+if TYPE_CHECKING:
+    from ..core.chip import Chip
+
+Action = Callable[["Port"], Awaitable[None]]
+SETTLED_US = 100  # READY high for longer than any instruction takes to begin: the chip is between two of them
+VERIFY = {0: 5, 1: 48, 2: 6, 3: 6}
+
+
+class Port:
+    """What a host has on one chip: drivers on its command port, and the nets that it looks at."""
+
+    def __init__(self, chip: Chip, host: str) -> None:
+        self.chip = chip.name
+        self.sheet: Sheet = chip.sheet
+        self.clock: Clock = chip.clock
+        self.pins = chip.pins
+        self.request, self.select = (Driver(chip.pin(name).net, host) for name in ("io_request", "io_select"))
+        self.prog, self.bus = Driver(chip.pin("prog").net, host), Driver(chip.bus, host)
+        self.request.drive(1)
+        self.select.drive(0)
+        self.renet()
+
+    def renet(self) -> None:
+        """Look the nets up that the host reads: wiring may have changed them."""
+        pins = self.pins
+        self.ready, self.slew, self.mode = pins["ready"].net, pins["slew"].net, pins["ascii_binary"].net
+        self.outstrobe, self.motion_complete = pins["outstrobe"].net, pins["motion_complete"].net
+
+    def ps(self, us: int) -> int:
+        """A time that is stated at 11 MHz, at the crystal of the chip."""
+        return self.clock.ps(us * 11)
+
+    def text(self, command: str) -> bytes:
+        """A command as this port takes it now: ASCII, or letter, count and data in binary mode."""
+        from ..language.dialects import Command, Decoder, encode_binary
+
+        line = command.encode("ascii") + b"\r"
+        if self.mode.level == 1:
+            return command.encode("ascii") if command == "Q" else line
+        decoder = Decoder(self.sheet)
+        for byte in line:
+            found = decoder.feed(byte, True, False)
+            if isinstance(found, Command):
+                return encode_binary(found.row, found.values)
+        raise UsageError(f"host: {command!r} is no command; it cannot be put into binary form")
+
+
+class Host(Part):
+    """A host computer on the command port of one or several chips that share its bus."""
+
+    def __init__(self, kernel: Kernel, name: str, chips: Sequence[Chip], delay_ps: int = 0) -> None:
+        super().__init__(kernel, name)
+        self.delay_ps = delay_ps
+        self.ports = {chip.name: Port(chip, name) for chip in chips}
+        self.port = next(iter(self.ports.values()))
+        self.queue: deque[tuple[Port, int | Action]] = deque()
+        self.received = bytearray()  # what read-outs brought
+        self.sent = 0
+        self.task: Task | None = None
+        self.doing = ""
+        self.since = 0
+        self.answer: Any = None
+        self.wait_for: Callable[[Callable[[], bool], str, str], None] | None = None  # the bench lets time pass
+        self.on_input: Callable[[str, list[Any]], object] | None = None  # the journal
+
+    # ------------------------------------------------------------------------------------------------------ queueing
+    def to(self, chip: str) -> Host:
+        """From now on, speak to this chip."""
+        if chip not in self.ports:
+            raise UnknownName(f"{self.name} has no chip {chip!r}; it serves {', '.join(self.ports)}")
+        self.port = self.ports[chip]
+        return self
+
+    def send(self, data: str | bytes) -> None:
+        """Queue bytes; they go out as fast as the handshake allows.  Text must be ASCII."""
+        if isinstance(data, str):
+            if not data.isascii():
+                at = next(i for i, c in enumerate(data) if ord(c) > 127)
+                raise UsageError(f"{self.name}: {data[at]!r} at character {at + 1} is not ASCII; send bytes for raw values")
+            data = data.encode("ascii")
+        self._journal("send", [self.port.chip, bytes(data).hex()])
+        port = self.port
+        self.queue.extend((port, byte) for byte in data)
+        self._wake()
+
+    def do(self, action: Action) -> None:
+        """Queue something else than a byte: a coroutine function that gets the port."""
+        self.queue.append((self.port, action))
+        self._wake()
+
+    def _wake(self) -> None:
+        if self.queue and (self.task is None or not self.task.alive):
+            self.task = self.kernel.spawn(self._run(), self.name)
+            self.since = self.kernel.now
+
+    def _journal(self, verb: str, args: list[Any]) -> None:
+        if self.on_input is not None:
+            self.on_input(verb, args)
+
+    def rewired(self) -> None:
+        for port in self.ports.values():
+            port.renet()
+
+    @property
+    def idle(self) -> bool:
+        return not self.queue and (self.task is None or not self.task.alive)
+
+    @property
+    def waiting(self) -> str:
+        if self.idle:
+            return f"{self.name}: nothing to send"
+        return f"{self.name}: {self.doing}, {len(self.queue)} more queued, since {readable(self.since)}"
+
+    def got(self, data: bytes) -> Condition:
+        """Condition: these bytes have been received."""
+        return GotCondition(self, bytes(data))
+
+    # ------------------------------------------------------------------------------------------------- the host's task
+    async def _run(self) -> None:
+        queue, kernel = self.queue, self.kernel
+        while queue:
+            port, item = queue.popleft()
+            self.since = kernel.now
+            if item.__class__ is int:
+                self.doing = f"sends {item:#04x} to {port.chip}"
+                ready = port.ready
+                if ready.level != 1:
+                    await level(ready, 1)
+                if self.delay_ps:
+                    await until(kernel, kernel.now + self.delay_ps)
+                port.bus.drive((0xFF, item))
+                port.request.drive(0)
+                await level(ready, 0)
+                port.request.drive(1)
+                port.bus.drive(None)
+                self.sent += 1
+            else:
+                await item(port)  # type: ignore[operator]
+        self.doing = ""
+
+    async def send_now(self, port: Port, data: bytes) -> None:
+        """Send bytes from inside an action."""
+        for byte in data:
+            await level(port.ready, 1)
+            if self.delay_ps:
+                await until(self.kernel, self.kernel.now + self.delay_ps)
+            port.bus.drive((0xFF, byte))
+            port.request.drive(0)
+            await level(port.ready, 0)
+            port.request.drive(1)
+            port.bus.drive(None)
+
+    async def fetch(self, port: Port, number: int) -> bytes:
+        """Read verify bytes (s.6): I/O SELECT high, one I/O REQUEST a byte."""
+        data = bytearray()
+        await level(port.ready, 1)
+        port.bus.drive(None)
+        port.select.drive(1)
+        for _ in range(number):
+            await level(port.ready, 1)
+            port.request.drive(0)
+            await level(port.ready, 0)
+            data.append(port.bus.net.byte)  # type: ignore[attr-defined]
+            port.request.drive(1)
+            await level(port.ready, 1)
+        port.select.drive(0)
+        self.received += data
+        return bytes(data)
+
+    # -------------------------------------------------------------------------------------- calls that let time pass
+    def _call(self, verb: str, args: list[Any], action: Action, timeout: str) -> Any:
+        self._journal("call", [verb, self.port.chip, *args])
+        self.answer = None
+        self.do(action)
+        if self.wait_for is None:
+            return None
+        self.wait_for(lambda: self.idle, f"{self.name}.{verb}", timeout)
+        return self.answer
+
+    def live(self, *commands: str, timeout: str = "5 s") -> None:
+        """Give commands to a chip whose program is running, through PROG/LIVE (s.7)."""
+
+        async def action(port: Port) -> None:
+            self.doing = f"live commands {', '.join(commands)} to {port.chip}"
+            port.prog.drive(0)
+            await self._between_instructions(port)
+            for number, command in enumerate(commands):
+                data = port.text(command)
+                await self.send_now(port, data[:-1])
+                if number == len(commands) - 1:
+                    await level(port.ready, 1)
+                    port.prog.drive(None)  # before the last terminator, so that the program goes on behind it
+                await self.send_now(port, data[-1:])
+            await level(port.ready, 1)
+
+        self._call("live", list(commands), action, timeout)
+
+    async def _between_instructions(self, port: Port) -> None:
+        """READY high alone does not say it: an instruction may be about to begin a motion."""
+        while True:
+            await level(port.ready, 1)
+            if await first_of(self.kernel, self.kernel.now + port.ps(SETTLED_US), (port.ready, 0)) is None:
+                return
+
+    def verify(self, group: int, number: int | None = None, timeout: str = "5 s") -> bytes:
+        """Read a verify group: bytes as the chip delivers them (group 0: five digits, or two bytes in binary mode)."""
+
+        async def action(port: Port) -> None:
+            self.doing = f"reads verify group {group} of {port.chip}"
+            await self.send_now(port, port.text(f"V {group}"))
+            count = number if number is not None else 2 if group == 0 and port.mode.level == 0 else VERIFY.get(group, 0)
+            self.answer = await self.fetch(port, count)
+
+        return self._call("verify", [group, number], action, timeout)  # type: ignore[no-any-return]
+
+    def change_rate(self, rate: int, timeout: str = "5 s") -> None:
+        """Request a new rate on the fly (s.7): wait for SLEW low, rate on the bus, I/O REQUEST low until SLEW is high."""
+        if not 0 <= rate <= 255:
+            raise UsageError(f"{self.name}: rate {rate}; allowed 0 to 127 (a byte goes out as it is)")
+
+        async def action(port: Port) -> None:
+            self.doing = f"requests rate {rate} of {port.chip}"
+            await level(port.slew, 0)
+            port.bus.drive((0xFF, rate))
+            port.request.drive(0)
+            await level(port.slew, 1)
+            port.request.drive(1)
+            port.bus.drive(None)
+
+        self._call("change_rate", [rate], action, timeout)
+
+    def read_position(self, timeout: str = "5 s") -> int:
+        """Read the position on the fly (s.6): I/O SELECT high, one byte at each rise of OUTSTROBE."""
+
+        async def action(port: Port) -> None:
+            self.doing = f"reads the position of {port.chip} on the fly"
+            port.select.drive(1)
+            data = bytearray()
+            for _ in range(2):
+                await level(port.outstrobe, 0)
+                await level(port.outstrobe, 1)
+                data.append(port.bus.net.byte)  # type: ignore[attr-defined]
+            await level(port.motion_complete, 1)
+            port.select.drive(0)
+            self.received += data
+            self.answer = int.from_bytes(data, "big")
+
+        return self._call("read_position", [], action, timeout)  # type: ignore[no-any-return]
+
+
+class GotCondition(Condition):
+    def __init__(self, host: Host, data: bytes) -> None:
+        self.host, self.data, self.text = host, data, f"{host.name} got {data!r}"
+
+    def met(self) -> bool:
+        return self.data in self.host.received

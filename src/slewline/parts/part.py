@@ -1,0 +1,72 @@
+"""What every part has: a name, pins of its own, findings.  A part sees a chip through nets only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from ..core.chip import Finding, Terminal
+from ..core.kernel import Kernel
+from ..core.net import Bus, Driver, Net
+from ..core.table import Pin
+from ..errors import UnknownName
+
+if TYPE_CHECKING:
+    from ..core.table import Way
+
+
+class Part:
+    """A part on a bench.  Subclasses make their pins in the constructor and react to nets by observers or tasks."""
+
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        self.kernel, self.name = kernel, name
+        self.pins: dict[str, Terminal] = {}
+        self.drivers: dict[str, Driver] = {}
+        self.findings: list[Finding] = []
+        self.on_finding: Callable[[Finding], object] | None = None
+        self.wired = False
+
+    def add_pin(self, name: str, way: Way, says: str, *, pull: int | None = None, initial: int | None = None) -> Terminal:
+        """Make a pin; an output drives `initial` from the beginning."""
+        row = Pin(len(self.pins) + 1, name, way, says, pull=pull)
+        terminal = Terminal(self.name, row, Net(self.kernel, f"{self.name}.{name}", pull))
+        self.pins[name] = terminal
+        if way in ("out", "both"):
+            driver = self.drivers[name] = Driver(terminal.net, self.name)
+            if initial is not None:
+                driver.drive(initial)
+        return terminal
+
+    def add_bus(self, name: str, says: str) -> Terminal:
+        """Make an eight-wire bus pin; its driver takes (mask, value) or None."""
+        terminal = Terminal(self.name, Pin(len(self.pins) + 1, name, "both", says), Bus(self.kernel, f"{self.name}.{name}"))
+        self.pins[name] = terminal
+        self.drivers[name] = Driver(terminal.net, self.name)
+        return terminal
+
+    def pin(self, name: str) -> Terminal:
+        """A pin by name."""
+        try:
+            return self.pins[name]
+        except KeyError:
+            raise UnknownName(f"{self.name} has no pin {name!r}; its pins: {', '.join(self.pins)}") from None
+
+    def finding(self, code: str, text: str) -> None:
+        """Keep something that went wrong around the chip."""
+        found = Finding(self.kernel.now, self.name, code, text)
+        self.findings.append(found)
+        if self.on_finding is not None:
+            self.on_finding(found)
+
+    def rewired(self) -> None:
+        """The bench is wired: `pin(...).net` are final.  Subclasses put their observers on here; called once."""
+
+    @property
+    def idle(self) -> bool:
+        """Nothing left to do by itself."""
+        return True
+
+    @property
+    def waiting(self) -> str:
+        """What the part waits for."""
+        return f"{self.name}: nothing"
