@@ -33,7 +33,8 @@ PROGRAMS = {  # name: (what the host sends, with | for a carriage return; the pr
     "labels": ("E|A$P 40|C|P 0|B|J A|Q", "50 28 00 43 50 00 00 42 4A 41"),
     "weld": ("E|B$W|+|N 100|C$B|D 500|C|G|L 6,C|P 0|T B|0|Q", WELD),
     "handoff": (
-        "A 0|R 120|S 25|F 5|P 14|E|U|P 0|+|C|D 90|P 14|D 90|P 108|-|P 122|B|D 90|P 108|D 90|R 20|P 0|P 14|R 120|T 0|0|QX|",
+        "A 0|R 120|S 25|F 5|P 14|E|U|P 0|+|C|D 90|P 14|D 90|P 108|-|P 122|B|D 90|P 108|D 90|"
+        "R 20|P 0|P 14|R 120|T 0|0|QX|",
         HANDOFF,
     ),
     "two_groups": (

@@ -84,6 +84,7 @@ class Bench(Recording):
             self.journal.write("add", part=part.lower(), name=name, crystal_hz=hz, straps=dict(straps or {}), bare=bare, options=options)
         chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
         self.chips[name] = chip
+        chip.on_power = self._power_input
         self._adopt(chip)
         self.kernel.settle()
         return chip
@@ -285,6 +286,10 @@ class Bench(Recording):
         """What hosts did wrong, of all chips and parts, in order of time."""
         owners: Sequence[Chip | Part] = [*self.chips.values(), *self.parts.values()]
         return sorted((found for owner in owners for found in owner.findings), key=lambda found: found.time_ps)
+
+    def _power_input(self, chip: Chip, on: bool) -> None:
+        if self.journal is not None:
+            self.journal.write("power", chip=chip.name, on=on)
 
     def _pin_input(self, terminal: Terminal, level: int | None) -> None:
         if self.journal is not None:

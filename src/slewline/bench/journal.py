@@ -107,6 +107,8 @@ def apply(bench: Bench, entry: dict[str, Any]) -> None:
     elif do == "drive":
         terminal = bench.pin(entry["pin"])
         terminal.release() if entry["level"] is None else terminal.drive(entry["level"])
+    elif do == "power":
+        bench.chips[entry["chip"]].power(entry["on"])
     elif do == "send":
         chip, data = entry["args"]
         bench[entry["host"]].to(chip).send(bytes.fromhex(data))

@@ -184,6 +184,7 @@ class Chip:
         self.tick = 0  # the chip's own count; every sleep adds to it, so nothing drifts
         self.findings: list[Finding] = []
         self.on_finding: Callable[[Finding], object] | None = None
+        self.on_power: Callable[[Chip, bool], object] | None = None  # the journal
         self.task: Task | None = None
         self.idle = False
         self._waiting: tuple[str, int] = ("nothing yet", 0)

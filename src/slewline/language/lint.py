@@ -115,7 +115,7 @@ def flow(source: Source) -> None:
             if above and not here and not stray:  # a branch into the middle of an instruction may lead anywhere
                 found = f"nothing leads to {statement.text}"
                 source.report(statement, "unreachable", "warning", found, section=BRANCHES)
-            if here and block.size in steps_on(block, statement):
+            if here and statement.end == block.size and statement.row.name not in AWAY:
                 remedy = "end with 0, or repeat with X or J"
                 found = f"the program runs past its last byte, {block.size - 1}"
                 source.report(statement, "no-end", "warning", found, section=BRANCHES, remedy=remedy)
@@ -150,7 +150,7 @@ def misplaced(source: Source) -> None:
             source.report(statement, "verify-inside", "warning", found, section=row.where, remedy=remedy)
         elif not inside and name in ("LOOP", "TIL"):
             found = f"{name} in command mode; it belongs in a program"
-            source.report(statement, "branch-outside-program", "warning", found, section=row.where)
+            source.report(statement, "branch-in-command-mode", "warning", found, section=row.where)
         elif not row.stored and not any(block.quit is statement for block in source.blocks):
             source.report(statement, "quit-outside", "warning", "Q without E", section=row.where)
 

@@ -131,7 +131,7 @@ class Cy525(Chip):
         if net.level == 0 and self.task is not None and self.ready.net.level == 0 and not self.motion.moving:
             if not self.waiting_pin:
                 self.finding("early-request", "I/O REQUEST lowered while READY is low: it stays pending")
-        elif net.level == 0 and self.pc is not None and not self.live and not self.motion.moving and not self.waiting_pin:
+        elif net.level == 0 and self.pc is not None and self.prog_in.level == 1 and not (self.live or self.motion.moving or self.waiting_pin):
             self.finding("request-while-running", "I/O REQUEST lowered in a running program without PROG/LIVE: not answered")
 
     def _on_select(self, _net: Net) -> None:
@@ -193,6 +193,8 @@ class Cy525(Chip):
         when nobody drives RESET, the capacitor of fig. 9.1 does it."""
         if on == self.powered:
             return
+        if self.on_power is not None:
+            self.on_power(self, on)
         self.powered, self.cold = on, True
         self.inner_reset.drive(0)
         self.kernel.settle()
