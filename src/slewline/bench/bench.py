@@ -236,7 +236,13 @@ class Bench(Recording):
         self._until(self._all_idle, None, "every queue empty and every chip idle", timeout)
 
     def _all_idle(self) -> bool:
-        return all(part.idle for part in self.parts.values()) and all(chip.idle for chip in self.chips.values())
+        for part in self.parts.values():
+            if not part.idle:
+                return False
+        for chip in self.chips.values():
+            if not chip.idle:
+                return False
+        return True
 
     def run_until(self, condition: Condition | Callable[[], bool], timeout: Time = "60 s") -> None:
         """Run until a condition is met: x.reaches(40), pin.is_(0), pin.edges(3), host.got(b"Y"), or any callable.
@@ -257,20 +263,30 @@ class Bench(Recording):
         self._start()
         kernel = self.kernel
         limit = kernel.now + picoseconds(timeout)
-        while not met():
-            following = kernel.next_time()
-            early = when() if when is not None else None
-            if early is not None and early <= limit and (following is None or early <= following):
-                kernel.run(early)
-                continue
-            if following is None or following > limit:
-                self._advance(limit)
-                if met():
-                    break
-                raise Timeout(self._explain(what, timeout, following is None))
-            kernel.instant()
+        if when is None:
+            reached = not kernel.run_while(met, limit)
+        else:
+            reached = self._predicted(met, when, limit)
+        if not reached:
+            dead = kernel.next_time() is None
+            self._advance(limit)
+            if not met():
+                raise Timeout(self._explain(what, timeout, dead))
         if self.journal is not None:
             self.journal.write("run", to=kernel.now)
+
+    def _predicted(self, met: Callable[[], bool], when: Callable[[], int | None], limit: int) -> bool:
+        """Like Kernel.run_while, for a condition that may come about between two events: `when` tells."""
+        kernel = self.kernel
+        while not met():
+            following, early = kernel.next_time(), when()
+            if early is not None and early <= limit and (following is None or early <= following):
+                kernel.run(early)
+            elif following is None or following > limit:
+                return False
+            else:
+                kernel.run(following)
+        return True
 
     def _explain(self, what: str, timeout: Time, dead: bool) -> str:
         lines = [f"waited {readable(picoseconds(timeout))} for {what}; it is {readable(self.kernel.now)}"]

@@ -33,22 +33,13 @@ class Due(Protocol):
 class Task:
     """A coroutine on the kernel.  `value` is what its next resumption returns: the net that woke it, or None for time."""
 
-    __slots__ = ("alive", "coroutine", "kernel", "name", "token", "value")
+    __slots__ = ("alive", "coroutine", "name", "send", "token", "value")
     is_net = False
 
-    def __init__(self, kernel: Kernel, coroutine: Coroutine[Any, Any, None], name: str) -> None:
-        self.kernel, self.coroutine, self.name = kernel, coroutine, name
+    def __init__(self, coroutine: Coroutine[Any, Any, None], name: str) -> None:
+        self.coroutine, self.name = coroutine, name
+        self.send = coroutine.send
         self.token, self.alive, self.value = 0, True, None
-
-    def resume(self) -> None:
-        if not self.alive:
-            return
-        self.kernel.task = self
-        value, self.value = self.value, None
-        try:
-            self.coroutine.send(value)
-        except StopIteration:
-            self.alive = False
 
     def kill(self) -> None:
         """End the task where it waits; its `finally` blocks run."""
@@ -63,13 +54,14 @@ class Task:
 class Call:
     """A plain function to be called at an instant, in round 1."""
 
-    __slots__ = ("function", "token")
+    __slots__ = ("function", "token", "value")
     is_net = False
+    alive = True
 
     def __init__(self, function: Callable[[], object]) -> None:
-        self.function, self.token = function, 0
+        self.function, self.token, self.value = function, 0, None
 
-    def resume(self) -> None:
+    def send(self, _value: None) -> None:
         self.function()
 
     def __repr__(self) -> str:
@@ -93,7 +85,7 @@ class Kernel:
     # ------------------------------------------------------------------------------------------------- scheduling
     def spawn(self, coroutine: Coroutine[Any, Any, None], name: str) -> Task:
         """Start a task; its first lines run in the next round."""
-        task = Task(self, coroutine, name)
+        task = Task(coroutine, name)
         self.woken.append(task)
         return task
 
@@ -117,77 +109,116 @@ class Kernel:
     def settle(self) -> None:
         """Run rounds of the present instant until it is quiet: what was driven from outside takes effect."""
         if not self.running and (self.woken or self.pending):
-            self._rounds(self.now, self._take_woken(), [])
+            self.running = True
+            try:
+                self._react(self.now, [])
+            finally:
+                self._rest()
 
     def run(self, until: int) -> None:
         """Run everything up to and including an instant, and stand there."""
-        self.settle()
-        heap = self.heap
-        while heap and heap[0][0] <= until:
-            self.instant()
+        self.run_while(None, until)
         if until > self.now:
             self.now = self.seen = until
 
-    def instant(self) -> None:
-        """Run the next instant in the heap, whole."""
+    def run_while(self, over: Callable[[], bool] | None, until: int) -> bool:
+        """Run whole instants, none later than `until`, until `over` says so; false when it does."""
+        self.settle()
         heap = self.heap
-        time = heap[0][0]
-        first: list[Any] = []
-        edges: list[Any] = []
-        while heap and heap[0][0] == time:
-            _, _, who, token = heappop(heap)
-            if who.token == token:
-                who.token += 1
-                (edges if who.is_net else first).append(who)
-        if not first and not edges:
-            return
-        self.now = time
-        self.seen = time - 1
-        self._rounds(time, first, edges)
-
-    def _take_woken(self) -> list[Any]:
-        woken = self.woken
-        self.woken = []
-        return woken
-
-    def _rounds(self, time: int, ready: list[Any], edges: list[Any]) -> None:
         self.running = True
         try:
-            for number in range(ROUNDS_LIMIT):
-                if self.shuffle is not None:
-                    self.shuffle.shuffle(ready)
-                for task in ready:
-                    task.resume()
-                self.seen = time
-                if self.pending or edges:
-                    self._commit(time, edges)
-                    edges = []
-                if not self.woken and not self.pending:
-                    return
-                ready = self._take_woken()
-            names = ", ".join(sorted({repr(task) for task in ready}))
-            raise Endless(f"{number + 1} rounds at {readable(time)}: these answer each other without letting time pass: {names}")
+            while over is None or not over():
+                if not heap or (time := heap[0][0]) > until:
+                    return True
+                _, _, who, token = heappop(heap)
+                if who.token != token:
+                    continue
+                who.token = token + 1
+                self.now = time
+                self.seen = time - 1
+                if self.shuffle is not None or who.is_net or (heap and heap[0][0] == time):
+                    self._instant(time, who)
+                    continue
+                self.task = who  # one timer, alone in its instant: most of the time
+                try:
+                    who.send(None)
+                except StopIteration:
+                    who.alive = False
+                if self.pending or self.woken:
+                    self._react(time, [])
+                else:
+                    self.seen = time
+            return False
         finally:
-            self.running = False
-            self.seen = time
-            self.task = None
+            self._rest()
 
-    def _commit(self, time: int, edges: list[Any]) -> None:
+    def _instant(self, time: int, who: Any) -> None:
+        """An instant with several causes.  Round 1: the tasks whose time has come; everything reads as before."""
+        heap = self.heap
+        ready: list[Any] = []
+        edges: list[Any] = []
+        while True:
+            if who.is_net:
+                edges.append(who)
+            else:
+                who.value = None
+                ready.append(who)
+            while True:
+                if not heap or heap[0][0] != time:
+                    self._resume(ready)
+                    self._react(time, edges)
+                    return
+                _, _, who, token = heappop(heap)
+                if who.token == token:
+                    who.token = token + 1
+                    break
+
+    def _rest(self) -> None:
+        self.running = False
+        self.seen = self.now
+        self.task = None
+
+    def _react(self, time: int, edges: list[Any]) -> None:
+        """Commit, tell, run what was woken, and again, until the instant is quiet."""
+        self.seen = time
+        for number in range(ROUNDS_LIMIT):
+            if self.pending or edges:
+                self._commit(time, edges)
+                edges = []
+            if not self.woken:
+                if not self.pending:
+                    return
+                continue
+            ready, self.woken = self.woken, []
+            self._resume(ready)
+        names = ", ".join(sorted({repr(task) for task in ready}))
+        raise Endless(f"{number + 1} rounds at {readable(time)}: these answer each other without letting time pass: {names}")
+
+    def _resume(self, ready: list[Any]) -> None:
+        if self.shuffle is not None:
+            self.shuffle.shuffle(ready)
+        for task in ready:
+            if task.alive:
+                self.task = task
+                try:
+                    task.send(task.value)
+                except StopIteration:
+                    task.alive = False
+
+    def _commit(self, time: int, nets: list[Any]) -> None:
         """All changes of the round take effect together; then everybody is told."""
-        pending = self.pending
-        self.pending = []
-        nets = edges
+        pending, self.pending = self.pending, []
+        changed = []
         for driver in pending:
             driver.pending = False
-            driver.take()
             net = driver.net
+            driver.take()
             if not net.dirty:
                 net.dirty = True
                 nets.append(net)
-        changed = []
         for net in nets:
             net.dirty = False
-            if net.update(time):
+            if net.update(time) and (net.waiters or net.observers):
                 changed.append(net)
         for net in changed:
             net.tell()

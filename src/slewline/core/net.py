@@ -10,6 +10,7 @@ driver the net takes its tie (the standard wiring of a bare part), without a tie
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable
 from heapq import heappush
 from typing import Any, Protocol
@@ -48,18 +49,15 @@ class Wave:
     def level(self, ps: int) -> Level:
         if self.until is not None and ps >= self.until:
             ps = self.until - 1
-        level = self.before
-        for time, after in zip(self.times, self.levels, strict=True):
-            if time > ps:
-                break
-            level = after
-        return level
+        over = bisect_right(self.times, ps)
+        return self.levels[over - 1] if over else self.before
 
     def after(self, ps: int) -> int | None:
-        for time in self.times:
-            if time > ps:
-                return time if self.until is None or time < self.until else None
-        return None
+        over = bisect_right(self.times, ps)
+        if over == len(self.times):
+            return None
+        time = self.times[over]
+        return time if self.until is None or time < self.until else None
 
     def edges(self, start: int, stop: int) -> tuple[list[int], list[Level]]:
         """Edges at start < t <= stop, as two lists."""
@@ -116,20 +114,36 @@ class Driver:
         """Promise a waveform from this instant on."""
         self.drive(promise)
 
+    def wave(self, times: tuple[int, ...], levels: tuple[Level, ...]) -> None:
+        """Promise edges that all lie in the future: nobody can see them yet, so it takes effect at once."""
+        net = self.net
+        if self.pending or net.log is not None:
+            self.drive(Wave(self.next if self.pending else self.at(net.kernel.seen), times, levels))
+            return
+        self.promise = Wave(self.level if self.promise is None else self.promise.level(net.kernel.seen), times, levels)
+        if len(net.drivers) == 1:
+            net.promise = self.promise
+        else:
+            net.count_promises()
+        net.token += 1
+        if net.waiters or net.observers or net.latched:
+            net.follow()
+
     def renew(self) -> None:
         """`until` of the promise has moved: whoever watches the net must hear of it."""
-        if (self.net.waiters or self.net.observers) and not self.pending:
+        net = self.net
+        if (net.waiters or net.observers or net.latched) and not self.pending:
             self.drive(self.promise)
 
     def take(self) -> None:
         """Commit what was told (called by the kernel)."""
         told = self.next
         if told is None or told.__class__ is int or told.__class__ is tuple:
-            if self.promise is not None:
-                self.promise = None
-                self.net.count_promises()
             self.level = told
-        elif told is not self.promise:
+            if self.promise is None:
+                return
+            told = None
+        if told is not self.promise:
             self.promise = told
             self.net.count_promises()
         self.net.token += 1
@@ -142,7 +156,10 @@ class Driver:
 class Net:
     """A wire.  `level` is what a reader sees now; `changes` and `changed_at` latch the edges of a watched net."""
 
-    __slots__ = ("changed_at", "changes", "dirty", "drivers", "kernel", "log", "name", "observers", "on_conflict", "promise", "pull", "tie", "token", "value", "waiters")
+    __slots__ = (
+        "changed_at", "changes", "dirty", "drivers", "kernel", "latched", "log", "name",
+        "observers", "on_conflict", "promise", "pull", "tie", "token", "value", "waiters",
+    )  # fmt: skip
     is_net = True
     width = 1
 
@@ -157,6 +174,7 @@ class Net:
         self.on_conflict: Callable[[Net], object] | None = None
         self.token = self.changes = self.changed_at = 0
         self.dirty = False
+        self.latched = False  # `changes` and `changed_at` count even while nobody waits for the net
 
     @property
     def level(self) -> Level:
@@ -190,16 +208,20 @@ class Net:
     def update(self, ps: int) -> bool:
         """Commit: take the level of an instant; true if it changed (called by the kernel)."""
         drivers = self.drivers
-        if len(drivers) == 1 and self.promise is None:
-            new = drivers[0].level
+        promise = self.promise
+        if len(drivers) == 1:
+            new = drivers[0].level if promise is None else promise.level(ps)
             if new is None:
                 new = self.tie if self.tie is not None else self.pull
         else:
             new = self.resolve(ps)
         if self.log is not None:
             self._keep(ps, new)
-        if self.promise is not None:
-            self.schedule(ps)
+        if promise is not None:
+            if promise.__class__ is Wave and self.log is None and len(drivers) == 1 and ps >= promise.times[-1]:
+                drivers[0].level, drivers[0].promise, self.promise = new, None, None  # the wave is over
+            else:
+                self.schedule(ps)
         if new == self.value:
             return False
         self.value = new
@@ -224,18 +246,24 @@ class Net:
 
     def schedule(self, ps: int) -> None:
         """Put the next promised edge into the heap if anybody watches."""
-        if self.waiters or self.observers or (self.log is not None and len(self.drivers) > 1):
-            times = [t for d in self.drivers if d.promise is not None and (t := d.promise.after(ps)) is not None]
-            if times:
+        if self.waiters or self.observers or self.latched or (self.log is not None and len(self.drivers) > 1):
+            if len(self.drivers) == 1:
+                time = self.promise.after(ps)  # type: ignore[union-attr]
+            else:
+                times = [t for d in self.drivers if d.promise is not None and (t := d.promise.after(ps)) is not None]
+                time = min(times) if times else None
+            if time is not None:
                 self.token += 1
-                heappush(self.kernel.heap, (min(times), next(self.kernel.order), self, self.token))
+                heappush(self.kernel.heap, (time, next(self.kernel.order), self, self.token))
 
     def tell(self) -> None:
         """Wake whoever waits for the new level (called by the kernel)."""
         value = self.value
-        if self.waiters:
-            keep, woken = [], self.kernel.woken
-            for entry in self.waiters:
+        waiters = self.waiters
+        if waiters:
+            self.waiters = []
+            woken = self.kernel.woken
+            for entry in waiters:
                 task, token, wanted = entry
                 if task.token == token:
                     if wanted is None or wanted == value:
@@ -243,8 +271,7 @@ class Net:
                         task.value = self
                         woken.append(task)
                     else:
-                        keep.append(entry)
-            self.waiters = keep
+                        self.waiters.append(entry)
         for observer in self.observers:
             observer(self)
 
@@ -265,6 +292,7 @@ class Net:
         if self.pull is None:
             self.pull = other.pull
         self.on_conflict = self.on_conflict or other.on_conflict
+        self.latched |= other.latched
         self.count_promises()
         self.value = self.resolve(self.kernel.seen)
 
@@ -279,26 +307,27 @@ class Bus(Net):
     width = 8
 
     def resolve(self, ps: int) -> Level:
-        mask = 0
-        value = 0xFF
+        level: Level = None
         for driver in self.drivers:
             own = driver.level if driver.promise is None else driver.promise.level(ps)
             if own is not None:
-                if mask & own[0] & (value ^ own[1]) and self.on_conflict is not None:
-                    self.on_conflict(self)
-                value &= own[1] | ~own[0]
-                mask |= own[0]
-        return (mask, value & 0xFF) if mask else self.pull
+                level = own if level is None else self._both(level, own)
+        return self.pull if level is None else level
+
+    def _both(self, one: tuple[int, int], two: tuple[int, int]) -> tuple[int, int]:
+        if one[0] & two[0] & (one[1] ^ two[1]) and self.on_conflict is not None:
+            self.on_conflict(self)
+        return one[0] | two[0], (one[1] | ~one[0] & 0xFF) & (two[1] | ~two[0] & 0xFF)
 
     @property
     def byte(self) -> int:
         """The byte that a reader sees."""
         level = self.level
-        return 0xFF if level is None else level[1]
+        return 0xFF if level is None else level[1] | ~level[0] & 0xFF  # type: ignore[no-any-return]
 
     def bit(self, number: int) -> int | None:
         """The level of one wire, None while nobody drives it."""
         level = self.level
         if level is None or not level[0] >> number & 1:
             return None
-        return level[1] >> number & 1
+        return level[1] >> number & 1  # type: ignore[no-any-return]

@@ -75,7 +75,7 @@ class Host(Part):
         self.delay_ps = delay_ps
         self.ports = {chip.name: Port(chip, name) for chip in chips}
         self.port = next(iter(self.ports.values()))
-        self.queue: deque[tuple[Port, int | Action]] = deque()
+        self.queue: deque[tuple[Port, bytes | Action]] = deque()
         self.received = bytearray()  # what read-outs brought
         self.sent = 0
         self.task: Task | None = None
@@ -101,8 +101,8 @@ class Host(Part):
                 raise UsageError(f"{self.name}: {data[at]!r} at character {at + 1} is not ASCII; send bytes for raw values")
             data = data.encode("ascii")
         self._journal("send", [self.port.chip, bytes(data).hex()])
-        port = self.port
-        self.queue.extend((port, byte) for byte in data)
+        if data:
+            self.queue.append((self.port, bytes(data)))
         self._wake()
 
     def do(self, action: Action) -> None:
@@ -131,7 +131,7 @@ class Host(Part):
     def waiting(self) -> str:
         if self.idle:
             return f"{self.name}: nothing to send"
-        return f"{self.name}: {self.doing}, {len(self.queue)} more queued, since {readable(self.since)}"
+        return f"{self.name}: {self.doing}, {len(self.queue)} in the queue, since {readable(self.since)}"
 
     def got(self, data: bytes) -> Condition:
         """Condition: these bytes have been received."""
@@ -139,38 +139,31 @@ class Host(Part):
 
     # ------------------------------------------------------------------------------------------------- the host's task
     async def _run(self) -> None:
-        queue, kernel = self.queue, self.kernel
+        queue = self.queue
         while queue:
-            port, item = queue.popleft()
-            self.since = kernel.now
-            if item.__class__ is int:
-                self.doing = f"sends {item:#04x} to {port.chip}"
-                ready = port.ready
-                if ready.level != 1:
-                    await level(ready, 1)
-                if self.delay_ps:
-                    await until(kernel, kernel.now + self.delay_ps)
-                port.bus.drive((0xFF, item))
-                port.request.drive(0)
-                await level(ready, 0)
-                port.request.drive(1)
-                port.bus.drive(None)
-                self.sent += 1
+            port, item = queue[0]
+            self.since = self.kernel.now
+            if isinstance(item, bytes):
+                self.doing = f"sends to {port.chip}"
+                await self.send_now(port, item)
             else:
-                await item(port)  # type: ignore[operator]
-        self.doing = ""
+                await item(port)
+            queue.popleft()
 
     async def send_now(self, port: Port, data: bytes) -> None:
-        """Send bytes from inside an action."""
+        """The two-line handshake, byte after byte."""
+        kernel, ready, drive_bus, request = self.kernel, port.ready, port.bus.drive, port.request.drive
         for byte in data:
-            await level(port.ready, 1)
+            if ready.level != 1:
+                await level(ready, 1)
             if self.delay_ps:
-                await until(self.kernel, self.kernel.now + self.delay_ps)
-            port.bus.drive((0xFF, byte))
-            port.request.drive(0)
-            await level(port.ready, 0)
-            port.request.drive(1)
-            port.bus.drive(None)
+                await until(kernel, kernel.now + self.delay_ps)
+            drive_bus((0xFF, byte))
+            request(0)
+            await level(ready, 0)
+            request(1)
+            drive_bus(None)
+            self.sent += 1
 
     async def fetch(self, port: Port, number: int) -> bytes:
         """Read verify bytes (s.6): I/O SELECT high, one I/O REQUEST a byte."""

@@ -8,11 +8,11 @@ one that the chip steps (profile.py); times hold at the reference crystal.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from ...core.table import Sheet
-from ...language.lint import Check, branches, steps_on
+from ...language.lint import ENDS, Check, steps_on
 from ...language.problems import Severity
 from ...language.source import Block, Directive, Source, Statement
 from .profile import head, ramp, steps
@@ -83,58 +83,48 @@ class Walk:
     """All motions of a text, with every set of registers that they can meet."""
 
     def __init__(self, source: Source) -> None:
-        self.source = source
         self.motions: dict[Motion, None] = {}  # in the order of their discovery
         self.halts: dict[int, Statement] = {}
-        self.starts = {
-            (jump.line, jump.column): (goal, target) for jump, target, goal in branches(source) if jump.block < 0
-        }
-        self.abort = Flight(source)
-        self._go()
-
-    def _go(self) -> None:
-        states, idle = {State()}, list(self.source.blocks)
-        latest: Block | None = None
-        for item in self.source.items:
+        self.flight = Flight(source)
+        blocks = iter(source.blocks)
+        latest = next(blocks, None) if source.blocks and source.blocks[0].entry is None else None
+        started, states = False, [State()]
+        for item in source.items:
             if isinstance(item, Directive):
-                self.abort.directive(item)
+                self.flight.directive(item)
             elif item.block >= 0:
-                latest = self.source.blocks[item.block]
+                continue
+            elif item.row.name == "ENTER":
+                if latest and not started:
+                    self._run(latest, 0, states)  # somebody else may have started it
+                latest, started = next(blocks), False
+            elif latest and (item.row.name == "EXECUTE" or item.target):
+                started = True
+                address = latest.address_of(item.target) if item.target else 0
+                states = states if address is None else self._run(latest, address, states)
             else:
-                block, address = self._start(item, latest)
-                if block is None or address is None:
-                    states = {self._step(item, state) for state in states}
-                else:
-                    idle = [other for other in idle if other is not block]
-                    states = self._run(block, address, states)
-        for block in idle:  # entered here, started by somebody else
-            self._run(block, 0, states)
+                states = [self._step(item, state) for state in states]
+        if latest and not started:
+            self._run(latest, 0, states)
 
-    def _start(self, statement: Statement, latest: Block | None) -> tuple[Block | None, int | None]:
-        """The program that a command starts."""
-        if statement.row.name == "EXECUTE":
-            return latest, 0
-        block, target = self.starts.get((statement.line, statement.column), (None, None))
-        return (block, block.address_of(target)) if block and target else (None, None)
-
-    def _run(self, block: Block, address: int, states: set[State]) -> set[State]:
+    def _run(self, block: Block, address: int, states: Sequence[State]) -> list[State]:
         """Run a program from an address; the states in which it ends, or if it never does, all that it meets."""
         at = {statement.address: statement for statement in block.statements}
         todo = [(address, state) for state in states]
-        seen, ends = set(todo), set()
+        seen, ends = dict.fromkeys(todo), dict[State, None]()  # in order, so that the same text gives the same answer
         while todo and len(seen) < STATES:
             here, state = todo.pop()
             statement = at.get(here)
             if statement is None:
-                ends.add(state)
+                ends[state] = None
                 continue
             behind = self._step(statement, state)
-            if statement.row.name in ("COMMAND", "INITIALIZE"):
-                ends.add(behind)
-            ahead = {(there, behind) for there in steps_on(block, statement)} - seen
-            seen |= ahead
+            if statement.row.name in ENDS:
+                ends[behind] = None
+            ahead = [(there, behind) for there in steps_on(block, statement) if (there, behind) not in seen]
+            seen |= dict.fromkeys(ahead)
             todo += ahead
-        return ends or {state for _, state in seen}
+        return list(ends) or list(dict.fromkeys(state for _, state in seen))
 
     def _step(self, statement: Statement, state: State) -> State:
         if statement.row.name == "HALTMODE":
@@ -142,7 +132,7 @@ class Walk:
         if statement.row.motion:
             motion = Motion(statement, state)
             self.motions[motion] = None
-            self.abort.motion(motion)
+            self.flight.motion(motion)
         return after(statement, state)
 
 
@@ -164,7 +154,7 @@ def motions(source: Source) -> None:
 
 def unset(source: Source, found: Iterable[Motion]) -> None:
     """The first motion that uses a register which nothing has set: power-up leaves chance values (s.4)."""
-    for statement, state in found:
+    for statement, state in sorted(found, key=lambda motion: motion.statement.line):
         names = {"F": state.first, "R": state.rate, "S": state.slope, "Z": state.divisor}
         if statement.row.name == "GO":
             names["N"] = state.number

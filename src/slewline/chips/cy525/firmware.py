@@ -20,7 +20,7 @@ from ...core.kernel import Kernel
 from ...core.net import Driver, Net, Wave
 from ...core.timebase import readable
 from ...core.train import OPEN, Playing, PulseView, StepTrain
-from ...core.waits import level
+from ...core.waits import level, until
 from ...errors import UsageError
 from ...language.dialects import Command, Decoder, Label
 from . import sheet
@@ -28,6 +28,8 @@ from .motion import Motion
 from .readout import group_bytes
 
 T = {name: time.ticks for name, time in sheet.TIMES.items()}
+STROBE, BUSY, LETTER = T["instrobe_delay"], T["busy_delay"], T["letter"]
+SAMPLE = STROBE + T["strobe_width"]  # the bus is read at the rising edge of INSTROBE
 TICKS_PER_US = sheet.REFERENCE_HZ // 1_000_000
 LETTERS = {row.code: row for row in sheet.COMMANDS if row.stored}
 PARAMETERS = {"N": "number", "S": "slope", "R": "rate", "F": "firstrate", "Z": "divisor"}
@@ -86,7 +88,7 @@ class Cy525(Chip):
         kernel.settle()
         self.inner_reset.net.watch(self._on_inner_reset)
         self.accepted = -1
-        self.run_fell = self.busy_from = self.requested = self.at = 0
+        self.run_fell = self.busy_from = self.busy_ps = self.requested = self.at = 0
         self.ascii = True
         self.reset_registers()
         self.outputs_high()
@@ -117,21 +119,14 @@ class Cy525(Chip):
         self._watch_inputs()
 
     def _watch_inputs(self) -> None:
-        for net, observer in (
-            (self.reset_net, self._on_reset),
-            (self.request, self._on_request),
-            (self.select, self._on_select),
-            (self.prog_in, self._on_prog),
-        ):
+        self.request.latched = True
+        for net, observer in ((self.reset_net, self._on_reset), (self.select, self._on_select), (self.prog_in, self._on_prog)):
             if observer not in net.observers:
                 net.watch(observer)
 
     def _on_request(self, net: Net) -> None:
-        """Host mistakes that only the edge shows (the chip itself looks at levels)."""
-        if net.level == 0 and self.task is not None and self.ready.net.level == 0 and not self.motion.moving:
-            if not self.waiting_pin:
-                self.finding("early-request", "I/O REQUEST lowered while READY is low: it stays pending")
-        elif net.level == 0 and self.pc is not None and self.prog_in.level == 1 and not (self.live or self.motion.moving or self.waiting_pin):
+        """A running program does not see a request; only its edge can tell (watched while a program runs)."""
+        if net.level == 0 and self.prog_in.level == 1 and not (self.live or self.motion.moving or self.waiting_pin):
             self.finding("request-while-running", "I/O REQUEST lowered in a running program without PROG/LIVE: not answered")
 
     def _on_select(self, _net: Net) -> None:
@@ -251,6 +246,8 @@ class Cy525(Chip):
         if net.level == 1:
             self.start()
             return
+        if self.pc is not None:
+            self.request.observers.remove(self._on_request)
         self.motion.killed()
         self.decoder.reset()
         self.reset_registers()
@@ -269,39 +266,45 @@ class Cy525(Chip):
     # -------------------------------------------------------------------------------------------------- bytes (fig. 7.3)
     async def next_byte(self) -> int:
         """Take the next byte from the bus; verify bytes are handed out meanwhile."""
-        request = self.request
+        request, kernel, ps = self.request, self.kernel, self.clock.ps
         while True:
             if request.level != 0:
                 self.idle = self.pc is None
-                self.waits("a live command" if self.live else "a command" if self.decoder.at_letter else "the rest of a command")
+                text = "a live command" if self.live else "a command" if self.decoder.at_letter else "the rest of a command"
+                self._waiting = (text, kernel.now)
                 await level(request, 0)
-            self.idle = False
-            self.sync()
+                self.idle = False
+            elif self.accepted >= 0 and not self.live:
+                self.finding("early-request", "I/O REQUEST was lowered while READY was low: it is served now")
+            self.requested = self.tick = tick = self.clock.ticks_from(kernel.now)
             if self.select.level == 1:
                 await self.output_byte()
                 continue
-            self.requested = self.tick
-            strobe = self.tick + T["instrobe_delay"]
-            ps = self.clock.ps
-            self.instrobe.play(Wave(1, (ps(strobe), ps(strobe + T["strobe_width"])), (0, 1)))
-            self.waits("the end of INSTROBE")
-            await self.at_tick(strobe + T["strobe_width"])
+            self.tick = sampled = tick + SAMPLE
+            at = ps(sampled)
+            self.instrobe.wave((ps(tick + STROBE), at), (0, 1))
+            await until(kernel, at)
             if request.level == 1:
                 self.finding("short-request", "I/O REQUEST rose before INSTROBE ended: the byte is lost")
                 continue
             self.accepted = request.changes
             byte: int = self.bus.byte
-            self.busy_from = self.tick + T["busy_delay"]
-            self.ready.play(Wave(1, (ps(self.busy_from),), (0,)))
-            self.motion_complete.drive(1)
+            self._waiting = ("a byte in work", kernel.now)
+            self.busy_from = sampled + BUSY
+            self.busy_ps = ps(sampled + BUSY)
+            self.ready.wave((self.busy_ps,), (0,))
+            if self.motion_complete.net.value != 1:
+                self.motion_complete.drive(1)
             return byte
 
     async def finish(self, tick: int) -> None:
         """End the handshake: READY returns at a tick, but not before I/O REQUEST has been high (s.7)."""
-        await self.at_tick(tick)
+        if tick > self.tick:
+            self.tick = tick
+            await until(self.kernel, self.clock.ps(tick))
         request = self.request
         if request.changes > self.accepted:
-            if request.changed_at < self.clock.ps(self.busy_from):
+            if request.changed_at < self.busy_ps:
                 self.finding("short-request", "I/O REQUEST rose before READY fell; the byte counts")
         elif request.level == 0:
             self.waits("io_request=1 before READY returns")
@@ -319,7 +322,8 @@ class Cy525(Chip):
         self.bus_driver.play(Wave(None, (ps(strobe - width),), ((0xFF, byte),)))
         self.outstrobe.play(Wave(1, (ps(strobe), ps(strobe + width)), (0, 1)))
         self.busy_from = strobe + width + T["busy_delay"]
-        self.ready.play(Wave(1, (ps(self.busy_from),), (0,)))
+        self.busy_ps = ps(self.busy_from)
+        self.ready.wave((self.busy_ps,), (0,))
         self.motion_complete.drive(1)
         self.waits("io_request=1 after a verify byte")
         await self.at_tick(self.busy_from + width)
@@ -372,8 +376,7 @@ class Cy525(Chip):
             if found.__class__ is Label:
                 assert isinstance(found, Label)
                 self.mark(found.letter)
-            self.waits("the decoding of a byte")
-            await self.finish(self.requested + T["letter"])
+            await self.finish(self.requested + LETTER)
 
     async def execute(self, command: Command) -> None:
         """Perform a command given by the host, and end its handshake."""
@@ -480,6 +483,7 @@ class Cy525(Chip):
         if self.pc is None:
             self.run_fell = self.tick
             self.run_pin.drive(0)
+            self.request.watch(self._on_request)
         self.pc = target
 
     def in_program(self) -> bool:
@@ -535,14 +539,13 @@ class Cy525(Chip):
         self.continuous = True
 
     def do_initialize(self) -> None:
-        was_running = self.pc is not None
+        if self.pc is not None:
+            self.do_command()
         self.reset_registers()
         self.set_direction(True)
         for driver in self.phases:
             driver.drive(1)
         self.prog.drive(None)
-        if was_running:
-            self.run_pin.drive(1)
 
     def do_jump(self, target: int) -> None:
         self.begin_run(self.resolved(target))
@@ -633,6 +636,7 @@ class Cy525(Chip):
         if self.pc is not None:
             self.pc = None
             self.run_pin.drive(1)
+            self.request.observers.remove(self._on_request)
         self.loop = None
 
     # --------------------------------------------------------------------------------------------------------- helpers

@@ -105,9 +105,9 @@ class Motion:
         chip = self.chip
         plan = profile.move(self.number, self.first, self.top, chip.reg["slope"], chip.reg["divisor"])
         if self.continuous:
-            if not self.abortable:
-                chip.finding("abort-low-at-start", "a continuous motion begins with ABORT low: only RESET can end it")
             if any(leg.name == "slew" for leg in plan.legs):
+                if not self.abortable:
+                    chip.finding("abort-low-at-start", "a continuous motion begins with ABORT low: only RESET can end it")
                 return profile.steady(self.top, ("up", self.ramp(self.first, self.top)))
             chip.finding("halt-without-effect", "H has no effect: the motion is too short to slew")
             self.continuous = False
@@ -189,10 +189,11 @@ class Motion:
         """
         chip, train, playing = self.chip, self.train, self.playing
         assert playing is not None
+        departures = self.watched()
         while True:
             last = None if stop >= OPEN else train.begin(stop - self.base)
             rise = False
-            watched = self.watched()
+            watched = departures
             while True:
                 bound = None if last is None else chip.clock.ps(last)
                 playing.until = bound
@@ -214,7 +215,7 @@ class Motion:
     def watched(self) -> list[tuple[Net, int]]:
         """The inputs whose change matters now, each with the level that would be a change."""
         chip = self.chip
-        pairs = [(chip.inhibit, 1), (chip.request, 1 - chip.request.level)]
+        pairs = [(chip.inhibit, 1), (chip.request, 1 - chip.request.level if self.done else 0)]
         if chip.select.level == 0:
             pairs.append((chip.select, 1))
         if self.abortable and not self.aborted:
@@ -300,7 +301,7 @@ class Motion:
                 chip.finding("fly-rate-outside-continuous", "I/O REQUEST low in a normal motion: it halts without ramp")
                 return STOP
             return plan
-        if plan.leg(step - 1).name != "slew" and plan.leg(step).name != "slew":
+        if plan.leg(step).name != "slew":
             if low:
                 self.pending = not self.served
             elif self.pending:
@@ -317,9 +318,9 @@ class Motion:
         if not low:
             self.served = self.told_held = False
             return plan
-        return await self.change_rate(plan.rate(step - 1), plan)
+        return await self.change_rate(plan.rate(step))
 
-    async def change_rate(self, current: int, plan: Plan) -> Plan:
+    async def change_rate(self, current: int) -> Plan:
         """Take a new rate from the bus (s.7): up changes replace R, down changes replace F, for this motion."""
         rate = self.taken_rate()
         if rate == 0:
@@ -330,7 +331,7 @@ class Motion:
         if rate < current:
             self.first = rate
             return profile.steady(rate, ("down", profile.mirrored(self.ramp(rate, current))))
-        return profile.steady(rate, ("up", ((sheet.STEP_TICKS[rate], 1),)))  # SLEW blinks for one step
+        return profile.steady(rate, ("same", ((sheet.STEP_TICKS[rate], 1),)))  # SLEW blinks for one step
 
     def taken_rate(self) -> int:
         """Read the rate byte, with one INSTROBE pulse; the request counts as served until it has been high."""

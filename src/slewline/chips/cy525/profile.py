@@ -81,7 +81,10 @@ def tail(runs: Runs, first: int) -> Runs:
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """A part of a plan: "up", "slew", "down" or "crawl".  The SLEW pin is low in a slew and high elsewhere."""
+    """A part of a plan: "up", "slew", "down", "crawl" or "same".  The SLEW pin is low in a slew and high elsewhere.
+
+    A crawl is made at F, up to the target; a same answers a request for the present rate with one step.
+    """
 
     name: str
     runs: Runs
@@ -177,13 +180,3 @@ def move(number: int, first: int, rate: int, slope: int, divisor: int) -> Plan:
 def steady(rate: int, before: tuple[str, Runs] = ("up", ())) -> Plan:
     """A change of rate in a continuous motion: a ramp, then steps at `rate` without end."""
     return plan(before, ("slew", ((STEP_TICKS[rate], OPEN),)))
-
-
-def down(current: int, first: int, slope: int, divisor: int, limit: int) -> Plan:
-    """The way down after an abort, from rate `current` to `first`, of `limit` steps at the most: the target may lie in it."""
-    return plan(("down", head(mirrored(ramp(first, current, slope, divisor)), limit)))
-
-
-def crawl(first: int, number: int) -> Plan:
-    """`number` steps at the first rate: what is left to the target."""
-    return plan(("crawl", ((STEP_TICKS[first], number),) if number else ()))

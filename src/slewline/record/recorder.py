@@ -1,0 +1,249 @@
+"""The recorder: what a net did, kept as it was driven, expanded into edges when somebody asks.
+
+A net's log is a list of (instant, level or promise) entries, and an entry holds until the next one.  So a million
+steps of an endless move are one entry, and edges are made only of the window that somebody asks for:
+
+    log      (0, 1)      (5 us, promise of a train)           (9 us, 0)
+    net      1111111111111111|_|1|_|1|_|1|_|1|_|1|____________________________
+    edges                    ^ ^ ^ ^ ^ ^ ^ ^ ^ ^ ^
+
+Rules of this file: nothing past the last committed instant is read; the level with which a log begins is no edge.
+Levels are 0 and 1, on a bus 0 to 255, and FLOATING where nothing drives and nothing pulls.
+"""
+
+from __future__ import annotations
+
+import sys
+from bisect import bisect_left
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from ..core.chip import Terminal
+from ..core.net import Bus, Net
+from ..core.timebase import readable
+from ..errors import NotRecorded, TimeError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Levels: TypeAlias = NDArray[np.int8] | NDArray[np.int16]
+    Edges: TypeAlias = tuple[NDArray[np.int64], Levels]
+
+Probe: TypeAlias = Net | Terminal  # what can be asked about: a net, or a pin (also one wire of a bus)
+
+FLOATING = -1
+TRIM_FROM = 1024  # entries; shorter logs are not worth trimming
+CHUNK_EDGES = 1 << 16  # what an export expands at a time; beyond it, arrays leave the processor's cache
+FIRST_CHUNK_PS = 10**10
+LONGEST_CHUNK_PS = 10**12  # bounds what a burst after a long silence can cost
+
+
+class Log(list[tuple[int, Any]]):
+    """The entries of a net.  With `keep_ps`, older ones are dropped when the list has doubled since the last time."""
+
+    __slots__ = ("full", "keep_ps")
+
+    def __init__(self, keep_ps: int | None) -> None:
+        super().__init__()
+        self.keep(keep_ps)
+
+    def keep(self, keep_ps: int | None) -> None:
+        """How much of the past to keep from now on; None: all of it."""
+        self.keep_ps = keep_ps
+        self.full = sys.maxsize if keep_ps is None else TRIM_FROM
+
+    def append(self, entry: tuple[int, Any]) -> None:
+        """Add the newest entry (called by the net)."""
+        super().append(entry)
+        if len(self) > self.full:
+            self.trim(entry[0])
+
+    def trim(self, now: int) -> None:
+        """Drop what is older than asked for, save the entry that still holds just before that: an edge needs both sides."""
+        if self.keep_ps is not None:
+            del self[: max(bisect_left(self, (now - self.keep_ps,)) - 1, 0)]
+            self.full = max(2 * len(self), TRIM_FROM)
+
+
+class Recorder:
+    """Switches the logs of nets on and answers questions about their past."""
+
+    def record(self, probe: Probe, keep_ps: int | None = None) -> None:
+        """Keep what a net does from now on; None: all of it, else the last `keep_ps`.
+
+        A net that is recorded already goes on being recorded, with the new `keep_ps`.
+        """
+        net = net_of(probe)
+        if isinstance(net.log, Log):
+            net.log.keep(keep_ps)
+            return
+        net.log = Log(keep_ps)
+        net.log.append((net.kernel.seen, _present(net)))
+        if net.promise is not None and len(net.drivers) > 1:
+            net.follow()  # several drivers: only the net itself knows what their promises add up to
+
+    def since(self, probe: Probe) -> int:
+        """The first instant, in ps, about which the recorder can be asked.
+
+        Raises:
+            NotRecorded: the net is not recorded.
+        """
+        net = net_of(probe)
+        if not isinstance(net.log, Log):
+            raise NotRecorded(f"{probe.name} is not recorded; call bench.record({probe.name!r}) before running")
+        keep = net.log.keep_ps
+        return net.log[0][0] if keep is None else max(net.log[0][0], net.kernel.seen - keep)
+
+    def level_at(self, probe: Probe, ps: int) -> int:
+        """Level at an instant, edges at that instant included; FLOATING where nothing drives.
+
+        After the last committed instant, the level is the one at that instant.
+
+        Raises:
+            NotRecorded: the net is not recorded, or no longer that far back.
+        """
+        log, net = self._log(probe, ps), net_of(probe)
+        ps = min(ps, net.kernel.seen)
+        return _code(probe, _level(log[max(bisect_left(log, (ps + 1,)) - 1, 0)][1], ps))
+
+    def edges(self, probe: Probe, start: int, stop: int) -> Edges:
+        """Edges at start <= t <= stop, as far as the last committed instant: one per instant, each a real change.
+
+        Returns:
+            Times (n,) int64, ps, ascending; levels after the edges (n,) int8, FLOATING where nothing drives.  On a
+            bus the levels are int16, 0 to 255; a wire of it that nobody drives reads 1, unless nobody drives any.
+
+        Raises:
+            NotRecorded: the net is not recorded, or no longer that far back.
+            TimeError: the window ends beyond 2^63 ps (106 days).
+        """
+        log, net = self._log(probe, start), net_of(probe)
+        stop = min(stop, net.kernel.seen)
+        if stop >= 1 << 63:
+            raise TimeError("an array of picoseconds ends after 106 days (2^63 ps); ask for an earlier window")
+        first, last = max(bisect_left(log, (start,)) - 1, 0), bisect_left(log, (stop + 1,))
+        since, what = log[first]
+        if stop < start or (last - first <= 1 and not _promised(what)):  # one level throughout
+            return _columns(probe, [], [])
+        before = _code(probe, _level(what, max(since, start - 1)))
+        return real_edges(*_expanded(probe, log[first:last], start, stop), before)
+
+    def _log(self, probe: Probe, start: int) -> Log:
+        since = self.since(probe)
+        log = net_of(probe).log
+        assert isinstance(log, Log)
+        if start < since:
+            remedy = f"call bench.record({probe.name!r}) earlier"
+            if log.keep_ps is not None:
+                remedy += f", or with more than keep={readable(log.keep_ps)!r}"
+            raise NotRecorded(f"{probe.name} at {readable(start)}: recorded from {readable(since)} on; {remedy}")
+        return log
+
+
+def chunks(recorder: Recorder, probes: Sequence[Probe], start: int, stop: int, unit: int = 1) -> Iterator[list[Edges]]:
+    """The edges of several nets at start <= t <= stop, in consecutive windows of a bounded number of edges.
+
+    Every window but the last ends with a whole `unit` (ps).  Its length follows the density of what came before.
+    """
+    length = FIRST_CHUNK_PS
+    while start <= stop:
+        last = min(stop, -(-(start + length) // unit) * unit - 1)
+        edges = [recorder.edges(probe, start, last) for probe in probes]
+        yield edges
+        found = max(sum(len(times) for times, _ in edges), 1)
+        length = max(min(length * CHUNK_EDGES // found, 4 * length, LONGEST_CHUNK_PS), 1)
+        start = last + 1
+
+
+def net_of(probe: Probe) -> Net:
+    """The net of a pin, or the net itself."""
+    return probe.net if isinstance(probe, Terminal) else probe
+
+
+def width_of(probe: Probe) -> int:
+    """How many wires a probe shows: 8 for a whole bus, else 1."""
+    return 1 if isinstance(probe, Terminal) and probe.bit is not None else net_of(probe).width
+
+
+# ------------------------------------------------------------------------------------------------- entries to levels
+def _promised(what: Any) -> bool:
+    return not (what is None or what.__class__ is int or what.__class__ is tuple)
+
+
+def _present(net: Net) -> Any:
+    """What a log entry of this instant says: the promise where one driver alone makes the level, else the level."""
+    driving = [driver for driver in net.drivers if driver.promise is not None or driver.level is not None]
+    if len(driving) == 1 and driving[0].promise is not None:
+        return driving[0].promise
+    return net.level
+
+
+def _level(what: Any, ps: int) -> Any:
+    return what.level(ps) if _promised(what) else what
+
+
+def _code(probe: Probe, level: Any) -> int:
+    """A level as the number that stands in the arrays.  What a promise leaves floating rests on tie and pull."""
+    net = net_of(probe)
+    if level is None:
+        level = net.tie if net.tie is not None else net.pull
+    if level is None:
+        return FLOATING
+    if not isinstance(net, Bus):
+        return int(level)
+    mask, value = level
+    if isinstance(probe, Terminal) and probe.bit is not None:
+        return int(value) >> probe.bit & 1 if mask >> probe.bit & 1 else FLOATING
+    return int(value) & 0xFF
+
+
+def _columns(probe: Probe, times: Any, levels: Any) -> Edges:
+    """Two lists, or the two arrays of a promise, as edges."""
+    import numpy as np
+
+    dtype: Any = np.int8 if width_of(probe) == 1 else np.int16
+    if isinstance(levels, list):
+        levels = [_code(probe, level) for level in levels]
+    return np.asarray(times, np.int64), np.asarray(levels, dtype)
+
+
+def _expanded(probe: Probe, entries: Sequence[tuple[int, Any]], start: int, stop: int) -> Edges:
+    """What some entries, the first of which may hold since long ago, put on the net at start <= t <= stop."""
+    import numpy as np
+
+    times: list[int] = []
+    levels: list[Any] = []
+    parts: list[Edges] = []
+    for number, (since, what) in enumerate(entries, 1):
+        if since >= start:
+            times.append(since)
+            levels.append(_level(what, since))
+        if _promised(what):
+            end = entries[number][0] - 1 if number < len(entries) else stop
+            promised = what.edges(max(since, start - 1), end)
+            if len(promised[0]):
+                parts += [_columns(probe, times, levels), _columns(probe, *promised)]
+                times, levels = [], []
+    parts.append(_columns(probe, times, levels))
+    return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
+
+
+def real_edges(times: NDArray[np.int64], levels: Levels, before: int) -> Edges:
+    """Edges that are: of equal times the last one, and of equal neighbours the first one.
+
+    Args:
+        times: (n,) int64, ascending, equal ones allowed.
+        levels: (n,), after each time.
+        before: the level before the first.
+    """
+    import numpy as np
+
+    if len(times):
+        last = np.append(times[1:] != times[:-1], True)
+        if not last.all():
+            times, levels = times[last], levels[last]
+        real = np.append(levels[0] != before, levels[1:] != levels[:-1])
+        if not real.all():
+            times, levels = times[real], levels[real]
+    return times, levels

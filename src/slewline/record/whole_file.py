@@ -1,0 +1,90 @@
+"""A file that appears whole or not at all.
+
+Bytes go to a hidden neighbour of the file, which takes its name when all is written.  What is no regular file (a
+pipe, /dev/stdout) cannot be replaced and is written as it is.
+"""
+
+from __future__ import annotations
+
+import os
+import weakref
+from collections.abc import Iterator
+from contextlib import contextmanager
+from io import BufferedWriter
+from itertools import count
+from pathlib import Path
+from types import TracebackType
+
+from ..errors import UsageError
+
+_NUMBERS = count()
+
+
+class WholeFile:
+    """A binary file to write: `commit` puts it in place, `discard` leaves everything as it was.
+
+    As a context manager it commits, or discards when the block raises.
+
+    Raises:
+        UsageError: the path is a directory, or cannot be written.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self._target = Path(os.path.realpath(path))  # behind a symbolic link, which stays
+        if self._target.is_dir():
+            raise UsageError(f"{path}: is a directory; give the name of a file in it")
+        if not self._target.parent.is_dir():
+            raise UsageError(f"{path}: there is no directory {str(self.path.parent)!r}")
+        self._part: Path | None = None
+        if self._target.is_file() or not self._target.exists():
+            self._part = self._target.with_name(f".{self._target.name}.{os.getpid()}-{next(_NUMBERS)}.part")
+        with self.refusals():
+            self.handle: BufferedWriter = open(self._part or self._target, "wb")  # noqa: SIM115
+        self._end = weakref.finalize(self, _abandon, self.handle, self._part)
+
+    def write(self, data: bytes | memoryview) -> None:
+        """Append bytes."""
+        with self.refusals():
+            self.handle.write(data)
+
+    def commit(self) -> None:
+        """Put the file in place of what had its name; a second call does nothing."""
+        if not self._end.alive:
+            return
+        with self.refusals():
+            self.handle.close()
+            if self._part is not None:
+                os.replace(self._part, self._target)
+        self._end.detach()
+
+    def discard(self) -> None:
+        """Throw away what was written, unless it is in place already."""
+        self._end()
+
+    @contextmanager
+    def refusals(self) -> Iterator[None]:
+        """Say what the system refuses as an error of ours."""
+        try:
+            yield
+        except OSError as error:
+            raise UsageError(f"{self.path}: cannot be written: {error.strerror or error}") from error
+
+    def __enter__(self) -> WholeFile:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        try:
+            if kind is None:
+                self.commit()
+        finally:
+            self.discard()
+
+
+def _abandon(handle: BufferedWriter, part: Path | None) -> None:
+    try:
+        handle.close()  # may try to write what it still holds, to a full disk for example
+    except OSError:
+        pass
+    if part is not None:
+        part.unlink(missing_ok=True)

@@ -1,0 +1,85 @@
+"""The reference that is made from the sheet."""
+
+import pytest
+
+from slewline.chips.cy525.sheet import SHEET
+from slewline.errors import UnknownName
+from slewline.language.describe import describe, describe_command, table
+
+PAGE = describe(SHEET)
+
+
+@pytest.mark.parametrize("row", SHEET.commands, ids=lambda row: row.name)
+def test_every_command_is_there(row):
+    (line,) = [line for line in PAGE.splitlines() if line.startswith("| `") and f"| {row.name} |" in line]
+    assert f"| {row.says} |" in line
+    assert f"| {row.time_us} |" in line
+    assert all(f"{arg.name} {arg.low}..{arg.high}" in line for arg in row.args)
+
+
+@pytest.mark.parametrize("pin", SHEET.pins, ids=lambda pin: pin.name)
+def test_every_pin_is_there(pin):
+    assert f"| {pin.number} | `{pin.name}` | {pin.way} | {pin.says} |" in PAGE
+
+
+def test_every_register_and_time_is_there():
+    for register in SHEET.registers:
+        assert f"| `{register.name}` | {register.says} | `{register.letter}` | {register.bits} |" in PAGE
+    for name, time in SHEET.times.items():
+        assert (
+            f"| `{name}` | {time.says} | {time.us:g} | {time.mhz:g} | {time.ticks} | {time.where} | {time.trust} |"
+            in PAGE
+        )
+
+
+def test_tables_are_even():
+    for block in PAGE.split("\n\n"):
+        if block.startswith("|"):
+            assert len({line.count("|") for line in block.splitlines()}) == 1
+
+
+def test_head():
+    assert PAGE.startswith("# CY525 intelligent ramping stepper motor controller\n")
+    assert "- program buffer: 60 bytes\n" in PAGE
+    assert "- crystal: 1 to 11 MHz;" in PAGE
+
+
+@pytest.mark.parametrize("name", ["L", "l", "LOOP", "loop"])
+def test_one_command(name):
+    assert describe(SHEET, name).splitlines() == [
+        "# LOOP: branch until the count has run out",
+        "",
+        "- ASCII: `L count,target`, then a carriage return",
+        "- binary: `4C 02 count target`",
+        "- program buffer: 3 bytes, `4C count target`",
+        "- time at 11 MHz: 150 µs and the conversion of the digits; 40 µs in a program",
+        "- manual: s.3; T.V",
+        "- `count`: 1..255, 1 byte",
+        "- `target`: 0..59 or a label A..E, 1 byte",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("command", "line"),
+    [
+        ("Q", "- ASCII: `Q`, without a carriage return"),
+        ("Q", "- binary: `51`"),
+        ("Q", "- program buffer: not stored"),
+        ("0", "- binary: `30 00`"),
+        ("0", "- program buffer: 1 byte, `00`"),
+        ("N", "- binary: `4E 02 steps.low steps.high`"),
+        ("G", "- time at 11 MHz: 447 µs and the motion; 40 µs in a program"),
+        ("D", "- `delay`: 1..65535 (ms at 11 MHz), 2 bytes"),
+    ],
+)
+def test_forms(command, line):
+    assert line in describe_command(SHEET, command).splitlines()
+
+
+def test_unknown_command():
+    with pytest.raises(UnknownName, match=r"cy525 has no command 'K'; it has A \(ABSOLUTE\), B"):
+        describe(SHEET, "K")
+
+
+def test_bars_are_escaped():
+    assert table(["a"], [["x|y"]]) == "| a |\n| --- |\n| x\\|y |"

@@ -1,0 +1,123 @@
+"""The linter's general rules: what it finds, where, and that it never gives up."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slewline.chips.cy525.checks import checks
+from slewline.chips.cy525.sheet import SHEET
+from slewline.language.lint import lint, render
+
+
+def found(text):
+    return [(problem.line, problem.column, problem.length, problem.code) for problem in lint(text, SHEET)]
+
+
+CLEAN = [
+    "E\nB\n0\nQ\nX",
+    "E\nA$B\nW\nJ A\nQ\nX",
+    "E\nA$G\nL 3,A\nB$G\nL 2,B\n0\nQ",
+    "E\nU\nX\nQ",
+    "E\nB\nI\nQ",
+    "E\nG\nT 0\n0\nQ",
+    "E\nJ A\nA$0\nQ",
+    "E\nJ 3\nB\n0\nQ\nJ 2",
+    "E\nQ",
+    "R 100\nN 5\nG",
+    "E\n0\nQ\nE\n0\nQ\nX",
+    "B\nG\nT 0\n0",
+    "E\nB\n0\nQX",
+]
+
+ODD = [
+    ("R 200", [(1, 3, 3, "range")]),
+    ("E\nJ A\nQ", [(2, 3, 1, "missing-label")]),
+    ("E\nA$B\nJ A\nA$0\nQ", [(4, 1, 3, "label-twice")]),
+    ("E\nA$B\n0\nQ", [(2, 1, 3, "unused-label")]),
+    ("A$B\n0", [(1, 1, 3, "unused-label")]),
+    ("E\n0\nQ\nA$B", [(4, 1, 3, "label-outside")]),
+    ("E\n" + "B\n" * 60 + "0\nQ", [(62, 1, 1, "overflow")]),
+    ("E\nN 5\nG\nJ 2\nQ", [(4, 3, 1, "branch-middle")]),
+    ("E\nN 5\nG\nT 40\n0\nQ", [(4, 3, 2, "branch-outside")]),
+    ("E\nN 5\nG\nT 7\n0\nQ", [(4, 3, 1, "branch-outside")]),
+    ("E\nN 5\n0\nQ\nJ 1", [(5, 3, 1, "branch-middle")]),
+    ("E\nN 5\n0\nQ\nJ 9", [(5, 3, 1, "branch-outside")]),
+    ("E\nJ A\nB\nC\nA$0\nQ", [(3, 1, 1, "unreachable")]),
+    ("E\n0\nB\nT 0\nQ", [(3, 1, 1, "unreachable")]),
+    ("E\n0\nB\n0\nQ\nJ 1", []),
+    ("E\nX\nB\nQ", [(3, 1, 1, "unreachable")]),
+    ("E\nB\nQ", [(2, 1, 1, "no-end")]),
+    ("E\nG\nT 0\nQ", [(3, 1, 3, "no-end")]),
+    ("E\nG\nL 2,0\nQ", [(3, 1, 5, "no-end")]),
+    ("E\nA$B\nB$G\nL 3,B\nL 2,A\n0\nQ", [(5, 1, 5, "nested-loop")]),
+    ("E\nG\nL 3,0\nL 2,0\n0\nQ", [(4, 1, 5, "nested-loop")]),
+    ("E\nG\nL 1,0\n0\nQ", [(3, 3, 1, "loop-once")]),
+    ("E\nG\nL 0,0\n0\nQ", [(3, 3, 1, "range")]),
+    ("E\nB\nE\n0\nQ", [(3, 1, 1, "enter-inside")]),
+    ("E\nV 1\n0\nQ", [(2, 1, 3, "verify-inside")]),
+    ("E\n0\nQ\nT 0", [(4, 1, 3, "branch-in-command-mode")]),
+    ("E\n0\nQ\nL 2,0", [(4, 1, 5, "branch-in-command-mode")]),
+    ("R 5\nQ", [(2, 1, 1, "quit-outside")]),
+    ("E\n0\nQQ", [(3, 2, 1, "quit-outside")]),
+    ("E\n0\nQ 1", [(3, 3, 1, "extra-argument")]),
+    ("R 5\nE\n0\n", [(2, 1, 1, "no-quit")]),
+    ("R  5", [(1, 2, 3, "spacing")]),
+]
+
+
+@pytest.mark.parametrize("text", CLEAN)
+def test_nothing_to_say(text):
+    assert found(text) == []
+
+
+@pytest.mark.parametrize(("text", "problems"), ODD)
+def test_what_is_odd(text, problems):
+    assert found(text) == problems
+
+
+def test_severities():
+    text = "E\nA$B\nR  5\nR 200\nT 0\nQ"
+    assert [(problem.code, problem.severity) for problem in lint(text, SHEET)] == [
+        ("unused-label", "note"),
+        ("spacing", "note"),
+        ("range", "error"),
+        ("no-end", "warning"),
+    ]
+
+
+def test_render():
+    text = "E\n  N 5\nJ 2 ; here\nQ\n"
+    assert render(lint(text, SHEET), text, "x").splitlines() == [
+        "x, line 3, column 3: warning: JUMP to byte 2, inside N 5 of line 2: allowed 0 or 3 (CY525 manual, s.3)",
+        "    J 2 ; here",
+        "      ^",
+        "    let a label count the bytes",
+    ]
+
+
+def test_render_keeps_problems_apart():
+    text = "K\nR 200\n"
+    assert render(lint(text, SHEET), text, "x").count("\n\n") == 1
+    assert render([], text, "x") == ""
+
+
+def test_checks_are_handed_in():
+    def check(source):
+        for statement in source.statements:
+            source.report(statement, "mine", "note", statement.text)
+
+    assert [(problem.line, problem.found) for problem in lint("B\nC", SHEET, [check])] == [(1, "B"), (2, "C")]
+
+
+SCRAPS = """E Q QX B 0 X A$B B$C$G L_3,B J_A L_0,70 T_9 J R_200 k ;_x N_5 H G F_3 S_0 Z_0 P_9 R_0 A_7 I A$ R² V_9
+@rate_5 @rate_0 @drive_abort=0"""
+LINES = st.sampled_from([scrap.replace("_", " ") for scrap in SCRAPS.split()])
+
+
+@given(st.lists(LINES, max_size=30).map("\n".join) | st.text(max_size=80))
+def test_never_raises(text):
+    for problem in lint(text, SHEET, checks(SHEET)):
+        assert 1 <= problem.line <= len(text.splitlines())
+        assert problem.column >= 1
+        assert problem.length >= 1
+        render([problem], text, "x")
