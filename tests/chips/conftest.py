@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import pytest
 
 import slewline
+from slewline.core.timebase import picoseconds
+from slewline.core.waits import level, until
+from slewline.parts.host import Port
 
 US = 1_000_000  # picoseconds
 
@@ -32,6 +36,31 @@ class Rig:
         """Send what begins a program or an endless motion: time passes until the host has sent it."""
         self.host.send(data)
         self.bench.run_until(lambda: self.host.idle)
+
+    def enter(self, *lines: str) -> None:
+        """Enter a program."""
+        self.send("".join(f"{line}\r" for line in ("E", *lines)) + "Q")
+
+    def execute(self, command: str = "X", timeout: str = "60 s") -> None:
+        """Start a program, and let time pass until it is over."""
+        self.host.send(f"{command}\r")
+        self.bench.run_until(self.x.pin("run").is_(0), "10 s")
+        self.bench.run_until_idle(timeout)
+
+    def pull_request(self, low: str, byte: bytes = b"", ready: bool = False) -> None:
+        """Queue I/O REQUEST low for a while, whatever READY says or once it is high, with a byte on the bus or none."""
+
+        async def action(port: Port) -> None:
+            if ready:
+                await level(port.ready, 1)
+            if byte:
+                port.bus.drive((0xFF, byte[0]))
+            port.request.drive(0)
+            await until(self.bench.kernel, self.bench.now_ps + picoseconds(low))
+            port.request.drive(1)
+            port.bus.drive(None)
+
+        self.host.do(action)
 
     def level(self, pin: str) -> int | None:
         return self.x.pin(pin).level
@@ -155,3 +184,101 @@ class Hand:
 def hand() -> Callable[..., Hand]:
     """Make a hand: hand("ready", "instrobe", rate=80)."""
     return Hand
+
+
+INCREMENTS = (  # of Table VII from R 40 on, steps/s; below R 40 each is 100
+    62, 45, 47, 47, 49, 49, 51, 52, 54, 55, 56, 57, 59, 60, 62, 64, 65, 68, 68, 71,
+    37, 36, 38, 37, 39, 39, 39, 40, 41, 41, 42, 42, 44, 43, 45, 45, 46, 47, 47, 49,
+    49, 49, 51, 51, 53, 53, 54, 55, 56, 58, 58, 59, 60, 61, 63, 63, 65, 66, 68, 68,
+    70, 72, 72, 75, 76, 77, 79, 80, 83, 84, 86, 88, 89, 92, 94, 96, 98, 101, 103, 105,
+    109, 110, 114, 116, 119, 123, 126,
+)  # fmt: skip
+
+
+class Mover(Hand):
+    """A hand for motions: clocks count from the begin of the first step, and the outputs of a motion are recorded."""
+
+    def __init__(self, *recorded: str, **options: object) -> None:
+        super().__init__(**options)
+        self.bench.record(*(f"x.{pin}" for pin in ("pulse", "slew", "motion_complete", "ready", *recorded)))
+        self.origin = 0
+
+    @staticmethod
+    def rate(parameter: int) -> int:
+        """Steps per second at 11 MHz, by Table VII."""
+        return 100 * parameter if parameter <= 40 else 4000 + sum(INCREMENTS[: parameter - 40])
+
+    @classmethod
+    def period(cls, parameter: int) -> int:
+        """Clocks of a step."""
+        return round(11_000_000 / cls.rate(parameter))
+
+    @classmethod
+    def way_up(cls, low: int, high: int, slope: int, divisor: int = 1) -> list[int]:
+        """Clocks of the steps from one rate to another, one by one: a rate unit every Z * (256 - S) * 479 clocks."""
+        unit = divisor * (256 - slope) * 479
+        steps: list[int] = []
+        while (parameter := low + sum(steps) // unit) < high:
+            steps.append(cls.period(parameter))
+        return steps
+
+    def give(self, data: str | bytes) -> None:
+        """Send bytes; ends when READY falls for the last one."""
+        data = data.encode("ascii") if isinstance(data, str) else data
+        self.send(data[:-1])
+        self.data(self.now, data[-1])
+        self.put(self.now, "io_request", 0)
+        self.until(ready=0)
+        self.put(self.now, "io_request", 1)
+        self.data(self.now, None)
+
+    def begin(self, data: str | bytes = "G\r") -> None:
+        """Send what begins a motion; time stands at the begin of its first step, clock 0."""
+        travel = self.x.travel
+        self.give(data)
+        self.bench.run_until(lambda: self.x.travel != travel)
+        self.origin = self.now
+
+    def on(self, clock: int, pin: str, level: int | None) -> None:
+        """Drive a pin at a clock of the motion, or let go of it (None)."""
+        self.put(self.origin + clock, pin, level)
+
+    def byte(self, clock: int, value: int | None) -> None:
+        """Put a byte on the bus at a clock of the motion, or let go of the bus (None)."""
+        self.data(self.origin + clock, value)
+
+    def request(self, clock: int, rate: int, up: int | None = None) -> None:
+        """Ask for a rate on the fly: I/O REQUEST low from one clock of the motion to another, or for 12,000."""
+        self.strobe(self.origin + clock, rate, self.origin + (clock + 12_000 if up is None else up))
+
+    def till(self, clock: int) -> None:
+        """Let time pass up to a clock of the motion."""
+        self.run_to(self.origin + clock)
+
+    def finish(self, timeout: str = "600 s") -> None:
+        """Let time pass until the chip is idle again."""
+        self.bench.run_until_idle(timeout)
+
+    def begins(self) -> list[int]:
+        """Clocks at which steps of the motion began, so far."""
+        times = self.x.steps(self.x.clock.ps(self.origin)).times_ps.tolist()
+        return [self.x.clock.ticks_until(time) - self.origin for time in times]
+
+    def periods(self) -> list[int]:
+        """Clocks of every step, to the begin of the next one; the last one ends as MOTION COMPLETE falls for good."""
+        begins = self.begins()
+        if self.x.pin("motion_complete").level == 0:
+            begins.append(self.changes("motion_complete")[-1][0])
+        return [after - before for before, after in pairwise(begins)]
+
+    def changes(self, pin: str) -> list[tuple[int, int]]:
+        """(clock of the motion, level) of every change of a recorded pin since the first step began, that included."""
+        times, levels = self.bench.edges(f"x.{pin}", self.x.clock.ps(self.origin))
+        pairs = zip(times.tolist(), levels.tolist(), strict=True)
+        return [(self.x.clock.ticks_until(time) - self.origin, level) for time, level in pairs]
+
+
+@pytest.fixture
+def mover() -> Callable[..., Mover]:
+    """Make a mover: mover("phase1", crystal="6 MHz")."""
+    return Mover

@@ -8,7 +8,7 @@ from slewline.chips.cy525.sheet import SHEET
 from slewline.errors import ProgramError
 from slewline.language.assemble import assemble, to_ascii, to_binary
 from slewline.language.dialects import spell
-from slewline.language.source import host_lines
+from slewline.language.source import host_lines, read
 
 ROWS = [row for row in SHEET.commands if row.stored]
 
@@ -69,6 +69,7 @@ def test_every_row_beyond_its_bounds(row):
         ("E\nB\nQE\nC\nQ", [(3, 2, 1, "second-program")]),
         ("N 1\n" * 20 + "A$B\n", [(21, 1, 3, "overflow")]),
         ("B\n" * 59 + "R 5\nB", [(60, 1, 3, "overflow")]),
+        ("J C\nR 200", [(1, 3, 1, "missing-label"), (2, 3, 3, "range")]),
         ("R 200\nb\n\nJ C\n", [(1, 3, 3, "range"), (2, 1, 1, "unknown-command"), (4, 3, 1, "missing-label")]),
     ],
 )
@@ -177,6 +178,10 @@ def test_streams_of_little():
     assert to_binary(assemble("", SHEET), single_count=True) == b"E\0Q"
     assert to_binary(assemble("0", SHEET), single_count=True) == b"E\x000\0Q"
     assert to_ascii(assemble("", SHEET)) == b"E\rQ"
+
+
+def test_values_fit_even_if_they_are_wrong():
+    assert [s.values for s in read("N 70000\nR 300\nJ E", SHEET).statements] == [(4464,), (44,), (69,)]
 
 
 def test_host_lines():

@@ -35,14 +35,18 @@ def found(text):
         (SET + "A 0\nN 9000\nG\nP 9", []),  # nor here
         (SET + "N 9000\nG\nH", [(7, "halt-unused")]),
         (SET + "N 9000\nH\nG\nG", []),
+        (SET + "N 9000\nH\nG\nN 8700\nG", [(9, "short-slew")]),
         (SET + "N 9000\nH\nI\nG", [(6, "halt-unused")]),
         (SET + "A 0\nH\nP 100", [(7, "halt-too-short")]),
         ("F 3\nR 127\nS 1\nZ 4\nN 65000\nH\nG", []),
         ("F 3\nR 127\nS 1\nZ 5\nN 65000\nH\nG", [(7, "ramp-too-long")]),
+        ("F 1\nR 119\nS 32\nZ 6\nN 65535\nH\nG", [(1, "rate-uncertain")]),  # a ramp of 32639 steps
+        ("F 0\nR 126\nS 55\nZ 6\nN 65535\nH\nG", [(1, "rate-uncertain"), (7, "ramp-too-long")]),  # and of 32640
         ("F 10\nR 10\nN 100\nG", []),
         ("F 10\nR 10\nN 255\nH\nG", [(5, "halt-too-short")]),
         ("F 10\nR 10\nN 256\nH\nG", []),
         ("F 10\nR 9\nN 100\nG", [(4, "rate-below-first")]),
+        ("F 3\nR 200\nS 100\nZ 1\nN 8559\nG", [(2, "range"), (6, "rate-unreached")]),
         ("R 2\nF 0", [(1, "rate-uncertain"), (2, "rate-uncertain")]),
         ("R 3\nF 3", []),
         ("F 10", []),
@@ -76,6 +80,8 @@ def test_motions(text, codes):
         (SET + "N 9000\nE\nH\nT A\nG\nA$0\nQ\nX", []),
         (SET + "N 9000\nE\nH\n0\nQ\nX\nG", []),
         (SET + "N 9000\nE\nH\n0\nQ\nX", [(7, "halt-unused")]),
+        (SET + "N 100\nA 0\nE\nG\nX\nQ\nX", [(8, "rate-unreached")]),
+        (SET + "N 100\nE\nG\n0\nQ\nE\nN 9000\nG\n0\nQ\nX", [(7, "rate-unreached")]),
         (SET + "N 9000\nE\nG\n0\nQ\nE\nN 100\nG\n0\nQ\nX", [(12, "rate-unreached")]),
     ],
 )

@@ -19,6 +19,7 @@ from ..core.kernel import Kernel
 from ..core.net import Bus, Driver, Net
 from ..core.timebase import hertz, picoseconds, readable
 from ..errors import Timeout, UnknownName, UsageError, WiringError
+from ..parts import make_part
 from ..parts.host import Host
 from ..parts.part import Part
 from .journal import Journal
@@ -47,6 +48,7 @@ class Bench(Recording):
         self.parts: dict[str, Part] = {}
         self.journal = Journal(journal, self.kernel, seed) if journal is not None else None
         self._started = False
+        self._busy: Chip | Part | None = None
         self.on_finding: Callable[[Finding], object] | None = None
 
     # ---------------------------------------------------------------------------------------------------- furnishing
@@ -88,6 +90,34 @@ class Bench(Recording):
         self._adopt(chip)
         self.kernel.settle()
         return chip
+
+    def part(self, kind: str, name: str | None = None, to: Chip | Part | str | None = None, **options: Any) -> Any:
+        """Make a part and put it on the bench.
+
+        Args:
+            kind: for example "uart"; slewline.parts.KINDS lists them.
+            name: defaults to the kind, numbered when there are several.
+            to: chip or part to whose pins those of the new part are wired in the standard way.
+            options: of the part.
+        """
+        if self._started:
+            raise WiringError(f"part {kind}: time has passed already; furnish the bench before the first run")
+        name = self._new_name(name, kind)
+        part = make_part(kind, self.kernel, name, options)
+        self._note("part", kind=kind, name=name, options={k: list(v) if isinstance(v, bytes) else v for k, v in options.items()})
+        if self.journal is not None:
+            part.on_input = lambda verb, args: self._note("input", part=name, verb=verb, args=args)
+        self.place(part)
+        self.kernel.settle()
+        if to is not None:
+            neighbour = to if isinstance(to, str) else to.name
+            for own, theirs in part.wiring.items():
+                self.wire(f"{neighbour}.{theirs}", f"{name}.{own}")
+        return part
+
+    def _note(self, do: str, **what: Any) -> None:
+        if self.journal is not None:
+            self.journal.write(do, **what)
 
     def place(self, part: Part) -> Part:
         """Put a part on the bench; its pins can be wired from now on."""
@@ -236,11 +266,11 @@ class Bench(Recording):
         self._until(self._all_idle, None, "every queue empty and every chip idle", timeout)
 
     def _all_idle(self) -> bool:
-        for part in self.parts.values():
-            if not part.idle:
-                return False
-        for chip in self.chips.values():
-            if not chip.idle:
+        if self._busy is not None and not self._busy.idle:  # ask first who was busy last time
+            return False
+        for owner in (*self.parts.values(), *self.chips.values()):
+            if not owner.idle:
+                self._busy = owner
                 return False
         return True
 
@@ -270,10 +300,11 @@ class Bench(Recording):
         if not reached:
             dead = kernel.next_time() is None
             self._advance(limit)
-            if not met():
-                raise Timeout(self._explain(what, timeout, dead))
+            reached = met()
         if self.journal is not None:
             self.journal.write("run", to=kernel.now)
+        if not reached:
+            raise Timeout(self._explain(what, timeout, dead))
 
     def _predicted(self, met: Callable[[], bool], when: Callable[[], int | None], limit: int) -> bool:
         """Like Kernel.run_while, for a condition that may come about between two events: `when` tells."""

@@ -102,6 +102,10 @@ def apply(bench: Bench, entry: dict[str, Any]) -> None:
         bench.add(entry["part"], entry["name"], entry["crystal_hz"], entry["straps"], entry["bare"], **entry["options"])
     elif do == "host":
         bench.host(*(bench.chips[name] for name in entry["chips"]), name=entry["name"], delay=entry["delay_ps"])
+    elif do == "part":
+        bench.part(entry["kind"], entry["name"], **entry["options"])
+    elif do == "input":
+        getattr(bench[entry["part"]], entry["verb"])(*entry["args"])
     elif do == "wire":
         bench.wire(entry["a"], entry["b"], entry["invert"])
     elif do == "drive":
@@ -117,6 +121,11 @@ def apply(bench: Bench, entry: dict[str, Any]) -> None:
         host = bench[entry["host"]].to(chip)
         host.wait_for = None  # the journal itself says how time passed
         getattr(host, verb)(*args)
+    elif do == "script":
+        from .script import run_script
+
+        chip, text, where = entry["args"]
+        run_script(bench, bench[entry["host"]].to(chip), text, where)
     elif do == "run":
         if entry["to"] > bench.now_ps:
             bench.run_to(entry["to"])

@@ -73,6 +73,8 @@ class Terminal:
 
     def _put(self, level: int | None, at: str | int | None) -> None:
         kernel = self.net.kernel
+        if self.row.way in ("power", "none"):
+            raise WiringError(f"{self.name} (pin {self.row.number}: {self.row.says}) carries no signal")
         if at is not None:
             ps = picoseconds(at)
             if ps < kernel.now:
@@ -80,8 +82,6 @@ class Terminal:
             if ps > kernel.now:
                 kernel.call_at(ps, lambda: self._put(level, None))
                 return
-        if self.row.way in ("power", "none"):
-            raise WiringError(f"{self.name} (pin {self.row.number}: {self.row.says}) carries no signal")
         if self.on_input is not None:
             self.on_input(self, level)
         if self._driver is None:
@@ -372,6 +372,7 @@ class Axis:
         self.offset = position  # position = offset + travel, modulo
         self.past = [Stretch(0, 0, 1, None)]
         self.offsets = [(0, position)]
+        self.watchers: list[Callable[[], object]] = []  # called when a plan or the register changes
 
     @property
     def travel(self) -> int:
@@ -391,10 +392,14 @@ class Axis:
             self.offsets[-1] = (self.kernel.now, self.offset)
         else:
             self.offsets.append((self.kernel.now, self.offset))
+        for watcher in self.watchers:
+            watcher()
 
     def follow(self, playing: Playing | None, sign: int) -> None:
         """From this instant on, the axis follows a train; what was played before stays as it is."""
         self.past.append(Stretch(self.kernel.now, self.travel, sign, playing))
+        for watcher in self.watchers:
+            watcher()
 
     def arrives(self, position: int) -> int | None:
         """When the present promise reaches a position; None if it does not."""

@@ -181,18 +181,18 @@ class Kernel:
     def _react(self, time: int, edges: list[Any]) -> None:
         """Commit, tell, run what was woken, and again, until the instant is quiet."""
         self.seen = time
-        for number in range(ROUNDS_LIMIT):
+        for _ in range(ROUNDS_LIMIT):
             if self.pending or edges:
                 self._commit(time, edges)
                 edges = []
-            if not self.woken:
-                if not self.pending:
-                    return
-                continue
-            ready, self.woken = self.woken, []
-            self._resume(ready)
-        names = ", ".join(sorted({repr(task) for task in ready}))
-        raise Endless(f"{number + 1} rounds at {readable(time)}: these answer each other without letting time pass: {names}")
+            ready = self.woken
+            if ready:
+                self.woken = []
+                self._resume(ready)
+            elif not self.pending:
+                return
+        names = ", ".join(sorted({repr(task) for task in ready} | {repr(driver.net) for driver in self.pending}))
+        raise Endless(f"{ROUNDS_LIMIT} rounds at {readable(time)}: these answer each other without letting time pass: {names}")
 
     def _resume(self, ready: list[Any]) -> None:
         if self.shuffle is not None:
@@ -212,16 +212,37 @@ class Kernel:
         for driver in pending:
             driver.pending = False
             net = driver.net
-            driver.take()
-            if not net.dirty:
-                net.dirty = True
-                nets.append(net)
-        for net in nets:
-            net.dirty = False
-            if net.update(time) and (net.waiters or net.observers):
-                changed.append(net)
+            told = driver.next
+            if net.plain is driver and (told.__class__ is int or told.__class__ is tuple):
+                driver.level = told  # the only driver puts a level after a level, and nobody records: most of the time
+                if told != net.value:
+                    net.value = told
+                    net.changes += 1
+                    net.changed_at = time
+                    if net.waiters or net.observers:
+                        changed.append(net)
+            else:
+                driver.take()
+                if not net.dirty:
+                    net.dirty = True
+                    nets.append(net)
+        if nets:
+            for net in nets:
+                net.dirty = False
+                if net.update(time) and (net.waiters or net.observers):
+                    changed.append(net)
         for net in changed:
-            net.tell()
+            waiters = net.waiters
+            if len(waiters) == 1 and not net.observers:  # most of the time: one task waits for this very level
+                task, token, wanted = waiters[0]
+                if wanted is None or wanted == net.value or task.token != token:
+                    waiters.clear()
+                    if task.token == token:
+                        task.token = token + 1
+                        task.value = net
+                        self.woken.append(task)
+            else:
+                net.tell()
 
     def current(self) -> Task:
         """The task that is running; waiting is only possible inside one."""

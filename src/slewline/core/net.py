@@ -93,38 +93,43 @@ class Inverted:
 class Driver:
     """One output on a net.  What it is told takes effect at the end of the round."""
 
-    __slots__ = ("level", "name", "net", "next", "pending", "promise")
+    __slots__ = ("kernel", "level", "name", "net", "next", "pending", "promise")
 
     def __init__(self, net: Net, name: str) -> None:
-        self.net, self.name = net, name
+        self.net, self.kernel, self.name = net, net.kernel, name
         self.level: Level = None
         self.promise: Promise | None = None
         self.next: Level | Promise = None
         self.pending = False
         net.drivers.append(self)
+        net.sort_drivers()
 
     def drive(self, level: Level) -> None:
         """Put a level on the net; None lets go."""
         self.next = level
         if not self.pending:
             self.pending = True
-            self.net.kernel.pending.append(self)
+            self.kernel.pending.append(self)
 
     def play(self, promise: Promise) -> None:
         """Promise a waveform from this instant on."""
         self.drive(promise)
 
-    def wave(self, times: tuple[int, ...], levels: tuple[Level, ...]) -> None:
-        """Promise edges that all lie in the future: nobody can see them yet, so it takes effect at once."""
+    def wave(self, before: Level, times: tuple[int, ...], levels: tuple[Level, ...]) -> None:
+        """Promise edges that all lie in the future, `before` being what this output shows until then.
+
+        Nobody can see them yet, so the promise takes effect at once.
+        """
         net = self.net
-        if self.pending or net.log is not None:
-            self.drive(Wave(self.next if self.pending else self.at(net.kernel.seen), times, levels))
+        promise = Wave(before, times, levels)
+        if self.pending or net._log is not None:
+            self.drive(promise)
             return
-        self.promise = Wave(self.level if self.promise is None else self.promise.level(net.kernel.seen), times, levels)
-        if len(net.drivers) == 1:
-            net.promise = self.promise
+        self.promise = promise
+        if len(net.active) == 1 and net.active[0] is self:
+            net.promise, net.plain = promise, None
         else:
-            net.count_promises()
+            net.sort_drivers()
         net.token += 1
         if net.waiters or net.observers or net.latched:
             net.follow()
@@ -139,13 +144,13 @@ class Driver:
         """Commit what was told (called by the kernel)."""
         told = self.next
         if told is None or told.__class__ is int or told.__class__ is tuple:
-            self.level = told
-            if self.promise is None:
+            if self.promise is None and (self.level is None) is (told is None):
+                self.level = told
                 return
-            told = None
-        if told is not self.promise:
+            self.level, self.promise = told, None
+        else:
             self.promise = told
-            self.net.count_promises()
+        self.net.sort_drivers()
         self.net.token += 1
 
     def at(self, ps: int) -> Level:
@@ -157,8 +162,8 @@ class Net:
     """A wire.  `level` is what a reader sees now; `changes` and `changed_at` latch the edges of a watched net."""
 
     __slots__ = (
-        "changed_at", "changes", "dirty", "drivers", "kernel", "latched", "log", "name",
-        "observers", "on_conflict", "promise", "pull", "tie", "token", "value", "waiters",
+        "_log", "active", "changed_at", "changes", "clash", "dirty", "drivers", "kernel", "latched", "name",
+        "observers", "on_conflict", "plain", "promise", "pull", "tie", "token", "value", "waiters",
     )  # fmt: skip
     is_net = True
     width = 1
@@ -170,11 +175,31 @@ class Net:
         self.value: Level = tie if tie is not None else pull
         self.waiters: list[tuple[Task, int, Level]] = []
         self.observers: list[Callable[[Net], object]] = []
-        self.log: list[tuple[int, Any]] | None = None  # (from, level or promise): a recorder's raw material
+        self._log: list[tuple[int, Any]] | None = None
         self.on_conflict: Callable[[Net], object] | None = None
         self.token = self.changes = self.changed_at = 0
         self.dirty = False
+        self.clash = False  # two drivers disagree, which is reported once
+        self.active: list[Driver] = []  # those drivers that drive at all
+        self.plain: Driver | None = None  # the only one that drives, when a level may simply follow a level
         self.latched = False  # `changes` and `changed_at` count even while nobody waits for the net
+
+    @property
+    def log(self) -> list[tuple[int, Any]] | None:
+        """A recorder's raw material: (from, level or promise); None: nobody records."""
+        return self._log
+
+    @log.setter
+    def log(self, log: list[tuple[int, Any]] | None) -> None:
+        self._log = log
+        self.sort_drivers()
+
+    def sort_drivers(self) -> None:
+        """Note who drives, which promise counts, and whether a commit can take the short way."""
+        self.active = [driver for driver in self.drivers if driver.promise is not None or driver.level is not None]
+        self.promise = next((driver.promise for driver in self.active if driver.promise is not None), None)
+        self.clash &= len(self.active) > 1
+        self.plain = self.active[0] if len(self.active) == 1 and self.promise is None and self._log is None else None
 
     @property
     def level(self) -> Level:
@@ -184,42 +209,45 @@ class Net:
     def resolve(self, ps: int) -> Level:
         """Level at an instant, from all drivers, the tie and the pull."""
         level: Level = None
-        for driver in self.drivers:
+        clash = False
+        for driver in self.active:
             own = driver.level if driver.promise is None else driver.promise.level(ps)
             if own is not None:
                 if level is None:
                     level = own
                 elif own != level:
-                    level = 0
-                    if self.on_conflict is not None:
-                        self.on_conflict(self)
+                    level, clash = 0, True
+        if clash is not self.clash:
+            self._report(clash)
         if level is None:
             level = self.tie if self.tie is not None else self.pull
         return level
+
+    def _report(self, clash: bool) -> None:
+        self.clash = clash
+        if clash and self.on_conflict is not None:
+            self.on_conflict(self)
 
     def rest(self) -> None:
         """Take the level of tie and pull again after they changed."""
         if not self.drivers:
             self.value = self.tie if self.tie is not None else self.pull
 
-    def count_promises(self) -> None:
-        self.promise = next((driver.promise for driver in self.drivers if driver.promise is not None), None)
-
     def update(self, ps: int) -> bool:
         """Commit: take the level of an instant; true if it changed (called by the kernel)."""
-        drivers = self.drivers
-        promise = self.promise
-        if len(drivers) == 1:
-            new = drivers[0].level if promise is None else promise.level(ps)
+        active, promise = self.active, self.promise
+        if len(active) == 1:
+            new = active[0].level if promise is None else promise.level(ps)
             if new is None:
                 new = self.tie if self.tie is not None else self.pull
         else:
             new = self.resolve(ps)
-        if self.log is not None:
+        if self._log is not None:
             self._keep(ps, new)
         if promise is not None:
-            if promise.__class__ is Wave and self.log is None and len(drivers) == 1 and ps >= promise.times[-1]:
-                drivers[0].level, drivers[0].promise, self.promise = new, None, None  # the wave is over
+            if promise.__class__ is Wave and self._log is None and len(active) == 1 and ps >= promise.times[-1]:
+                active[0].level, active[0].promise = new, None  # the wave is over
+                self.promise, self.plain = None, active[0]
             else:
                 self.schedule(ps)
         if new == self.value:
@@ -230,7 +258,7 @@ class Net:
         return True
 
     def _keep(self, ps: int, level: Level) -> None:
-        log = self.log
+        log = self._log
         assert log is not None
         single = self.promise is not None and sum(d.promise is not None or d.level is not None for d in self.drivers) == 1
         entry = self.promise if single else level
@@ -246,11 +274,11 @@ class Net:
 
     def schedule(self, ps: int) -> None:
         """Put the next promised edge into the heap if anybody watches."""
-        if self.waiters or self.observers or self.latched or (self.log is not None and len(self.drivers) > 1):
-            if len(self.drivers) == 1:
+        if self.waiters or self.observers or self.latched or (self._log is not None and len(self.active) > 1):
+            if len(self.active) == 1:
                 time = self.promise.after(ps)  # type: ignore[union-attr]
             else:
-                times = [t for d in self.drivers if d.promise is not None and (t := d.promise.after(ps)) is not None]
+                times = [t for d in self.active if d.promise is not None and (t := d.promise.after(ps)) is not None]
                 time = min(times) if times else None
             if time is not None:
                 self.token += 1
@@ -258,20 +286,21 @@ class Net:
 
     def tell(self) -> None:
         """Wake whoever waits for the new level (called by the kernel)."""
-        value = self.value
         waiters = self.waiters
         if waiters:
-            self.waiters = []
-            woken = self.kernel.woken
-            for entry in waiters:
-                task, token, wanted = entry
+            value = self.value
+            keep = None
+            for task, token, wanted in waiters:
                 if task.token == token:
                     if wanted is None or wanted == value:
                         task.token = token + 1
                         task.value = self
-                        woken.append(task)
+                        self.kernel.woken.append(task)
+                    elif keep is None:
+                        keep = [(task, token, wanted)]
                     else:
-                        self.waiters.append(entry)
+                        keep.append((task, token, wanted))
+            self.waiters = keep or []
         for observer in self.observers:
             observer(self)
 
@@ -289,12 +318,15 @@ class Net:
         self.observers += other.observers
         self.waiters += other.waiters
         self.tie = None
-        if self.pull is None:
+        if not self.pull and other.pull is not None:  # a pull-up wins over an open input, which only reads low
             self.pull = other.pull
         self.on_conflict = self.on_conflict or other.on_conflict
         self.latched |= other.latched
-        self.count_promises()
+        self.sort_drivers()
         self.value = self.resolve(self.kernel.seen)
+        other.token += 1  # its next edge is an edge of this net now
+        if self.promise is not None:
+            self.schedule(self.kernel.seen)
 
     def __repr__(self) -> str:
         return f"<Net {self.name}={self.level}>"
@@ -308,16 +340,18 @@ class Bus(Net):
 
     def resolve(self, ps: int) -> Level:
         level: Level = None
-        for driver in self.drivers:
+        clash = False
+        for driver in self.active:
             own = driver.level if driver.promise is None else driver.promise.level(ps)
             if own is not None:
-                level = own if level is None else self._both(level, own)
+                if level is None:
+                    level = own
+                else:
+                    clash |= bool(level[0] & own[0] & (level[1] ^ own[1]))
+                    level = level[0] | own[0], (level[1] | ~level[0] & 0xFF) & (own[1] | ~own[0] & 0xFF)
+        if clash is not self.clash:
+            self._report(clash)
         return self.pull if level is None else level
-
-    def _both(self, one: tuple[int, int], two: tuple[int, int]) -> tuple[int, int]:
-        if one[0] & two[0] & (one[1] ^ two[1]) and self.on_conflict is not None:
-            self.on_conflict(self)
-        return one[0] | two[0], (one[1] | ~one[0] & 0xFF) & (two[1] | ~two[0] & 0xFF)
 
     @property
     def byte(self) -> int:

@@ -1,1 +1,63 @@
-"""What stands around a chip: host computers, loaders, gates, sensors.  Wired by nets, never by calls into a chip."""
+"""What stands around a chip: an explicit list, no scanning.
+
+    bench.part("uart", to="x", baud=9600)
+
+With `to`, the pins of the part are wired to those of a neighbour in the standard way.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from inspect import signature
+from typing import TYPE_CHECKING, Any
+
+from ..errors import UnknownName, UsageError
+
+if TYPE_CHECKING:
+    from ..core.kernel import Kernel
+    from .part import Part
+
+KINDS = {  # kind: (module, class, what it is)
+    "inverter": ("gates", "Inverter", "one gate of a 7404"),
+    "and": ("gates", "And", "AND gate"),
+    "or": ("gates", "Or", "OR gate"),
+    "nand": ("gates", "Nand", "NAND gate"),
+    "nor": ("gates", "Nor", "NOR gate"),
+    "latch8": ("gates", "Latch8", "74LS373, eight transparent latches with output enable"),
+    "uart": ("serial", "Uart", "receive-only UART with baud rate generator (fig. 10.16)"),
+    "serial_sender": ("serial", "SerialSender", "serial output of a host computer"),
+    "prom": ("prom", "Prom", "PROM with address counter: commands without a host (fig. 10.18)"),
+    "position_latch": ("latches", "PositionLatch", "two latches that catch the position on the fly (fig. 6.3)"),
+    "phase_latch": ("latches", "PhaseLatch", "latch that keeps the coils energised (fig. 4.1)"),
+    "translator": ("motor", "Translator", "pulse-to-step translator (fig. 10.4)"),
+    "rotor": ("motor", "Rotor", "rotor between two windings"),
+    "ppi8255": ("computer8080", "Ppi8255", "8080 with 8255 ports (Table IX)"),
+    "host8080": ("computer8080", "Host8080", "8080 with one output port (fig. 5.3)"),
+    "keyboard": ("keyboard", "Keyboard", "keyboard with write strobe generator (fig. 10.8)"),
+    "gpib_listener": ("gpib", "GpibListener", "simple IEEE-488 listener (fig. 12.4)"),
+    "gpib_talker": ("gpib", "GpibTalker", "IEEE-488 talker for the simple listener (fig. 12.3)"),
+    "gpib_device": ("gpib_device", "GpibDevice", "IEEE-488 talker and listener with address (fig. 12.8)"),
+    "gpib_controller": ("gpib_device", "GpibController", "IEEE-488 controller"),
+    "gpib_interrupts": ("gpib_device", "GpibInterrupts", "IEEE-488 interrupt logic (fig. 12.9)"),
+    "workpieces": ("welding", "Workpieces", "workpieces under a welding machine"),
+    "welder": ("welding", "Welder", "carriage and torch of a welding machine"),
+}
+
+
+def part_class(kind: str) -> type[Part]:
+    """The class of a part by its kind, for example "uart"."""
+    try:
+        module, name, _ = KINDS[kind]
+    except KeyError:
+        raise UnknownName(f"no part {kind!r}; there are: {', '.join(KINDS)}") from None
+    return getattr(import_module(f"{__name__}.{module}"), name)  # type: ignore[no-any-return]
+
+
+def make_part(kind: str, kernel: Kernel, name: str, options: dict[str, Any]) -> Part:
+    """A part of a kind; options that it does not have are refused with the list of those it has."""
+    cls = part_class(kind)
+    parameters = list(signature(cls).parameters)[2:]
+    for key in options:
+        if key not in parameters:
+            raise UsageError(f"{name}: a {kind} has no option {key!r}; its options: {', '.join(parameters) or 'none'}")
+    return cls(kernel, name, **options)

@@ -84,6 +84,7 @@ class Host(Part):
         self.answer: Any = None
         self.wait_for: Callable[[Callable[[], bool], str, str], None] | None = None  # the bench lets time pass
         self.on_input: Callable[[str, list[Any]], object] | None = None  # the journal
+        self.on_event: Callable[[str], object] | None = None  # a transcript
 
     # ------------------------------------------------------------------------------------------------------ queueing
     def to(self, chip: str) -> Host:
@@ -151,7 +152,7 @@ class Host(Part):
             queue.popleft()
 
     async def send_now(self, port: Port, data: bytes) -> None:
-        """The two-line handshake, byte after byte."""
+        """The two-line handshake, byte after byte; the last byte leaves the bus when it has been taken."""
         kernel, ready, drive_bus, request = self.kernel, port.ready, port.bus.drive, port.request.drive
         for byte in data:
             if ready.level != 1:
@@ -162,8 +163,8 @@ class Host(Part):
             request(0)
             await level(ready, 0)
             request(1)
-            drive_bus(None)
             self.sent += 1
+        drive_bus(None)
 
     async def fetch(self, port: Port, number: int) -> bytes:
         """Read verify bytes (s.6): I/O SELECT high, one I/O REQUEST a byte."""

@@ -1,9 +1,13 @@
-"""What every part has: a name, pins of its own, findings.  A part sees a chip through nets only."""
+"""What every part has: a name, pins of its own, findings.  A part sees a chip through nets only.
+
+`wiring` is the standard wiring: pins of the part, and the pins of the neighbour to which `bench.part(..., to=...)`
+joins them.  What a user tells a part (a text, a key) goes through `input`, so that a journal can repeat it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..core.chip import Finding, Terminal
 from ..core.kernel import Kernel
@@ -18,15 +22,19 @@ if TYPE_CHECKING:
 class Part:
     """A part on a bench.  Subclasses make their pins in the constructor and react to nets by observers or tasks."""
 
+    wiring: ClassVar[Mapping[str, str]] = {}
+
     def __init__(self, kernel: Kernel, name: str) -> None:
         self.kernel, self.name = kernel, name
         self.pins: dict[str, Terminal] = {}
         self.drivers: dict[str, Driver] = {}
         self.findings: list[Finding] = []
         self.on_finding: Callable[[Finding], object] | None = None
-        self.wired = False
+        self.on_input: Callable[[str, list[Any]], object] | None = None  # the journal
 
-    def add_pin(self, name: str, way: Way, says: str, *, pull: int | None = None, initial: int | None = None) -> Terminal:
+    def add_pin(
+        self, name: str, way: Way, says: str, *, pull: int | None = None, initial: int | None = None
+    ) -> Terminal:
         """Make a pin; an output drives `initial` from the beginning."""
         row = Pin(len(self.pins) + 1, name, way, says, pull=pull)
         terminal = Terminal(self.name, row, Net(self.kernel, f"{self.name}.{name}", pull))
@@ -39,7 +47,9 @@ class Part:
 
     def add_bus(self, name: str, says: str) -> Terminal:
         """Make an eight-wire bus pin; its driver takes (mask, value) or None."""
-        terminal = Terminal(self.name, Pin(len(self.pins) + 1, name, "both", says), Bus(self.kernel, f"{self.name}.{name}"))
+        terminal = Terminal(
+            self.name, Pin(len(self.pins) + 1, name, "both", says), Bus(self.kernel, f"{self.name}.{name}")
+        )
         self.pins[name] = terminal
         self.drivers[name] = Driver(terminal.net, self.name)
         return terminal
@@ -50,6 +60,19 @@ class Part:
             return self.pins[name]
         except KeyError:
             raise UnknownName(f"{self.name} has no pin {name!r}; its pins: {', '.join(self.pins)}") from None
+
+    def high(self, name: str) -> bool:
+        """Does a pin read high?  An open input does, as in TTL."""
+        return bool(self.pins[name].net.level != 0)
+
+    def byte(self, name: str) -> int:
+        """The byte on a bus pin."""
+        return self.pins[name].net.byte  # type: ignore[attr-defined,no-any-return]
+
+    def input(self, verb: str, *args: Any) -> None:
+        """A user told the part something: let the journal know, as plain data."""
+        if self.on_input is not None:
+            self.on_input(verb, [list(arg) if isinstance(arg, bytes) else arg for arg in args])
 
     def finding(self, code: str, text: str) -> None:
         """Keep something that went wrong around the chip."""

@@ -34,7 +34,7 @@ Probe: TypeAlias = Net | Terminal  # what can be asked about: a net, or a pin (a
 
 FLOATING = -1
 TRIM_FROM = 1024  # entries; shorter logs are not worth trimming
-CHUNK_EDGES = 1 << 16  # what an export expands at a time; beyond it, arrays leave the processor's cache
+CHUNK_EDGES = 1 << 17  # what an export expands at a time
 FIRST_CHUNK_PS = 10**10
 LONGEST_CHUNK_PS = 10**12  # bounds what a burst after a long silence can cost
 
@@ -60,7 +60,7 @@ class Log(list[tuple[int, Any]]):
             self.trim(entry[0])
 
     def trim(self, now: int) -> None:
-        """Drop what is older than asked for, save the entry that still holds just before that: an edge needs both sides."""
+        """Drop what is older than asked for, save the entry that holds just before that: an edge has two sides."""
         if self.keep_ps is not None:
             del self[: max(bisect_left(self, (now - self.keep_ps,)) - 1, 0)]
             self.full = max(2 * len(self), TRIM_FROM)
@@ -142,11 +142,12 @@ class Recorder:
 
 
 def chunks(recorder: Recorder, probes: Sequence[Probe], start: int, stop: int, unit: int = 1) -> Iterator[list[Edges]]:
-    """The edges of several nets at start <= t <= stop, in consecutive windows of a bounded number of edges.
+    """The edges of several nets at start <= t <= stop, in consecutive windows: one array would not hold an hour.
 
-    Every window but the last ends with a whole `unit` (ps).  Its length follows the density of what came before.
+    The length of a window follows the density of what came before.  All but the last end with a whole `unit` (ps).
     """
     length = FIRST_CHUNK_PS
+    stop = min(stop, max((net_of(probe).kernel.seen for probe in probes), default=start - 1))
     while start <= stop:
         last = min(stop, -(-(start + length) // unit) * unit - 1)
         edges = [recorder.edges(probe, start, last) for probe in probes]
@@ -204,7 +205,8 @@ def _columns(probe: Probe, times: Any, levels: Any) -> Edges:
 
     dtype: Any = np.int8 if width_of(probe) == 1 else np.int16
     if isinstance(levels, list):
-        levels = [_code(probe, level) for level in levels]
+        codes = {level: _code(probe, level) for level in set(levels)}
+        levels = [codes[level] for level in levels]
     return np.asarray(times, np.int64), np.asarray(levels, dtype)
 
 
@@ -216,14 +218,15 @@ def _expanded(probe: Probe, entries: Sequence[tuple[int, Any]], start: int, stop
     levels: list[Any] = []
     parts: list[Edges] = []
     for number, (since, what) in enumerate(entries, 1):
+        promised = _promised(what)
         if since >= start:
             times.append(since)
-            levels.append(_level(what, since))
-        if _promised(what):
+            levels.append(what.level(since) if promised else what)
+        if promised:
             end = entries[number][0] - 1 if number < len(entries) else stop
-            promised = what.edges(max(since, start - 1), end)
-            if len(promised[0]):
-                parts += [_columns(probe, times, levels), _columns(probe, *promised)]
+            ahead = what.edges(max(since, start - 1), end)
+            if len(ahead[0]):
+                parts += [_columns(probe, times, levels), _columns(probe, *ahead)]
                 times, levels = [], []
     parts.append(_columns(probe, times, levels))
     return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])

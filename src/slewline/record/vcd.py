@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from .recorder import Edges, Levels
 
-TIMESCALES = {f"{count} {unit}": count * UNITS[unit] for unit in ("ps", "ns", "us", "ms", "s") for count in (1, 10, 100)}
+TIMESCALES = {f"{n} {unit}": n * UNITS[unit] for unit in ("ps", "ns", "us", "ms", "s") for n in (1, 10, 100)}
 BLOCK_ROWS = 1 << 14  # rows that the processor's cache holds
 ID_FIRST, ID_COUNT = 33, 94  # identifiers are made of the printable characters
 
@@ -50,7 +50,12 @@ class VcdStream:
     """
 
     def __init__(
-        self, path: str | Path, nets: Mapping[str, Probe], recorder: Recorder, timescale: str = "1 ns", start: int | None = None
+        self,
+        path: str | Path,
+        nets: Mapping[str, Probe],
+        recorder: Recorder,
+        timescale: str = "1 ns",
+        start: int | None = None,
     ) -> None:
         if timescale not in TIMESCALES:
             raise UsageError(f"timescale {timescale!r}: allowed {', '.join(TIMESCALES)}")
@@ -120,7 +125,9 @@ class VcdStream:
     def __enter__(self) -> VcdStream:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         try:
             if kind is None:
                 self.close()
@@ -166,7 +173,9 @@ def _header(nets: Mapping[str, Probe], timescale: str) -> str:
             if not isinstance(level, dict):
                 raise UsageError(f"{name!r}: {scope!r} is the name of a variable in the file and cannot be a scope too")
         if not all(part and part.isascii() and part.isprintable() and " " not in part for part in (*scopes, variable)):
-            raise UsageError(f"{name!r}: not a name for a VCD file; use printable ASCII without blanks, dots between scopes")
+            raise UsageError(
+                f"{name!r}: no name for a VCD file; use printable ASCII without blanks, dots between scopes"
+            )
         if variable in level:
             raise UsageError(f"{name!r}: {variable!r} is the name of a scope in the file and cannot be a variable too")
         level[variable] = f"$var wire {width_of(probe)} {identifier(number)} {variable} $end\n"
@@ -233,7 +242,9 @@ class Table:
             begin = end
         return b"".join(parts)
 
-    def _block(self, units: NDArray[np.int64], codes: NDArray[np.int64], named: NDArray[np.bool_], digits: int) -> bytes:
+    def _block(
+        self, units: NDArray[np.int64], codes: NDArray[np.int64], named: NDArray[np.bool_], digits: int
+    ) -> bytes:
         import numpy as np
 
         width = self._rows.shape[1]

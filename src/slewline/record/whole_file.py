@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import weakref
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from io import BufferedWriter
 from itertools import count
 from pathlib import Path
@@ -73,7 +73,9 @@ class WholeFile:
     def __enter__(self) -> WholeFile:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         try:
             if kind is None:
                 self.commit()
@@ -82,9 +84,7 @@ class WholeFile:
 
 
 def _abandon(handle: BufferedWriter, part: Path | None) -> None:
-    try:
-        handle.close()  # may try to write what it still holds, to a full disk for example
-    except OSError:
-        pass
+    with suppress(OSError):  # it may try to write what it still holds, to a full disk for example
+        handle.close()
     if part is not None:
         part.unlink(missing_ok=True)

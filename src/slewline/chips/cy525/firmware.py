@@ -82,16 +82,18 @@ class Cy525(Chip):
             self.motion = Motion(self)
         self.powered, self.cold = not cold, cold
         self.reset_valid = False
-        self.reset_fell = 0
+        self.reset_fell = self.powered_at = 0
         self.inner_reset = Driver(Net(kernel, f"{name}.(reset seen)"), name)
         self.inner_reset.drive(0 if cold else 1)
         kernel.settle()
         self.inner_reset.net.watch(self._on_inner_reset)
         self.accepted = -1
-        self.run_fell = self.busy_from = self.busy_ps = self.requested = self.at = 0
+        self.run_fell = self.busy_from = self.busy_ps = self.requested = self.at = self.following = 0
         self.ascii = True
         self.reset_registers()
-        self.outputs_high()
+        if self.powered:
+            self.outputs_high()
+            self.clock_runs()
         self._watch_inputs()
         if not 1_000_000 <= self.crystal_hz <= 11_000_000:
             self.finding("crystal", f"{self.crystal_hz / 1e6:g} MHz is outside the 1 to 11 MHz of Table VIII; times scale all the same")
@@ -110,7 +112,7 @@ class Cy525(Chip):
         self.ready, self.instrobe, self.outstrobe = drivers["ready"], drivers["instrobe"], drivers["outstrobe"]
         self.slew, self.run_pin, self.prog = drivers["slew"], drivers["run"], drivers["prog"]
         self.direction, self.pulse = drivers["direction"], drivers["pulse"]
-        self.buffermable_output, self.motion_complete = drivers["programmable_output"], drivers["motion_complete"]
+        self.programmable_output, self.motion_complete = drivers["programmable_output"], drivers["motion_complete"]
         self.phases = tuple(drivers[f"phase{n}"] for n in (1, 2, 3, 4))
 
     def rewired(self) -> None:
@@ -120,7 +122,7 @@ class Cy525(Chip):
 
     def _watch_inputs(self) -> None:
         self.request.latched = True
-        for net, observer in ((self.reset_net, self._on_reset), (self.select, self._on_select), (self.prog_in, self._on_prog)):
+        for net, observer in ((self.reset_net, self._on_reset), (self.select, self._on_select)):
             if observer not in net.observers:
                 net.watch(observer)
 
@@ -132,10 +134,6 @@ class Cy525(Chip):
     def _on_select(self, _net: Net) -> None:
         if self.task is not None and self.ready.net.level == 0 and not self.motion.moving:
             self.finding("select-while-busy", "I/O SELECT changed while READY is low: it counts at the next READY")
-
-    def _on_prog(self, net: Net) -> None:
-        if net.level == 1 and self.entering:
-            self.finding("prog-driven-high", "PROG/LIVE is driven high during program entry; it takes an open collector")
 
     # --------------------------------------------------------------------------------------------------------- state
     def reset_registers(self) -> None:
@@ -161,10 +159,18 @@ class Cy525(Chip):
         for row in self.sheet.pins:
             if row.way == "out" and row.reset == 1:
                 self.drivers[row.name].drive(1)
-        clock = Playing(StepTrain(self.clock, self.clock.ticks_from(self.kernel.now), ((15, OPEN),)))
-        self.drivers["clk15"].play(PulseView(clock, 10))  # 5 of 15 clocks low: 0.45 us at 11 MHz
         self.prog.drive(None)
         self.bus_driver.drive(None)
+
+    def outputs_off(self) -> None:
+        """Without supply no output drives its pin."""
+        for driver in (*self.drivers.values(), self.bus_driver):
+            driver.drive(None)
+
+    def clock_runs(self) -> None:
+        """CLK/15 runs from power-up on, whatever else happens (s.13)."""
+        clock = Playing(StepTrain(self.clock, self.clock.ticks_from(self.kernel.now), ((15, OPEN),)))
+        self.drivers["clk15"].play(PulseView(clock, 10))  # 5 of 15 clocks low: 0.45 us at 11 MHz
 
     @property
     def registers(self) -> dict[str, int]:
@@ -190,31 +196,42 @@ class Cy525(Chip):
             return
         if self.on_power is not None:
             self.on_power(self, on)
-        self.powered, self.cold = on, True
+        self.powered, self.cold, self.reset_valid = on, True, False
         self.inner_reset.drive(0)
-        self.kernel.settle()
-        if not on:
-            for driver in (*self.drivers.values(), self.bus_driver):
-                driver.drive(None)
-            self.waits("power")
-        else:
+        if on:
             self.reg = {name: value for name, value in self.defaults.items() if name != "position"}
             self.axis_.load(self.defaults["position"])
             self.unset = set(self.defaults)
             self.outputs_high()
-            self.waits("power-up reset")
-            if all(driver.at(self.kernel.seen) is None for driver in self.reset_net.drivers):
-                self.kernel.call_at(self.kernel.now + sheet.POWER_UP_RC_PS, self._capacitor_charged)
-            elif self.reset_net.level == 0:
-                self._on_reset(self.reset_net)
-            else:
-                self.finding("no-power-up-reset", "RESET is high at power-up: the chip stays inert until a valid reset")
+            self.clock_runs()
+            self._power_up_reset()
+        else:
+            self.outputs_off()
+            self.waits("power")
         self.kernel.settle()
 
-    def _capacitor_charged(self) -> None:
-        if self.powered and self.cold:
-            self.cold = False
-            self.inner_reset.drive(1)
+    def _power_up_reset(self) -> None:
+        """The supply has come: who holds RESET low for 10 ms?"""
+        on = self.powered_at = self.kernel.now
+        if all(driver.at(self.kernel.seen) is None for driver in self.reset_net.drivers):
+            charged = on + sheet.POWER_UP_RC_PS
+            self.waits(f"the capacitor at RESET, charged at {readable(charged)}")
+            self.kernel.call_at(charged, lambda: self._capacitor_charged(on))
+            return
+        self.waits("RESET low for 10 ms")
+        if self.reset_net.level == 0:
+            self._on_reset(self.reset_net)
+        else:
+            self.finding("no-power-up-reset", "RESET is high at power-up: the chip stays inert until a valid reset")
+
+    def _capacitor_charged(self, on: int) -> None:
+        """RESET rises by itself, unless somebody holds it low by now."""
+        if self.powered and self.cold and self.powered_at == on:
+            if self.reset_net.level == 0:
+                self.reset_valid = True
+            else:
+                self.cold = False
+                self.inner_reset.drive(1)
 
     def reset(self) -> None:
         """Pulse RESET low for 20 us at 6 MHz from now on."""
@@ -239,6 +256,8 @@ class Cy525(Chip):
         """RESET has been low for long enough; the inner net makes the kill the last thing of the instant."""
         if self.powered and self.reset_net.level == 0 and self.reset_fell == fell:
             self.reset_valid = True
+            if self.cold:
+                self.waits("RESET high")
             self.inner_reset.drive(0)
 
     def _on_inner_reset(self, net: Net) -> None:
@@ -251,8 +270,12 @@ class Cy525(Chip):
         self.motion.killed()
         self.decoder.reset()
         self.reset_registers()
-        self.outputs_high()
-        self.waits("RESET high")
+        if self.powered:
+            self.outputs_high()
+            self.waits("RESET high")
+        else:
+            self.outputs_off()
+            self.waits("power")
 
     # ---------------------------------------------------------------------------------------------------- the program
     async def run(self) -> None:
@@ -282,19 +305,20 @@ class Cy525(Chip):
                 continue
             self.tick = sampled = tick + SAMPLE
             at = ps(sampled)
-            self.instrobe.wave((ps(tick + STROBE), at), (0, 1))
+            self.instrobe.wave(1, (ps(tick + STROBE), at), (0, 1))
             await until(kernel, at)
             if request.level == 1:
                 self.finding("short-request", "I/O REQUEST rose before INSTROBE ended: the byte is lost")
                 continue
             self.accepted = request.changes
             byte: int = self.bus.byte
+            self.tick = self.busy_from = sampled + BUSY
+            self.busy_ps = busy = ps(sampled + BUSY)
             self._waiting = ("a byte in work", kernel.now)
-            self.busy_from = sampled + BUSY
-            self.busy_ps = ps(sampled + BUSY)
-            self.ready.wave((self.busy_ps,), (0,))
             if self.motion_complete.net.value != 1:
                 self.motion_complete.drive(1)
+            await until(kernel, busy)
+            self.ready.drive(0)
             return byte
 
     async def finish(self, tick: int) -> None:
@@ -323,7 +347,7 @@ class Cy525(Chip):
         self.outstrobe.play(Wave(1, (ps(strobe), ps(strobe + width)), (0, 1)))
         self.busy_from = strobe + width + T["busy_delay"]
         self.busy_ps = ps(self.busy_from)
-        self.ready.wave((self.busy_ps,), (0,))
+        self.ready.wave(1, (self.busy_ps,), (0,))
         self.motion_complete.drive(1)
         self.waits("io_request=1 after a verify byte")
         await self.at_tick(self.busy_from + width)
@@ -436,7 +460,7 @@ class Cy525(Chip):
 
     def _no_instruction(self) -> None:
         assert self.pc is not None
-        if self.pc >= sheet.BUFFER_BYTES:
+        if self.pc >= sheet.BUFFER_BYTES and self.pc != self.following:
             self.finding("bad-target", f"byte {self.pc} is outside the program buffer (0 to 59): run mode, nothing to execute")
         else:
             self.finding("end-of-program", f"no instruction at byte {self.pc}: run mode, nothing to execute")
@@ -451,11 +475,11 @@ class Cy525(Chip):
         first = due > self.tick
         if row is None:
             self.finding("unknown-opcode", f"byte {at} of the program, {code:02X}: skipped")
-            self.pc = at + 1
+            self.pc = self.following = at + 1
             await self.ticks(40 * TICKS_PER_US)
             return
         values = row.unpack(bytes(self.buffer[at + 1 : at + row.size]))
-        self.pc = at + row.size
+        self.pc = self.following = at + row.size
         self.at = at
         self.waits(f"{row.form} at byte {at} in work")
         await self.at_tick(due if first else self.tick + row.program_us * TICKS_PER_US)
@@ -484,7 +508,7 @@ class Cy525(Chip):
             self.run_fell = self.tick
             self.run_pin.drive(0)
             self.request.watch(self._on_request)
-        self.pc = target
+        self.pc, self.following = target, 0
 
     def in_program(self) -> bool:
         """Is the running instruction one of the program (not a command of the host)?"""
@@ -502,10 +526,10 @@ class Cy525(Chip):
         self.unset.discard("position")
 
     def do_bitset(self) -> None:
-        self.buffermable_output.drive(1)
+        self.programmable_output.drive(1)
 
     def do_clearbit(self) -> None:
-        self.buffermable_output.drive(0)
+        self.programmable_output.drive(0)
 
     async def do_delay(self, delay: int) -> None:
         if delay == 0:
@@ -551,10 +575,11 @@ class Cy525(Chip):
         self.begin_run(self.resolved(target))
 
     def do_loop(self, count: int, target: int) -> None:
+        target = self.resolved(target)
         if not self.in_program():
             if count != 1:
                 self.finding("loop-command", "L given as a command starts the program at its target")
-                self.begin_run(self.resolved(target))
+                self.begin_run(target)
             return
         if self.loop is None:
             if count == 0:
@@ -566,7 +591,7 @@ class Cy525(Chip):
         left = self.loop[1] - 1
         self.loop = (self.loop[0], left) if left else None
         if left:
-            self.pc = self.resolved(target)
+            self.pc = target
 
     def do_number(self, steps: int) -> None:
         self.load("N", steps)
@@ -597,12 +622,13 @@ class Cy525(Chip):
         self.load("S", slope)
 
     def do_til(self, target: int) -> None:
+        target = self.resolved(target)
         if self.dowhile.level == 0:
             if self.in_program():
-                self.pc = self.resolved(target)
+                self.pc = target
             else:
                 self.finding("til-command", "T given as a command starts the program at its target")
-                self.begin_run(self.resolved(target))
+                self.begin_run(target)
 
     async def do_until(self) -> None:
         await self.wait_for("U", 0)
@@ -665,7 +691,9 @@ class Cy525(Chip):
             if not self.in_program() and self.request.changes == self.accepted:  # the terminator's own request goes first
                 if await self.polled(self.wait, wanted, T["wait_poll"], (self.request, 1)) is self.wait:
                     return
-            await self.polled(self.wait, wanted, T["wait_poll"], (self.request, 0))
+            ended = await self.polled(self.wait, wanted, T["wait_poll"], (self.request, 0))
+            if ended is self.request and not self.in_program():
+                self.accepted = self.request.changes  # it brings no byte: READY waits for its end
         finally:
             self.waiting_pin = False
 

@@ -226,12 +226,12 @@ class Motion:
         """The first look at a net strictly after this instant: its tick, and whether it is the one at the end of PULSE."""
         chip, train = self.chip, self.train
         step = train.begun(chip.kernel.now)  # steps begun; the running one is step - 1
+        end = train.begin(step)
         if net is not chip.inhibit:
-            return train.begin(step), False
-        rise = train.begin(step) - HIGH
-        if chip.clock.ps(rise) <= chip.kernel.now:
-            rise = train.begin(step + 1) - HIGH
-        return rise, True
+            return end, False
+        if chip.clock.ps(end - HIGH) > chip.kernel.now:
+            return end - HIGH, True
+        return (train.begin(step + 1) - HIGH, True) if step < train.steps else (end, False)
 
     async def hold(self, step: int) -> int:
         """STEP INHIBIT is high at the end of a step: PULSE stays low until it is low, then the step ends."""
@@ -256,7 +256,8 @@ class Motion:
             return plan  # on the target
         over, leg = plan.leg(step - 1), plan.leg(min(step, plan.steps - 1))
         if self.abortable and not self.aborted and chip.abort.level == 0:
-            return self.way_down(plan, step)
+            down = self.way_down(plan, step)
+            return down if self.continuous else await self.rate_request(down, 0)
         if self.aborted and leg.name != "down" and over.name == "down":  # the bottom of the ramp
             if chip.abort.level == 0:
                 return STOP

@@ -1,0 +1,109 @@
+"""The welding machine of section 4: workpieces that come and go, and a carriage with a torch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from ..core.kernel import Kernel
+from ..core.net import Net
+from ..core.timebase import picoseconds, readable
+from ..errors import UsageError
+from .motor import Translator
+from .part import Part
+
+
+class Workpieces(Part):
+    """Workpieces come to the machine one by one and leave after their last weld.
+
+    `in_place` is high while one lies ready; `last` is low as long as another one is to come.
+
+    Args:
+        pieces: how many there are.
+        welds: falls of `torch` that a workpiece needs.
+        change: from the beginning, or from the leaving of one workpiece, to the arrival of the next.
+    """
+
+    wiring = MappingProxyType({"in_place": "wait", "last": "dowhile", "torch": "programmable_output"})
+
+    def __init__(
+        self, kernel: Kernel, name: str, *, pieces: int = 3, welds: int = 6, change: str | int = "1 s"
+    ) -> None:
+        super().__init__(kernel, name)
+        if pieces < 0 or welds < 1:
+            raise UsageError(f"{name}: {pieces} pieces of {welds} welds; allowed 0 or more, 1 or more")
+        self.pieces, self.welds, self.change_ps = pieces, welds, picoseconds(change)
+        self.add_pin("in_place", "out", "high: a workpiece lies ready", initial=0)
+        self.add_pin("last", "out", "low: another one is to come", initial=int(pieces == 0))
+        self.add_pin("torch", "in", "a weld is done when it falls", pull=1)
+        self.finished = self.done = 0
+        self.ready = False
+
+    def rewired(self) -> None:
+        self.pin("torch").net.watch(self._welded)
+        self._next()
+
+    def _next(self) -> None:
+        if self.finished < self.pieces:
+            self.kernel.call_at(self.kernel.now + self.change_ps, self._arrive)
+
+    def _arrive(self) -> None:
+        self.ready, self.done = True, 0
+        self.drivers["in_place"].drive(1)
+        self.drivers["last"].drive(int(self.finished == self.pieces - 1))
+
+    def _welded(self, net: Net) -> None:
+        if net.level == 0 and self.ready:
+            self.done += 1
+            if self.done == self.welds:
+                self.ready = False
+                self.finished += 1
+                self.drivers["in_place"].drive(0)
+                self._next()
+
+    @property
+    def waiting(self) -> str:
+        return f"{self.name}: {self.finished} of {self.pieces} finished"
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """A weld: where, from when, for how long."""
+
+    position: int
+    start_ps: int
+    duration_ps: int
+
+    def __str__(self) -> str:
+        return f"{self.position:5}  from {readable(self.start_ps)} for {readable(self.duration_ps)}"
+
+
+class Welder(Translator):
+    """A carriage that PULSE and DIRECTION move, with a torch that burns while `torch` is high."""
+
+    wiring = MappingProxyType({"torch": "programmable_output", "pulse": "pulse", "direction": "direction"})
+
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        super().__init__(kernel, name)
+        self.add_pin("torch", "in", "high: on", pull=0)
+        self.spots: list[Spot] = []
+        self.lit: tuple[int, int] | None = None  # position and instant
+
+    def rewired(self) -> None:
+        super().rewired()
+        self.pin("torch").net.watch(self._torch)
+        self._torch(self.pin("torch").net)
+
+    def _torch(self, net: Net) -> None:
+        now = self.kernel.now
+        if net.level == 1:
+            self.lit = (self.position, now)
+        elif self.lit is not None:
+            position, start = self.lit
+            self.spots.append(Spot(position, start, now - start))
+            self.lit = None
+
+    def stepped(self, sign: int) -> None:
+        if self.lit is not None:
+            self.finding("smeared", f"the carriage leaves {self.position} with the torch on")
+        super().stepped(sign)

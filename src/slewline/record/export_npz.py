@@ -1,0 +1,37 @@
+"""Columns of numbers as NumPy's own file: `numpy.load(path)["x.slew.times_ps"]`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .recorder import Probe, Recorder
+from .whole_file import WholeFile
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+def edge_columns(nets: Mapping[str, Probe], recorder: Recorder, start: int, stop: int) -> dict[str, NDArray[Any]]:
+    """Edges of some nets at start <= t <= stop (ps): for each name, columns name.times_ps and name.levels.
+
+    Raises:
+        NotRecorded: a net is not recorded, or no longer that far back.
+    """
+    columns: dict[str, NDArray[Any]] = {}
+    for name, probe in nets.items():
+        columns[f"{name}.times_ps"], columns[f"{name}.levels"] = recorder.edges(probe, start, stop)
+    return columns
+
+
+def save_npz(path: str | Path, columns: Mapping[str, NDArray[Any]]) -> None:
+    """Write arrays under their names, uncompressed: deflating costs ten times more than it is worth.
+
+    Raises:
+        UsageError: the path cannot be written.
+    """
+    import numpy as np
+
+    with WholeFile(path) as file, file.refusals():
+        np.savez(file.handle, allow_pickle=False, **columns)

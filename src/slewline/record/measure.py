@@ -1,0 +1,111 @@
+"""Measurements on arrays of instants: what tests and plots ask of steps and edges.  Pure functions.
+
+Instants are int64 picoseconds, ascending.  A clock whose period is no whole number of picoseconds makes equal
+intervals differ by one, so "the same interval" means: the same to a picosecond.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ..core.timebase import PS_PER_S
+from ..errors import UsageError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from .recorder import Levels
+
+ROUNDING_PS = 1
+
+
+def intervals(times_ps: NDArray[np.int64]) -> NDArray[np.int64]:
+    """From each instant to the next: (n-1,) int64, ps.
+
+    Raises:
+        UsageError: the instants do not ascend.
+    """
+    import numpy as np
+
+    between = np.diff(times_ps)
+    if len(between) and between.min() <= 0:
+        raise UsageError(
+            f"instants must ascend; number {int(np.argmin(between)) + 1} does not come after the one before"
+        )
+    return between
+
+
+def rates(times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Rate from each step to the next: (n-1,) float64, steps/s."""
+    return PS_PER_S / intervals(times_ps)
+
+
+def runs(times_ps: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Runs of steps at a constant rate.
+
+    Returns:
+        The step with which each run begins (m,) int64, and its intervals (m,) int64: run i spans the intervals of steps
+        first[i] to first[i] + count[i] - 1.
+    """
+    import numpy as np
+
+    between = intervals(times_ps)
+    if not len(between):
+        return np.empty(0, np.int64), np.empty(0, np.int64)
+    first = np.append(0, np.flatnonzero(np.abs(np.diff(between)) > ROUNDING_PS) + 1)
+    return first, np.diff(np.append(first, len(between)))
+
+
+def pulse_widths(times_ps: NDArray[np.int64], levels: Levels, level: int = 0) -> NDArray[np.int64]:
+    """How long each pulse at a level lasts: (m,) int64, ps; pulses that begin and end within the edges given."""
+    import numpy as np
+
+    begins = np.flatnonzero(levels[:-1] == level)
+    return times_ps[begins + 1] - times_ps[begins]
+
+
+def glitches(times_ps: NDArray[np.int64], shorter_than_ps: int) -> NDArray[np.intp]:
+    """Where a level lasts less than it should: indices (m,) of the edges that are too close before the next one."""
+    import numpy as np
+
+    return np.flatnonzero(np.diff(times_ps) < shorter_than_ps)
+
+
+@dataclass(frozen=True, slots=True)
+class Ramp:
+    """A move from rest to rest.  The plateau is the longest stretch at the highest rate."""
+
+    up_ps: int  # from the first step to the first one of the plateau
+    plateau_ps: int
+    down_ps: int  # from the end of the plateau to the last step
+    plateau_first: int  # index of the first step of the plateau
+    plateau_steps: int
+    peak_sps: float  # steps/s on the plateau
+
+
+def ramp(times_ps: NDArray[np.int64]) -> Ramp:
+    """Where a move reaches its highest rate, and for how long.
+
+    Raises:
+        UsageError: fewer than two steps, or instants that do not ascend.
+    """
+    import numpy as np
+
+    first, count = runs(times_ps)
+    if not len(first):
+        raise UsageError(f"a ramp has two steps or more, not {len(times_ps)}")
+    between = intervals(times_ps)
+    fastest = np.flatnonzero(between[first] <= between.min() + ROUNDING_PS)
+    top = fastest[np.argmax(count[fastest])]
+    begin, end = int(first[top]), int(first[top] + count[top])
+    plateau = int(times_ps[end] - times_ps[begin])
+    return Ramp(
+        up_ps=int(times_ps[begin] - times_ps[0]),
+        plateau_ps=plateau,
+        down_ps=int(times_ps[-1] - times_ps[end]),
+        plateau_first=begin,
+        plateau_steps=end - begin,
+        peak_sps=PS_PER_S * (end - begin) / plateau,
+    )

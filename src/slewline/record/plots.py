@@ -1,0 +1,267 @@
+"""Plots of moves: velocity, position and logic traces over one time axis, as SVG or PNG.
+
+The same input gives the same bytes, whatever matplotlib's configuration says: no date, no chance in the names.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..core.chip import Steps
+from ..core.timebase import UNITS, readable
+from ..errors import UsageError
+from . import outlines
+from .recorder import FLOATING
+from .whole_file import WholeFile
+
+if TYPE_CHECKING:
+    import numpy as np
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from .recorder import Levels
+
+SUFFIXES = (".svg", ".png")
+VELOCITY, POSITION, TRACE, BUS, DASHED, GRID, INK, SOFT = (
+    "#1f66ad",
+    "#b8561b",
+    "#2b5d4c",
+    "#6a4c93",
+    "#8a94a0",
+    "#e4e8ec",
+    "#25303b",
+    "#5f6b77",
+)
+# inches
+WIDTH, VELOCITY_HEIGHT, POSITION_HEIGHT, LANE_HEIGHT, GAP = 9.6, 2.5, 1.5, 0.27, 0.18
+TOP, BOTTOM, RIGHT, LEFT, LETTER = 0.62, 0.52, 1.12, 0.92, 0.078
+DPI = 144
+STYLE = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans", "Verdana", "Arial"],
+    "font.size": 9.0,
+    "axes.edgecolor": "#aab3bc",
+    "axes.linewidth": 0.8,
+    "axes.labelcolor": SOFT,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": GRID,
+    "grid.linewidth": 0.8,
+    "text.color": INK,
+    "xtick.color": "#aab3bc",
+    "ytick.color": "#aab3bc",
+    "xtick.labelcolor": SOFT,
+    "ytick.labelcolor": SOFT,
+    "svg.fonttype": "none",  # text stays text
+    "svg.hashsalt": "slewline",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """What one axis does: becomes a velocity and a position panel.
+
+    `rates` are dashed lines, name -> steps/s ("R = 80" -> 5978); `notes` are further parameters, name -> value
+    ("S" -> 200); `before` is the position before the first step, if it was not one step away.
+    """
+
+    name: str
+    steps: Steps
+    rates: Mapping[str, float] = field(default_factory=dict)
+    notes: Mapping[str, object] = field(default_factory=dict)
+    before: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """What one pin does: edges as Recorder.edges gives them, and the level before the first; `bus` shows hexadecimal."""
+
+    name: str
+    times_ps: NDArray[np.int64]
+    levels: Levels
+    level: int
+    bus: bool = False
+
+
+def plot(path: str | Path, title: str, *tracks: Motion | Trace, start: int, stop: int) -> None:
+    """Draw motions and traces of a window (ps) into a file; its suffix, .svg or .png, says in which form.
+
+    Raises:
+        UsageError: an unknown suffix, an empty window, no tracks, a path that cannot be written, or no matplotlib.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise UsageError(f"{path}: allowed are file names ending in {' or '.join(SUFFIXES)}")
+    if stop <= start or not tracks:
+        raise UsageError(f"{path}: nothing to draw from {readable(start)} to {readable(stop)}")
+    with _matplotlib(), WholeFile(path) as file, file.refusals():
+        figure = _figure(title, tracks, start, stop)
+        metadata: dict[str, Any] = {"Date": None} if suffix == ".svg" else {"Software": "slewline"}
+        figure.savefig(file.handle, format=suffix[1:], dpi=DPI, metadata=metadata)
+
+
+@contextmanager
+def _matplotlib() -> Iterator[None]:
+    """Our style, and nothing of what the user's configuration says."""
+    try:
+        import matplotlib
+    except ImportError as error:
+        raise UsageError("plots need matplotlib: pip install slewline[plot]") from error
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(STYLE)
+        yield
+
+
+# ------------------------------------------------------------------------------------------------------ the figure
+def _figure(title: str, tracks: Sequence[Motion | Trace], start: int, stop: int) -> Figure:
+    from matplotlib.figure import Figure
+
+    motions = [track for track in tracks if isinstance(track, Motion)]
+    traces = [track for track in tracks if isinstance(track, Trace)]
+    heights = [VELOCITY_HEIGHT, POSITION_HEIGHT] * len(motions)
+    if traces:
+        heights.append(LANE_HEIGHT * len(traces) + 0.08)
+    height = TOP + sum(heights) + GAP * (len(heights) - 1) + BOTTOM
+    left = max(LEFT, 0.3 + LETTER * max((len(trace.name) for trace in traces), default=0))
+    right = RIGHT if any(motion.rates for motion in motions) else 0.3
+    figure = Figure(figsize=(WIDTH, height), facecolor="white")
+    axis = TimeAxis(start, stop)
+    panels: list[Axes] = []
+    top = height - TOP
+    for panel_height in heights:
+        box = (left / WIDTH, (top - panel_height) / height, (WIDTH - left - right) / WIDTH, panel_height / height)
+        panels.append(figure.add_axes(box, sharex=panels[0] if panels else None))
+        top -= panel_height + GAP
+    for number, motion in enumerate(motions):
+        _draw_motion(panels[2 * number], panels[2 * number + 1], motion, axis, several=len(motions) > 1)
+    if traces:
+        _draw_traces(panels[-1], traces, axis)
+    for panel in panels:
+        panel.tick_params(length=0, labelbottom=panel is panels[-1])
+    panels[-1].set_xlim(*axis.scaled([start, stop]))
+    panels[-1].set_xlabel(axis.label)
+    for panel in panels[:-1]:
+        panel.spines["bottom"].set_visible(False)
+    figure.text(left / WIDTH, 1 - 0.16 / height, title, fontsize=12, fontweight="bold", va="top")
+    return figure
+
+
+class TimeAxis:
+    """The shared axis: a unit that suits the window; far from time 0 it counts from the begin of the window."""
+
+    def __init__(self, start: int, stop: int) -> None:
+        self.start, self.stop = start, stop
+        span = stop - start
+        name = next((unit for unit in ("s", "ms", "us", "ns") if span >= 2 * UNITS[unit]), "ps")
+        self.unit = UNITS[name]
+        self.origin = start if start > 10 * span else 0
+        self.label = f"Time in {name}".replace("us", "µs") + (f", from {readable(start)} on" if self.origin else "")
+
+    def scaled(self, times: Any) -> NDArray[np.float64]:
+        """Instants (ps) in units of the axis, shape as given."""
+        import numpy as np
+
+        return (np.asarray(times, np.int64) - self.origin) / self.unit
+
+
+# ------------------------------------------------------------------------------------------------------- its panels
+def _draw_motion(upper: Axes, lower: Axes, motion: Motion, axis: TimeAxis, *, several: bool) -> None:
+    steps, of = motion.steps, f"{motion.name}: " if several else ""
+    at, speed = outlines.velocity(steps, axis.start, axis.stop)
+    times = axis.scaled(at)
+    upper.fill_between(times, speed, step="post", color=VELOCITY, alpha=0.10, linewidth=0)
+    upper.plot(times, speed, color=VELOCITY, linewidth=1.5, drawstyle="steps-post", solid_joinstyle="miter")
+    upper.set_ylabel(f"{of}Velocity in steps/s")
+    top = max([float(speed.max()), *(motion.rates.values() if speed.max() > 0 else ())])
+    bottom = min([float(speed.min()), *(-rate for rate in motion.rates.values() if speed.min() < 0)])
+    room = 0.08 * (top - bottom) or 1.0
+    upper.set_ylim(bottom - room if bottom < 0 else 0, top + room)
+    _draw_rates(upper, motion.rates, top, bottom)
+    if motion.notes:
+        text = "    ".join(f"{name} = {value}" for name, value in motion.notes.items())
+        upper.annotate(text, (1, 1), (0, 8), "axes fraction", textcoords="offset points", ha="right", color=SOFT)
+
+    first = int(steps.positions[0] - steps.directions[0]) if len(steps) else 0
+    before = first if motion.before is None else motion.before
+    at, where = outlines.position(steps, before, axis.start, axis.stop)
+    lower.plot(axis.scaled(at), where, color=POSITION, linewidth=1.5, solid_joinstyle="miter")
+    lower.set_ylabel(f"{of}Position in steps")
+    lower.margins(y=0.08)
+    for panel in (upper, lower):
+        panel.yaxis.get_major_locator().set_params(integer=True)  # type: ignore[attr-defined]
+        panel.yaxis.set_major_formatter("{x:,.0f}".replace(",", " "))
+
+
+def _draw_rates(panel: Axes, rates: Mapping[str, float], top: float, bottom: float) -> None:
+    """Dashed lines at the rates, their names beside the panel, moved apart where they would meet."""
+    named = sorted(
+        (sign * rate, name) for name, rate in rates.items() for sign in (1, -1) if bottom <= sign * rate <= top
+    )
+    low, high = panel.get_ylim()
+    apart = (high - low) * 0.30 / VELOCITY_HEIGHT
+    place = low - apart
+    for rate, name in named:
+        panel.axhline(rate, color=DASHED, linewidth=0.9, dashes=(4, 3), zorder=1)
+        place = max(rate, place + apart)
+        panel.annotate(
+            f"{name}\n{abs(rate):g} steps/s",
+            (1, place),
+            (6, 0),
+            ("axes fraction", "data"),
+            textcoords="offset points",
+            va="center",
+            fontsize=8,
+            color=SOFT,
+            linespacing=1.15,
+        )
+
+
+def _draw_traces(panel: Axes, traces: Sequence[Trace], axis: TimeAxis) -> None:
+    for row, trace in enumerate(traces):
+        base = len(traces) - 1 - row + 0.2
+        (at, levels), bands = outlines.logic(trace.times_ps, trace.levels, trace.level, axis.start, axis.stop)
+        color = BUS if trace.bus else TRACE
+        if trace.bus:
+            _draw_bus(panel, axis.scaled(at), levels, base)
+        else:
+            _draw_line(panel, axis.scaled(at), levels, base)
+        for begin, end in axis.scaled(bands):
+            panel.fill_between([begin, end], base, base + 0.6, color=color, alpha=0.45, linewidth=0.8)
+    panel.set_ylim(-0.1, len(traces) + 0.1)
+    panel.set_yticks([len(traces) - 0.5 - row for row in range(len(traces))], [trace.name for trace in traces])
+    panel.tick_params(axis="y", labelcolor=INK, labelsize=8.5)
+    panel.grid(axis="y", visible=False)
+    panel.spines["left"].set_visible(False)
+
+
+def _draw_line(panel: Axes, times: NDArray[np.float64], levels: NDArray[np.float64], base: float) -> None:
+    import numpy as np
+
+    heights = base + 0.6 * np.where(levels == FLOATING, 0.5, levels)
+    panel.plot(times, heights, color=TRACE, linewidth=1.1, drawstyle="steps-post", solid_joinstyle="miter")
+    for number in np.flatnonzero(levels[:-1] == FLOATING):
+        panel.plot(times[number : number + 2], [base + 0.3] * 2, color="white", linewidth=1.3, dashes=(2, 2))
+
+
+def _draw_bus(panel: Axes, times: NDArray[np.float64], levels: NDArray[np.float64], base: float) -> None:
+    """Boxes with their bytes, as far as these have room; a line in the middle while nothing drives."""
+    span = times[-1] - times[0]
+    for begin, end, level in zip(times[:-1], times[1:], levels[:-1], strict=True):
+        if level == FLOATING:
+            panel.plot([begin, end], [base + 0.3] * 2, color=BUS, linewidth=0.9)
+        elif level == level and end > begin:  # not inside a band, where the level is NaN
+            slant = min(0.002 * span, (end - begin) / 2)
+            across = [begin, begin + slant, end - slant, end, end - slant, begin + slant]
+            up = [base + 0.3, base + 0.6, base + 0.6, base + 0.3, base, base]
+            panel.fill(across, up, facecolor="#efeaf5", edgecolor=BUS, linewidth=0.9)
+            if end - begin > 0.03 * span:
+                text = f"{int(level):02X}"
+                panel.text((begin + end) / 2, base + 0.27, text, ha="center", va="center", fontsize=7.5, color=BUS)

@@ -1,0 +1,154 @@
+"""Time: whole picoseconds, clocks converted once, nothing rounded behind the user's back."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from random import Random
+
+import numpy as np
+import pytest
+
+from slewline.core.timebase import Clock, hertz, picoseconds, readable
+from slewline.errors import TimeError
+
+PS = 10**12
+CRYSTALS = [11_000_000, 6_000_000, 5_500_000, 3_579_545, 10_999_999, 11_370_000, 1_000_000, 999_983, 12_000_000]
+
+
+# ----------------------------------------------------------------------------------------------------- reading times
+
+
+@pytest.mark.parametrize(
+    ("text", "ps"),
+    [
+        ("25 us", 25_000_000),
+        ("25 µs", 25_000_000),
+        ("1.5 ms", 1_500_000_000),
+        ("1.5ms", 1_500_000_000),
+        ("0 s", 0),
+        ("3 ps", 3),
+        ("0.001 ns", 1),
+        ("2 min", 120 * PS),
+        ("106.75 h", 384_300 * PS),
+        ("  7  US ", 7_000_000),
+        ("1. s", PS),
+        ("123456789012345678 s", 123456789012345678 * PS),
+        (12, 12),
+        (10**30, 10**30),
+    ],
+)
+def test_a_time_is_read_exactly(text, ps):
+    assert picoseconds(text) == ps
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["25", "us", "", "25 parsecs", "2,5 ms", "1e3 us", "0.0001 ns", "0.5 ps", "-3 ms", "1 2 us", ".5 ms", "+-1 s", "nan s"],
+)
+def test_a_time_that_says_nothing_exact_is_refused(text):
+    with pytest.raises(TimeError):
+        picoseconds(text)
+
+
+@pytest.mark.parametrize("value", [1.0, 25e6, True, False, None, b"1 us", np.float64(3), -1])
+def test_what_is_not_an_int_of_picoseconds_is_refused(value):
+    with pytest.raises(TimeError):
+        picoseconds(value)
+
+
+def test_a_refused_time_says_what_was_found_and_what_would_do():
+    with pytest.raises(TimeError, match=r"'25'.*number and a unit.*'25 us'"):
+        picoseconds("25")
+    with pytest.raises(TimeError, match=r"1\.5.*a float would be rounded"):
+        picoseconds(1.5)
+    with pytest.raises(TimeError, match=r"'0\.5 ps': finer than"):
+        picoseconds("0.5 ps")
+    with pytest.raises(TimeError, match="does not run backwards"):
+        picoseconds("-1 us")
+    assert picoseconds("-1 us", negative=True) == -1_000_000
+
+
+@pytest.mark.parametrize(
+    ("text", "hz"),
+    [("11 MHz", 11_000_000), ("3.579545 MHz", 3_579_545), ("6000 kHz", 6_000_000), ("7 Hz", 7), ("11 mhz", 11_000_000), (5, 5)],
+)
+def test_a_frequency_is_read_exactly(text, hz):
+    assert hertz(text) == hz
+
+
+@pytest.mark.parametrize("text", ["11", "11 MH", "3.5795455 MHz", "fast", 11e6, True])
+def test_a_frequency_that_is_no_whole_number_of_hertz_is_refused(text):
+    with pytest.raises(TimeError):
+        hertz(text)
+
+
+@pytest.mark.parametrize(
+    ("ps", "text"),
+    [
+        (0, "0 ps"),
+        (999, "999 ps"),
+        (1000, "1 ns"),
+        (3_200_000_000, "3.2 ms"),
+        (25_000_000, "25 us"),
+        (PS, "1 s"),
+        (90 * PS, "90 s"),
+        (1_000_001, "1.000001 us"),
+        (-1_500_000, "-1.5 us"),
+        (12_005_000, "12.005 us"),
+    ],
+)
+def test_times_are_written_in_the_unit_that_fits(ps, text):
+    assert readable(ps) == text
+
+
+# ------------------------------------------------------------------------------------------------------------- clocks
+
+
+def exact(hz: int, ticks: int) -> int:
+    """The instant of a tick by fractions, rounded down."""
+    return int(Fraction(ticks * PS, hz) // 1)
+
+
+@pytest.mark.parametrize("hz", CRYSTALS)
+def test_a_tick_lies_where_big_integers_say(hz):
+    clock, random = Clock(hz), Random(hz)
+    for ticks in [0, 1, 2, 15, hz, hz + 1, 10**15 + 7, *(random.randrange(1 << 60) for _ in range(200))]:
+        ps = clock.ps(ticks)
+        assert ps == exact(hz, ticks)
+        assert clock.ticks_until(ps) == clock.ticks_from(ps) == ticks
+        assert clock.ticks_until(ps - 1) == ticks - 1
+        assert clock.ticks_from(ps + 1) == ticks + 1
+
+
+@pytest.mark.parametrize("hz", CRYSTALS)
+def test_an_instant_lies_between_two_ticks(hz):
+    clock, random = Clock(hz), Random(hz)
+    for _ in range(300):
+        ps = random.randrange(1 << 62)
+        until, after = clock.ticks_until(ps), clock.ticks_from(ps)
+        assert exact(hz, until) <= ps < exact(hz, until + 1)
+        assert exact(hz, after - 1) < ps <= exact(hz, after)
+
+
+@pytest.mark.parametrize("hz", CRYSTALS)
+def test_an_array_of_ticks_is_exact_up_to_a_hundred_days(hz):
+    clock, random = Clock(hz), Random(hz)
+    top = (1 << 63) * hz // PS - 1  # ticks in 2^63 ps
+    for origin in [0, 1, 12_345, clock.d, 3 * clock.d + 5, top // 2, top - 10_000]:
+        span = min(top - origin, random.choice([10_000, 10**9, top]))
+        ticks = np.array(sorted(random.randrange(span) for _ in range(200)), np.int64)
+        assert clock.ps_array(ticks, origin).tolist() == [exact(hz, origin + int(tick)) for tick in ticks]
+
+
+def test_an_array_beyond_a_hundred_days_is_refused():
+    with pytest.raises(TimeError, match="106 days"):
+        Clock(11_000_000).ps_array(np.array([0, 102 * 10**12]))
+
+
+def test_no_ticks_make_no_instants():
+    assert Clock(11_000_000).ps_array(np.empty(0, np.int64), 5).tolist() == []
+
+
+def test_nothing_drifts_in_a_hundred_days():
+    clock = Clock(3_579_545)
+    assert clock.ps(3_579_545 * 86_400 * 100) == 86_400 * 100 * PS
