@@ -69,6 +69,26 @@ def test_a_clash_is_reported_when_it_begins_however_often_the_net_is_read():
     assert clashes == [100, 300]
 
 
+@pytest.mark.parametrize("told", list(product([0, 1, None], repeat=4)))
+@pytest.mark.parametrize("kind", [Net, Bus])
+def test_what_two_drivers_are_told_in_one_round_takes_effect_as_one_change(kind, told):
+    one_was, two_was, one_is, two_is = (None if level is None or kind is Net else (1, level) for level in told)
+    if kind is Net:
+        one_was, two_was, one_is, two_is = told
+    for swapped in (False, True):
+        net, (one, two), _ = net_with(one_was, two_was, kind=kind)
+        before, changes, seen = net.level, net.changes, []
+        net.watch(lambda net, seen=seen: seen.append(net.level))
+        orders = [(one, one_is), (two, two_is)]
+        for driver, level in reversed(orders) if swapped else orders:
+            driver.drive(level)
+        net.kernel.settle()
+        strong = [level for level in (one_is, two_is) if level is not None]
+        assert net.level == (min(strong) if strong else None)
+        assert seen == [net.level] * (net.level != before)
+        assert net.changes - changes == len(seen)
+
+
 @pytest.mark.parametrize("kind", [Net, Bus])
 def test_a_clash_that_ended_may_begin_again(kind):
     high, low = ((1, 1), (1, 0)) if kind is Bus else (1, 0)

@@ -12,6 +12,7 @@ run that was killed is good up to its last whole line.
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
@@ -76,14 +77,21 @@ def entries(path: str | PathLike[str]) -> list[dict[str, Any]]:
     return found
 
 
-def replay(path: str | PathLike[str], *, shuffle: int | None = None) -> Bench:
-    """Run a journal again; returns the bench as the recorded run left it."""
+def replay(path: str | PathLike[str], *, shuffle: int | None = None, prepare: Callable[[Bench], object] | None = None) -> Bench:
+    """Run a journal again; returns the bench as the recorded run left it.
+
+    Args:
+        prepare: called with the furnished bench, before time passes: to record pins, for example.
+    """
     from .bench import Bench
 
     found = entries(path)
     bench = Bench(seed=found[0]["seed"], shuffle=shuffle)
     for number, entry in enumerate(found[1:], 2):
         try:
+            if prepare is not None and (entry["do"] == "run" or entry["t"] > 0):
+                prepare(bench)
+                prepare = None
             if entry.get("round") == 1:
                 bench.at(entry["t"], lambda entry=entry: apply(bench, entry))  # type: ignore[misc]
             else:

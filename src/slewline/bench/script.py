@@ -35,7 +35,6 @@ import re
 from collections.abc import Awaitable, Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from itertools import count
 from typing import TYPE_CHECKING
 
 from ..core.net import Driver, Net
@@ -116,6 +115,7 @@ class Stage:
         self.kernel = bench.kernel
         self.step: Step | None = None
         self.directed = False
+        self.bell, self.rung = Driver(Net(self.kernel, f"{host.name}.(bell)"), host.name), 0
 
     def do(self, act: Act) -> None:
         """Queue an action of the host for the present line; what goes wrong in it is told with the line."""
@@ -135,6 +135,16 @@ class Stage:
         """Say what the host does, in the transcript."""
         if self.host.on_event is not None:
             self.host.on_event(text)
+
+    def ring(self) -> None:
+        """Wake who waits for the bell, in the next round."""
+        self.rung += 1
+        self.bell.drive(self.rung)
+
+    async def next_round(self) -> None:
+        """Let the round of this instant end, so that its changes show."""
+        self.ring()
+        await edge(self.bell.net)
 
     @contextmanager
     def only_queued(self) -> Iterator[Host]:
@@ -351,24 +361,18 @@ def _until(rest: str) -> Reading:
 
 async def _reached(stage: Stage, chip: Chip, position: int) -> None:
     """Wait until the position register has a value, whoever changes it; nothing is paid for steps in between."""
-    axis, kernel = chip.axes[0], stage.kernel
-    numbers = count()
-    plans = Driver(Net(kernel, f"{chip.name}.(plans)"), stage.host.name)  # changes with every plan of the motor
-
-    def changed() -> None:
-        plans.drive(next(numbers))
-
-    axis.watchers.append(changed)
+    axis = chip.axes[0]
+    axis.watchers.append(stage.ring)  # with every plan of the motor
     try:
+        await stage.next_round()
         while chip.position != position:
-            due = axis.arrives(position)
-            if due is None or due > kernel.now:
-                if await first_of(kernel, due, (plans.net, None)) is not None:
-                    continue
-            changed()
-            await edge(plans.net)  # in the next round, where the step of this instant shows
+            due = axis.would_arrive(position)
+            if due is not None and due <= stage.kernel.now:
+                due = None  # the train was cut off before
+            if await first_of(stage.kernel, due, (stage.bell.net, None)) is None:
+                await stage.next_round()
     finally:
-        axis.watchers.remove(changed)
+        axis.watchers.remove(stage.ring)
 
 
 def _drive(rest: str) -> Reading:
@@ -386,6 +390,7 @@ def _put(name: str, value: int | None, at: str) -> Queue:
 
     async def act(stage: Stage, port: Port) -> None:
         stage.put_at(stage.terminal(name, port.chip), value, ps)
+        await stage.next_round()
 
     return _acting(act)
 
@@ -398,6 +403,7 @@ def _pulse(rest: str) -> Reading:
         terminal = stage.terminal(name, port.chip)
         stage.put(terminal, wanted)
         stage.put_at(terminal, None, stage.kernel.now + ps)
+        await stage.next_round()
 
     return _acting(act), name
 
@@ -408,6 +414,7 @@ def _reset(_rest: str) -> Reading:
         kept, terminal.on_input = terminal.on_input, None
         stage.chip(port).reset()
         terminal.on_input = kept
+        await stage.next_round()
 
     return _acting(act), ""
 

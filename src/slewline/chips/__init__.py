@@ -10,6 +10,7 @@ from ..errors import UnknownName
 if TYPE_CHECKING:
     from ..core.chip import Chip
     from ..core.table import Sheet
+    from ..language.lint import Check
 
 PARTS = {"cy525": ("slewline.chips.cy525", "Cy525", "CY525 intelligent ramping stepper motor controller (Cybernetic, 1984)")}
 
@@ -25,6 +26,12 @@ def chip_class(part: str) -> type[Chip]:
     """The class of a part by its number, for example "cy525"."""
     package, name, _ = _entry(part)
     return getattr(import_module(package + ".firmware"), name)  # type: ignore[no-any-return]
+
+
+def checks_of(part: str) -> tuple[Check, ...]:
+    """What only the linter of this part knows."""
+    package = _entry(part)[0]
+    return import_module(package + ".checks").checks(sheet_of(part))  # type: ignore[no-any-return]
 
 
 def sheet_of(part: str) -> Sheet:

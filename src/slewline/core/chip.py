@@ -403,6 +403,13 @@ class Axis:
 
     def arrives(self, position: int) -> int | None:
         """When the present promise reaches a position; None if it does not."""
+        time, playing = self.would_arrive(position), self.past[-1].playing
+        if time is None or playing is None or (playing.until is not None and time >= playing.until):
+            return None
+        return time
+
+    def would_arrive(self, position: int) -> int | None:
+        """When the present train reaches a position if nothing interferes; None if it does not."""
         now = self.past[-1]
         if now.playing is None:
             return None
@@ -410,10 +417,7 @@ class Axis:
         begun = now.playing.begun(self.kernel.seen)
         missing = (position - self.position) * now.sign % self.modulus or self.modulus
         step = begun + missing - 1
-        if step >= train.steps:
-            return None
-        time = train.clock.ps(train.begin(step))
-        return time if now.playing.until is None or time < now.playing.until else None
+        return train.clock.ps(train.begin(step)) if step < train.steps else None
 
     def forget(self, before: int) -> None:
         """Drop the past before an instant."""

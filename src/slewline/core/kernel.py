@@ -226,11 +226,10 @@ class Kernel:
                 if not net.dirty:
                     net.dirty = True
                     nets.append(net)
-        if nets:
-            for net in nets:
-                net.dirty = False
-                if net.update(time) and (net.waiters or net.observers):
-                    changed.append(net)
+        for net in nets:
+            net.dirty = False
+            if net.update(time) and (net.waiters or net.observers):
+                changed.append(net)
         for net in changed:
             waiters = net.waiters
             if len(waiters) == 1 and not net.observers:  # most of the time: one task waits for this very level

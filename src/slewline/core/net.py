@@ -246,8 +246,10 @@ class Net:
             self._keep(ps, new)
         if promise is not None:
             if promise.__class__ is Wave and self._log is None and len(active) == 1 and ps >= promise.times[-1]:
-                active[0].level, active[0].promise = new, None  # the wave is over
+                active[0].level, active[0].promise = promise.levels[-1], None  # the wave is over
                 self.promise, self.plain = None, active[0]
+                if promise.levels[-1] is None:
+                    self.sort_drivers()
             else:
                 self.schedule(ps)
         if new == self.value:
@@ -348,7 +350,8 @@ class Bus(Net):
                     level = own
                 else:
                     clash |= bool(level[0] & own[0] & (level[1] ^ own[1]))
-                    level = level[0] | own[0], (level[1] | ~level[0] & 0xFF) & (own[1] | ~own[0] & 0xFF)
+                    mask = level[0] | own[0]
+                    level = mask, (level[1] | ~level[0]) & (own[1] | ~own[0]) & mask
         if clash is not self.clash:
             self._report(clash)
         return self.pull if level is None else level

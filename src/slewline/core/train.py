@@ -47,6 +47,8 @@ class StepTrain:
                 firsts.append(first)
                 start += interval * count
                 first += count
+        if not starts:  # a train of no steps answers like any other
+            starts, intervals, counts, firsts = [0], [1], [0], [0]
         self.starts, self.intervals, self.counts, self.firsts = starts, intervals, counts, firsts
         self.steps = first
         self.length = start  # ticks from the begin of step 0 to the end of the last

@@ -124,7 +124,7 @@ class Ppi8255(Processor8080):
             self.add_pin(f"b{bit}", "in", f"port B (ED): {pin}", pull=1)
         for bit, pin in self.PORT_C.items():
             self.add_pin(f"c{bit}", "out", f"port C (set and reset through EF): {pin}")
-        self.latched = 0xFF
+        self.latched, self.selected = 0xFF, False
         self.received = bytearray()
         for code in self.AT_REST:
             self._write(self.CONTROL, code)

@@ -141,6 +141,9 @@ class GpibTalker(Worker):
         self.drivers["dio"].drive((0xFF, byte ^ 0xFF if self.negative else byte))
         await until(self.kernel, self.kernel.now + SETTLING_PS)
         await level(self.net("nrfd"), 1)
+        if self.net("ndac").level == 1:
+            self.finding("no-listener", f"{byte:#04x}: NRFD and NDAC are both high; nobody listens")
+            return
         pull(self, "dav", True)
         await level(self.net("ndac"), 1)
         pull(self, "dav", False)

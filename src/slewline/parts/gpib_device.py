@@ -54,6 +54,7 @@ class GpibDevice(Part):
 
     def rewired(self) -> None:
         self.pin("ifc").net.watch(self._interface_clear)
+        self.pin("atn").net.watch(self._attention)
         self._begin()
 
     def _begin(self) -> None:
@@ -69,6 +70,12 @@ class GpibDevice(Part):
             self.drivers["io_request"].drive(1)
             self.drivers["io_select"].drive(0)
             self._begin()
+
+    def _attention(self, net: Net) -> None:
+        """ATN: whatever the chip is doing, nothing is accepted before the task comes to it."""
+        if net.level == 0:
+            pull(self, "nrfd", True)
+            pull(self, "ndac", True)
 
     async def _run(self) -> None:
         atn, names = self.pin("atn").net, ("nrfd", "ndac")

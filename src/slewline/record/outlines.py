@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     Outline = tuple[NDArray[np.int64], NDArray[np.float64]]
 
 COLUMNS = 900  # of a picture, about a pixel each
-DENSE = 2  # edges in a column, above which a trace is a band
+STRIPES = 300  # of a picture, as wide as a line and the gap beside it
+DENSE = 2  # edges in a stripe, above which a trace is a band
 STAIRS = 120  # steps that can still be told apart
 PAUSE = 4  # so many times longer than both its neighbours: no step interval but a pause
 
@@ -39,7 +40,8 @@ def pauses(between: NDArray[np.int64]) -> NDArray[np.bool_]:
 def velocity(steps: Steps, start: int, stop: int) -> Outline:
     """Velocity over time: instants (m,) int64 ps, and the steps/s from there to the next, negative for direction -1.
 
-    The last step of a move has no interval of its own; it counts as long as the one before.
+    The last step of a move has no interval of its own; it counts as long as the one before.  Steps beyond the window
+    are welcome: they say what the velocity is at its edges.
     """
     import numpy as np
 
@@ -55,11 +57,13 @@ def velocity(steps: Steps, start: int, stop: int) -> Outline:
     other = (np.abs(np.diff(lasts)) > ROUNDING_PS) | (speed[1:] != speed[:-1]) & (speed[1:] * speed[:-1] <= 0)
     changed = np.append(True, other | ends[:-1])
     stops = (times + lasts)[ends & ~lone]
-    stops = stops[stops < stop]
-    at = np.concatenate([[start], times[changed], stops, [stop]])
-    what = np.concatenate([[0.0], speed[changed], np.zeros(len(stops) + 1)])
+    at = np.concatenate([[min(start, times[0] - 1)], times[changed], stops])
+    what = np.concatenate([[0.0], speed[changed], np.zeros(len(stops))])
     order = np.argsort(at, kind="stable")
-    return thinned(at[order], what[order], start, stop)
+    at, what = at[order], what[order]
+    inside = at <= stop
+    at, what = np.append(at[inside], stop), np.append(what[inside], what[inside][-1])
+    return thinned(at, what, start, stop)
 
 
 def position(steps: Steps, before: int, start: int, stop: int) -> Outline:
@@ -104,9 +108,9 @@ def logic(
     """
     import numpy as np
 
-    column = _columns(times, start, stop)
-    dense = np.bincount(column, minlength=COLUMNS + 1)[column] > DENSE
-    apart = np.append(True, (np.diff(column) > 1) | (dense[1:] != dense[:-1]))[: len(times)]
+    stripe = _columns(times, start, stop, STRIPES)
+    dense = np.bincount(stripe, minlength=STRIPES)[stripe] > DENSE
+    apart = np.append(True, (np.diff(stripe) > 1) | (dense[1:] != dense[:-1]))[: len(times)]
     first = dense & apart
     last = dense & np.append(apart[1:], True)[: len(times)]
     what = np.where(first, np.nan, levels)
@@ -122,7 +126,7 @@ def thinned(at: NDArray[np.int64], what: NDArray[np.float64], start: int, stop: 
 
     if len(at) <= 4 * COLUMNS:
         return at, what
-    column = _columns(at, start, stop)
+    column = _columns(at, start, stop, COLUMNS)
     last = np.flatnonzero(np.append(column[1:] != column[:-1], True))
     first = np.append(0, last[:-1] + 1)
     by_height = np.lexsort((what, column))
@@ -130,8 +134,8 @@ def thinned(at: NDArray[np.int64], what: NDArray[np.float64], start: int, stop: 
     return at[kept], what[kept]
 
 
-def _columns(times: NDArray[np.int64], start: int, stop: int) -> NDArray[np.int64]:
+def _columns(times: NDArray[np.int64], start: int, stop: int, columns: int) -> NDArray[np.int64]:
+    """In which column of a picture each instant lies: (n,) int64, 0 to columns - 1."""
     import numpy as np
 
-    columns = ((times - start) * (COLUMNS / max(stop - start, 1))).astype(np.int64)
-    return np.clip(columns, 0, COLUMNS - 1)
+    return np.clip(((times - start) * (columns / max(stop - start, 1))).astype(np.int64), 0, columns - 1)

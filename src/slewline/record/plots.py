@@ -27,25 +27,18 @@ if TYPE_CHECKING:
     from .recorder import Levels
 
 SUFFIXES = (".svg", ".png")
-VELOCITY, POSITION, TRACE, BUS, DASHED, GRID, INK, SOFT = (
-    "#1f66ad",
-    "#b8561b",
-    "#2b5d4c",
-    "#6a4c93",
-    "#8a94a0",
-    "#e4e8ec",
-    "#25303b",
-    "#5f6b77",
-)
+VELOCITY, POSITION, TRACE, BUS, BYTE = "#1f66ad", "#b8561b", "#2b5d4c", "#6a4c93", "#efeaf5"
+INK, SOFT, DASHED, ZERO, GRID = "#25303b", "#5f6b77", "#8a94a0", "#aab3bc", "#e4e8ec"
 # inches
 WIDTH, VELOCITY_HEIGHT, POSITION_HEIGHT, LANE_HEIGHT, GAP = 9.6, 2.5, 1.5, 0.27, 0.18
-TOP, BOTTOM, RIGHT, LEFT, LETTER = 0.62, 0.52, 1.12, 0.92, 0.078
+TOP, NOTES, BOTTOM, RIGHT, LEFT, LETTER = 0.46, 0.16, 0.52, 1.12, 0.92, 0.078
 DPI = 144
-STYLE = {
+THIN_SPACE, MINUS = "\u2009", "\u2212"
+STYLE: dict[Any, Any] = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans", "Verdana", "Arial"],
     "font.size": 9.0,
-    "axes.edgecolor": "#aab3bc",
+    "axes.edgecolor": ZERO,
     "axes.linewidth": 0.8,
     "axes.labelcolor": SOFT,
     "axes.axisbelow": True,
@@ -55,8 +48,8 @@ STYLE = {
     "grid.color": GRID,
     "grid.linewidth": 0.8,
     "text.color": INK,
-    "xtick.color": "#aab3bc",
-    "ytick.color": "#aab3bc",
+    "xtick.color": ZERO,
+    "ytick.color": ZERO,
     "xtick.labelcolor": SOFT,
     "ytick.labelcolor": SOFT,
     "svg.fonttype": "none",  # text stays text
@@ -68,8 +61,9 @@ STYLE = {
 class Motion:
     """What one axis does: becomes a velocity and a position panel.
 
-    `rates` are dashed lines, name -> steps/s ("R = 80" -> 5978); `notes` are further parameters, name -> value
-    ("S" -> 200); `before` is the position before the first step, if it was not one step away.
+    `steps` may reach beyond the window.  `rates` are dashed lines, name -> steps/s ("R = 80" -> 5978); `notes` are
+    further parameters, name -> value ("S" -> 200); `before` is the position before the first step, if that one did not
+    change it by one.
     """
 
     name: str
@@ -81,7 +75,7 @@ class Motion:
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """What one pin does: edges as Recorder.edges gives them, and the level before the first; `bus` shows hexadecimal."""
+    """What one pin does: edges as Recorder.edges gives them, and the level before the first; a bus shows its bytes."""
 
     name: str
     times_ps: NDArray[np.int64]
@@ -122,36 +116,43 @@ def _matplotlib() -> Iterator[None]:
 
 # ------------------------------------------------------------------------------------------------------ the figure
 def _figure(title: str, tracks: Sequence[Motion | Trace], start: int, stop: int) -> Figure:
-    from matplotlib.figure import Figure
-
     motions = [track for track in tracks if isinstance(track, Motion)]
     traces = [track for track in tracks if isinstance(track, Trace)]
-    heights = [VELOCITY_HEIGHT, POSITION_HEIGHT] * len(motions)
-    if traces:
-        heights.append(LANE_HEIGHT * len(traces) + 0.08)
-    height = TOP + sum(heights) + GAP * (len(heights) - 1) + BOTTOM
-    left = max(LEFT, 0.3 + LETTER * max((len(trace.name) for trace in traces), default=0))
-    right = RIGHT if any(motion.rates for motion in motions) else 0.3
-    figure = Figure(figsize=(WIDTH, height), facecolor="white")
     axis = TimeAxis(start, stop)
-    panels: list[Axes] = []
-    top = height - TOP
-    for panel_height in heights:
-        box = (left / WIDTH, (top - panel_height) / height, (WIDTH - left - right) / WIDTH, panel_height / height)
-        panels.append(figure.add_axes(box, sharex=panels[0] if panels else None))
-        top -= panel_height + GAP
+    figure, panels = _panels(title, motions, traces)
     for number, motion in enumerate(motions):
         _draw_motion(panels[2 * number], panels[2 * number + 1], motion, axis, several=len(motions) > 1)
     if traces:
         _draw_traces(panels[-1], traces, axis)
     for panel in panels:
         panel.tick_params(length=0, labelbottom=panel is panels[-1])
+        panel.spines["bottom"].set_visible(panel is panels[-1])
     panels[-1].set_xlim(*axis.scaled([start, stop]))
     panels[-1].set_xlabel(axis.label)
-    for panel in panels[:-1]:
-        panel.spines["bottom"].set_visible(False)
-    figure.text(left / WIDTH, 1 - 0.16 / height, title, fontsize=12, fontweight="bold", va="top")
     return figure
+
+
+def _panels(title: str, motions: Sequence[Motion], traces: Sequence[Trace]) -> tuple[Figure, list[Axes]]:
+    """An empty figure with a velocity and a position panel for each motion, then one for all traces."""
+    from matplotlib.figure import Figure
+
+    sizes: list[tuple[float, float]] = []  # the space above a panel, and its height
+    for motion in motions:
+        sizes += [((GAP if sizes else TOP) + (NOTES if motion.notes else 0), VELOCITY_HEIGHT), (GAP, POSITION_HEIGHT)]
+    if traces:
+        sizes.append((GAP if sizes else TOP, LANE_HEIGHT * len(traces) + 0.08))
+    height = sum(space + size for space, size in sizes) + BOTTOM
+    left = max(LEFT, 0.3 + LETTER * max((len(trace.name) for trace in traces), default=0))
+    right = RIGHT if any(motion.rates for motion in motions) else 0.3
+    figure = Figure(figsize=(WIDTH, height), facecolor="white")
+    figure.text(left / WIDTH, 1 - 0.16 / height, title, fontsize=12, fontweight="bold", va="top")
+    panels: list[Axes] = []
+    below = height
+    for space, size in sizes:
+        below -= space + size
+        box = (left / WIDTH, below / height, (WIDTH - left - right) / WIDTH, size / height)
+        panels.append(figure.add_axes(box, sharex=panels[0] if panels else None))
+    return figure, panels
 
 
 class TimeAxis:
@@ -174,6 +175,8 @@ class TimeAxis:
 
 # ------------------------------------------------------------------------------------------------------- its panels
 def _draw_motion(upper: Axes, lower: Axes, motion: Motion, axis: TimeAxis, *, several: bool) -> None:
+    from matplotlib.ticker import FuncFormatter, MaxNLocator
+
     steps, of = motion.steps, f"{motion.name}: " if several else ""
     at, speed = outlines.velocity(steps, axis.start, axis.stop)
     times = axis.scaled(at)
@@ -183,45 +186,55 @@ def _draw_motion(upper: Axes, lower: Axes, motion: Motion, axis: TimeAxis, *, se
     top = max([float(speed.max()), *(motion.rates.values() if speed.max() > 0 else ())])
     bottom = min([float(speed.min()), *(-rate for rate in motion.rates.values() if speed.min() < 0)])
     room = 0.08 * (top - bottom) or 1.0
-    upper.set_ylim(bottom - room if bottom < 0 else 0, top + room)
+    upper.axhline(0, color=ZERO, linewidth=0.8, zorder=1)
+    upper.set_ylim(bottom - (room if bottom < 0 else room / 3), top + (room if top > 0 else room / 3))
     _draw_rates(upper, motion.rates, top, bottom)
     if motion.notes:
         text = "    ".join(f"{name} = {value}" for name, value in motion.notes.items())
         upper.annotate(text, (1, 1), (0, 8), "axes fraction", textcoords="offset points", ha="right", color=SOFT)
 
-    first = int(steps.positions[0] - steps.directions[0]) if len(steps) else 0
-    before = first if motion.before is None else motion.before
-    at, where = outlines.position(steps, before, axis.start, axis.stop)
+    at, where = outlines.position(*_inside(motion, axis), axis.start, axis.stop)
     lower.plot(axis.scaled(at), where, color=POSITION, linewidth=1.5, solid_joinstyle="miter")
     lower.set_ylabel(f"{of}Position in steps")
     lower.margins(y=0.08)
     for panel in (upper, lower):
-        panel.yaxis.get_major_locator().set_params(integer=True)  # type: ignore[attr-defined]
-        panel.yaxis.set_major_formatter("{x:,.0f}".replace(",", " "))
+        panel.yaxis.set_major_locator(MaxNLocator(6, integer=True, steps=[1, 2, 5, 10]))
+        panel.yaxis.set_major_formatter(FuncFormatter(lambda number, _: _grouped(number)))
+
+
+def _inside(motion: Motion, axis: TimeAxis) -> tuple[Steps, int]:
+    """The steps inside the window, and the position before them."""
+    import numpy as np
+
+    steps = motion.steps
+    first = int(np.searchsorted(steps.times_ps, axis.start))
+    window = slice(first, int(np.searchsorted(steps.times_ps, axis.stop, side="right")))
+    before = motion.before or 0
+    if first:
+        before = int(steps.positions[first - 1])
+    elif motion.before is None and len(steps):
+        before = int(steps.positions[0] - steps.directions[0])
+    return Steps(steps.times_ps[window], steps.directions[window], steps.positions[window]), before
+
+
+def _grouped(number: float) -> str:
+    """12345 as 12 345."""
+    return f"{number:,.10g}".replace(",", THIN_SPACE).replace("-", MINUS)
 
 
 def _draw_rates(panel: Axes, rates: Mapping[str, float], top: float, bottom: float) -> None:
     """Dashed lines at the rates, their names beside the panel, moved apart where they would meet."""
-    named = sorted(
-        (sign * rate, name) for name, rate in rates.items() for sign in (1, -1) if bottom <= sign * rate <= top
-    )
     low, high = panel.get_ylim()
     apart = (high - low) * 0.30 / VELOCITY_HEIGHT
     place = low - apart
-    for rate, name in named:
-        panel.axhline(rate, color=DASHED, linewidth=0.9, dashes=(4, 3), zorder=1)
-        place = max(rate, place + apart)
-        panel.annotate(
-            f"{name}\n{abs(rate):g} steps/s",
-            (1, place),
-            (6, 0),
-            ("axes fraction", "data"),
-            textcoords="offset points",
-            va="center",
-            fontsize=8,
-            color=SOFT,
-            linespacing=1.15,
-        )
+    for name, rate in sorted(rates.items(), key=lambda named: named[1] if top > 0 else -named[1]):
+        shown = [signed for signed in (rate, -rate) if bottom <= signed <= top]
+        for signed in shown:
+            panel.axhline(signed, color=DASHED, linewidth=0.9, dashes=(4, 3), zorder=1)
+        if shown:
+            place = max(shown[0], place + apart)
+            text, at = f"{name}\n{_grouped(rate)} steps/s", ("axes fraction", "data")
+            panel.annotate(text, (1, place), (6, 0), at, "offset points", va="center", fontsize=8, color=SOFT)
 
 
 def _draw_traces(panel: Axes, traces: Sequence[Trace], axis: TimeAxis) -> None:
@@ -234,7 +247,8 @@ def _draw_traces(panel: Axes, traces: Sequence[Trace], axis: TimeAxis) -> None:
         else:
             _draw_line(panel, axis.scaled(at), levels, base)
         for begin, end in axis.scaled(bands):
-            panel.fill_between([begin, end], base, base + 0.6, color=color, alpha=0.45, linewidth=0.8)
+            across, up = [begin, end, end, begin], [base, base, base + 0.6, base + 0.6]
+            panel.fill(across, up, facecolor=f"{color}60", edgecolor=color, linewidth=0.9)
     panel.set_ylim(-0.1, len(traces) + 0.1)
     panel.set_yticks([len(traces) - 0.5 - row for row in range(len(traces))], [trace.name for trace in traces])
     panel.tick_params(axis="y", labelcolor=INK, labelsize=8.5)
@@ -261,7 +275,7 @@ def _draw_bus(panel: Axes, times: NDArray[np.float64], levels: NDArray[np.float6
             slant = min(0.002 * span, (end - begin) / 2)
             across = [begin, begin + slant, end - slant, end, end - slant, begin + slant]
             up = [base + 0.3, base + 0.6, base + 0.6, base + 0.3, base, base]
-            panel.fill(across, up, facecolor="#efeaf5", edgecolor=BUS, linewidth=0.9)
+            panel.fill(across, up, facecolor=BYTE, edgecolor=BUS, linewidth=0.9)
             if end - begin > 0.03 * span:
                 text = f"{int(level):02X}"
                 panel.text((begin + end) / 2, base + 0.27, text, ha="center", va="center", fontsize=7.5, color=BUS)

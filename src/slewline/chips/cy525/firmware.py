@@ -288,10 +288,13 @@ class Cy525(Chip):
 
     # -------------------------------------------------------------------------------------------------- bytes (fig. 7.3)
     async def next_byte(self) -> int:
-        """Take the next byte from the bus; verify bytes are handed out meanwhile."""
+        """Take the next byte from the bus; verify bytes are handed out meanwhile.
+
+        I/O REQUEST and I/O SELECT are watched nets, so `value` is what a look sees.
+        """
         request, kernel, ps = self.request, self.kernel, self.clock.ps
         while True:
-            if request.level != 0:
+            if request.value != 0:
                 self.idle = self.pc is None
                 text = "a live command" if self.live else "a command" if self.decoder.at_letter else "the rest of a command"
                 self._waiting = (text, kernel.now)
@@ -300,14 +303,14 @@ class Cy525(Chip):
             elif self.accepted >= 0 and not self.live:
                 self.finding("early-request", "I/O REQUEST was lowered while READY was low: it is served now")
             self.requested = self.tick = tick = self.clock.ticks_from(kernel.now)
-            if self.select.level == 1:
+            if self.select.value == 1:
                 await self.output_byte()
                 continue
             self.tick = sampled = tick + SAMPLE
             at = ps(sampled)
             self.instrobe.wave(1, (ps(tick + STROBE), at), (0, 1))
             await until(kernel, at)
-            if request.level == 1:
+            if request.value == 1:
                 self.finding("short-request", "I/O REQUEST rose before INSTROBE ended: the byte is lost")
                 continue
             self.accepted = request.changes
@@ -330,7 +333,7 @@ class Cy525(Chip):
         if request.changes > self.accepted:
             if request.changed_at < self.busy_ps:
                 self.finding("short-request", "I/O REQUEST rose before READY fell; the byte counts")
-        elif request.level == 0:
+        elif request.value == 0:
             self.waits("io_request=1 before READY returns")
             await level(request, 1)
             self.sync()

@@ -1,0 +1,364 @@
+"""Bench files: chips and what stands around them, as TOML.
+
+    [bench]                         # all of it may be left out
+    seed = 0
+    until = "2 s"                   # how long `slewline run` runs; else until everything is idle ...
+    timeout = "60 s"                # ... but no longer than this
+
+    [[chip]]
+    part = "cy525"
+    name = "x"                      # the part number, if left out
+    crystal = "11 MHz"
+    straps = { ascii_binary = 0 }   # fixed levels of inputs
+    bare = false                    # true: without the standard wiring (ABORT high, STEP INHIBIT low ...)
+    options = { rate = 80 }         # of the part: what the registers hold at power-up, stepwise, cold
+
+    [[part]]                        # anything else with pins; further keys are its own options
+    kind = "inverter"
+    name = "not"
+
+    [[wire]]
+    from = "x.programmable_output"
+    to = "not.in1"
+    invert = false
+
+    [[host]]                        # a host computer; script: a run script (slewline run --help), text or list of lines
+    chips = ["x"]                   # the only chip, if left out
+    delay = "100 us"                # before each byte
+    file = "weld.cy525"             # the script from a file beside this one; or: script = "A 0"
+
+    [[drive]]
+    pin = "x.abort"
+    level = 0
+    at = "12 ms"
+
+    [[record]]                      # pins = []: all of them
+    pins = ["x.slew"]
+    keep = "10 s"
+
+Times are text with a unit, or whole picoseconds.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from difflib import get_close_matches
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from ..core.timebase import picoseconds
+from ..errors import BenchFileError, ProgramError, SlewlineError
+from .bench import Bench
+from .script import Script, check_script, read_script, run_script
+
+try:
+    import msgspec
+except ImportError:
+    raise SlewlineError("bench files need msgspec: pip install 'slewline[bench]'") from None
+
+if TYPE_CHECKING:
+    from ..parts.host import Host
+
+MOST_BYTES = 10_000_000
+Time = str | int
+Level = Literal[0, 1]
+Place = Sequence[str | int]  # ("chip", 0, "crystal")
+
+TIMES = 'a time such as "25 us"; text, because a number with a point would be rounded'
+ALLOWED = {  # by key, or by type
+    **dict.fromkeys(("until", "timeout", "delay", "at", "keep"), TIMES),
+    "crystal": 'a frequency such as "11 MHz", or whole hertz',
+    "level": "0, 1",
+    "straps": "0, 1 for a pin, such as { ascii_binary = 0 }",
+    "script": "text, or a list of lines",
+    "str": "text",
+    "int": "a whole number",
+    "bool": "true, false",
+    "array": "a list",
+    "object": "a table",
+}
+
+
+# ---------------------------------------------------------------------------------------------------------- the tables
+class Table(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    """A table of a bench file."""
+
+
+class BenchTable(Table):
+    """[bench]"""
+
+    seed: int = 0
+    until: Time | None = None
+    timeout: Time = "60 s"
+
+
+class ChipTable(Table):
+    """[[chip]]"""
+
+    part: str
+    name: str | None = None
+    crystal: Time | None = None
+    straps: dict[str, Level] = {}
+    bare: bool = False
+    options: dict[str, Any] = {}
+
+
+class WireTable(Table):
+    """[[wire]]"""
+
+    from_: str = msgspec.field(name="from")
+    to: str
+    invert: bool = False
+
+
+class HostTable(Table):
+    """[[host]]"""
+
+    chips: list[str] = []
+    name: str | None = None
+    delay: Time = 0
+    script: str | list[str] | None = None
+    file: str | None = None
+
+
+class DriveTable(Table):
+    """[[drive]]"""
+
+    pin: str
+    level: Level
+    at: Time = 0
+
+
+class RecordTable(Table):
+    """[[record]]"""
+
+    pins: list[str] = []
+    keep: Time | None = None
+
+
+class Tables(Table):
+    """A whole bench file."""
+
+    bench: BenchTable = BenchTable()
+    chip: list[ChipTable] = []
+    part: list[dict[str, Any]] = []
+    wire: list[WireTable] = []
+    host: list[HostTable] = []
+    drive: list[DriveTable] = []
+    record: list[RecordTable] = []
+
+
+# -------------------------------------------------------------------------------------------------------------- reading
+def load_bench(path: str | PathLike[str], **options: Any) -> Bench:
+    """A bench from a bench file, furnished, its scripts queued.
+
+    Args:
+        options: of the bench, such as journal="run.jsonl".
+
+    Raises:
+        BenchFileError: the file cannot be read or does not make a bench; file, line and key are in the message.
+        ProgramError: a script has lines that cannot be played.
+    """
+    return BenchFile(path).load(**options)
+
+
+def read_text(path: str | PathLike[str], data: bytes | None = None) -> str:
+    """The text of a file that a user named.
+
+    Raises:
+        BenchFileError: there is no such file, or it is no text.
+    """
+    try:
+        data = Path(path).read_bytes() if data is None else data
+    except (OSError, ValueError) as error:
+        raise BenchFileError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    if len(data) > MOST_BYTES:
+        raise BenchFileError(f"{path}: {len(data)} bytes; allowed {MOST_BYTES}")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        found = f"byte {data[error.start]:02X} in line {line} is not UTF-8 text"
+        raise BenchFileError(f"{path}: {found}; is it the right file?") from None
+    if "\0" in text:
+        raise BenchFileError(f"{path}: holds zero bytes, so it is no text; is it the right file?")
+    return text
+
+
+class BenchFile:
+    """A bench file that was read: `tables`, and where they stand in the text."""
+
+    def __init__(self, path: str | PathLike[str]) -> None:
+        self.path = Path(path)
+        self.text = read_text(path)
+        try:
+            self.data = tomllib.loads(self.text)
+        except (tomllib.TOMLDecodeError, RecursionError) as error:
+            raise BenchFileError(f"{path}: not TOML: {error}") from None
+        try:
+            self.tables = msgspec.convert(self.data, Tables)
+        except msgspec.ValidationError as error:
+            raise self.explained(str(error)) from None
+
+    # -------------------------------------------------------------------------------------------------- what is wrong
+    def error(self, place: Place, says: str) -> BenchFileError:
+        """An error with file, line and key."""
+        line = self.line_of(place)
+        at = f"{self.path}, line {line}" if line else str(self.path)
+        return BenchFileError(f"{at}: {_named(place)}{': ' if place else ''}{says}")
+
+    def line_of(self, place: Place) -> int | None:
+        """The line of a key, or of its table; None where the text is written in another way."""
+        if not place:
+            return None
+        many = len(place) > 1 and isinstance(place[1], int)
+        header = re.compile(rf"\s*\[{{{1 + many}}}\s*{re.escape(str(place[0]))}\s*\]{{{1 + many}}}")
+        key = next((part for part in place[1:] if isinstance(part, str)), None)
+        left, found = (int(place[1]) if many else 0), None
+        for number, line in enumerate(self.text.splitlines(), 1):
+            if found is None:
+                if header.match(line):
+                    left, found = left - 1, number if left == 0 else None
+            elif re.match(r"\s*\[", line):
+                break
+            elif key is not None and re.match(rf"\s*[\"']?{re.escape(key)}[\"']?\s*[.=]", line):
+                return number
+        return found
+
+    def explained(self, message: str) -> BenchFileError:
+        """What msgspec found, in our words."""
+        says, _, path = message.partition(" - at `")
+        place = [int(index) if index else key for key, index in re.findall(r"\.(\w+)|\[(\d+)\]", path)]
+        unknown = re.match(r"Object contains unknown field `(.*)`", says)
+        missing = re.match(r"Object missing required field `(.*)`", says)
+        if unknown:
+            keys = _keys(place)
+            near = get_close_matches(unknown[1], keys, 1)
+            remedy = f"; did you mean {near[0]}?" if near else ""
+            return self.error([*place, unknown[1]], f"unknown key; allowed {', '.join(keys)}{remedy}")
+        if missing:
+            return self.error(place, f"needs the key {missing[1]}; its keys: {', '.join(_keys(place))}")
+        found, key = self.value(place), str(next((part for part in reversed(place) if isinstance(part, str)), ""))
+        if len(place) == 1 and isinstance(found, dict):
+            return self.error(place, f"found a single table; write [[{key}]], with two brackets")
+        expected = re.findall(r"\w+", (re.match(r"Expected `(.*?)`", says) or [""])[0])[1:]
+        allowed = ALLOWED.get(key) or " or ".join(ALLOWED[kind] for kind in expected if kind in ALLOWED) or says
+        return self.error(place, f"found {found!r}; allowed {allowed}")
+
+    def value(self, place: Place) -> Any:
+        """What stands at a place."""
+        value: Any = self.data
+        for part in place:
+            value = value[part]
+        return value
+
+    @contextmanager
+    def at(self, *place: str | int) -> Iterator[None]:
+        """Whatever goes wrong inside is told with file, line and key."""
+        try:
+            yield
+        except ProgramError:
+            raise
+        except (SlewlineError, TypeError, ValueError) as error:
+            raise self.error(place, str(error)) from error
+
+    # ------------------------------------------------------------------------------------------------------- furnishing
+    def load(self, **options: Any) -> Bench:
+        """A bench furnished as the file says, its scripts queued."""
+        self.check_times()
+        scripts = self.scripts()
+        bench = Bench(seed=self.tables.bench.seed, **options)
+        self.furnish(bench)
+        hosts = self.hosts(bench)
+        self.wire(bench)
+        for host, script in zip(hosts, scripts, strict=True):
+            check_script(bench, host, script)
+        for host, script in zip(hosts, scripts, strict=True):
+            run_script(bench, host, script)
+        return bench
+
+    def check_times(self) -> None:
+        """Times that are used later must be good now."""
+        for key in ("until", "timeout"):
+            time = getattr(self.tables.bench, key)
+            with self.at("bench", key):
+                picoseconds(0 if time is None else time)
+
+    def scripts(self) -> list[Script]:
+        """The scripts of all hosts."""
+        found = []
+        for number, host in enumerate(self.tables.host):
+            if host.file is not None and host.script is not None:
+                raise self.error(("host", number, "file"), "beside script; give one of the two")
+            if host.file is not None:
+                path = self.path.parent / host.file
+                with self.at("host", number, "file"):
+                    found.append(read_script(read_text(path), str(path)))
+            else:
+                lines = [host.script] if isinstance(host.script, str) else host.script or []
+                found.append(read_script("\n".join(lines), f"{self.path}, {_named(('host', number, 'script'))}"))
+        return found
+
+    def furnish(self, bench: Bench) -> None:
+        """Put chips and parts on the bench."""
+        for number, chip in enumerate(self.tables.chip):
+            with self.at("chip", number):
+                bench.add(chip.part, chip.name, chip.crystal, chip.straps, chip.bare, **chip.options)
+        for number, part in enumerate(self.tables.part):
+            with self.at("part", number):
+                for key in ("kind", "name", "to"):
+                    if not isinstance(part.get(key, key != "kind" and "text"), str):
+                        raise SlewlineError(f'{key} = {part.get(key)!r}; allowed text, such as kind = "inverter"')
+                bench.part(**part)
+
+    def hosts(self, bench: Bench) -> list[Host]:
+        """Put the hosts on the bench."""
+        found = []
+        for number, host in enumerate(self.tables.host):
+            names = host.chips or (list(bench.chips) if len(bench.chips) == 1 else [])
+            if not names:
+                raise self.error(("host", number), f'which chip? chips = ["{next(iter(bench.chips), "x")}"]')
+            for name in names:
+                if name not in bench.chips:
+                    known = ", ".join(bench.chips) or "none"
+                    raise self.error(("host", number, "chips"), f"no chip {name!r} on the bench; there are: {known}")
+            with self.at("host", number):
+                found.append(bench.host(*(bench.chips[name] for name in names), name=host.name, delay=host.delay))
+        return found
+
+    def wire(self, bench: Bench) -> None:
+        """Wires, recorders and what drives pins from outside."""
+        for number, wire in enumerate(self.tables.wire):
+            with self.at("wire", number):
+                bench.wire(wire.from_, wire.to, wire.invert)
+        for number, record in enumerate(self.tables.record):
+            with self.at("record", number):
+                bench.record(*record.pins, keep=record.keep)
+        for number, drive in enumerate(self.tables.drive):
+            with self.at("drive", number):
+                bench.pin(drive.pin).drive(drive.level, drive.at or None)
+
+
+def _named(place: Place) -> str:
+    """("chip", 0, "crystal") is [[chip]] 1, crystal."""
+    if len(place) > 1 and isinstance(place[1], int):
+        return ", ".join([f"[[{place[0]}]] {place[1] + 1}", *(str(part) for part in place[2:])])
+    return " ".join([f"[{place[0]}]", *(str(part) for part in place[1:])]) if place else ""
+
+
+def _keys(place: Place) -> tuple[str, ...]:
+    """The keys that a table may have."""
+    tables: dict[Any, type[Table]] = {
+        "bench": BenchTable,
+        "chip": ChipTable,
+        "wire": WireTable,
+        "host": HostTable,
+        "drive": DriveTable,
+        "record": RecordTable,
+    }
+    table = tables.get(place[0], Tables) if place else Tables
+    return table.__struct_encode_fields__
