@@ -376,23 +376,20 @@ def test_verify_only_points(rig):
 
 @pytest.mark.fact("CMD-V-2")
 def test_verify_is_a_live_command_while_a_program_runs(rig):
-    r = rig()
-    r.send("A 4711\rE\rD 300\rD 300\rB\r0\rQ")
-    r.start("X\r")
-    r.host.send("V 0\r")
-    r.bench.run("200 ms")
-    assert r.host.received == b"" and r.host.sent == len("A 4711\rE\rD 300\rD 300\rB\r0\rQX\r")
-    r.host.queue.clear()
-
-    r = rig()
-    r.send("A 4711\rE\rD 300\rD 300\r0\rQ")
-    r.start("X\r")
-    r.drive("prog", 0)
-    r.bench.run("400 ms")  # the first delay is over, the chip waits
-    r.host.send("V 0\r")
-    r.host.do(lambda port: r.host.fetch(port, 5))
-    r.bench.run("10 ms")
-    assert r.host.received == b"04711" and r.level("run") == 0
+    for live in (False, True):
+        r = rig(record=("instrobe",))
+        r.send("A 4711\rE\rD 300\rD 300\r0\rQ")
+        r.start("X\r")
+        if live:
+            r.drive("prog", 0)
+            r.bench.run("310 ms")  # the first delay is over, the chip waits
+        taken = r.bench.now_ps
+        r.host.send("V 0\r")
+        r.host.do(lambda port, host=r.host: host.fetch(port, 5))
+        r.bench.run("200 ms")
+        assert r.level("run") == 0
+        assert len(r.falls("instrobe", taken)) == (4 if live else 0)
+        assert r.host.received == (b"04711" if live else b"")
 
 
 @pytest.mark.fact("CMD-I-1", "UND-I-PINS")

@@ -187,10 +187,66 @@ def test_same_letter_in_both_modes(row):
     assert binary_port(binary.hex()).decoded[0].row is row
 
 
-def test_nothing_before_the_carriage_return():
-    port = ascii_port(b"R 10")
+@pytest.mark.fact("LANG-FORM-1")
+@pytest.mark.parametrize(
+    "row", [row for row in SHEET.commands if not row.args and row.terminated], ids=lambda row: row.name
+)
+def test_a_letter_waits_for_its_carriage_return(row):
+    port = ascii_port(row.form.encode())
     assert (port.decoded, port.decoder.at_letter) == ([], False)
-    assert port.feed(b"0\r").texts == ["R 100"]
+    assert (port.feed(b"\r").texts, port.codes) == ([row.form], [])
+
+
+@pytest.mark.fact("LANG-FORM-2")
+def test_a_number_waits_for_its_carriage_return():
+    port = ascii_port(b"N 738")
+    assert (port.decoded, port.decoder.at_letter) == ([], False)
+    (command,) = port.feed(b"\r").decoded
+    assert (command.row.form, command.values, port.codes) == ("N", (738,), [])
+
+
+@pytest.mark.fact("CMD-L-2")
+def test_two_arguments_have_a_comma_or_a_space_between_them():
+    port = ascii_port(b"E\rL 3,0\rL 3 0\rQ")
+    assert (port.buffer, port.codes) == (b"L\3\0L\3\0", [])
+
+
+@pytest.mark.fact("LABEL-1")
+def test_label_in_front_of_an_instruction():
+    port = ascii_port(b"E\rB\rC$C\rJ C\rQ")
+    assert (port.buffer, port.decoded[2]) == (BINARY("42 43 4A 43"), Label("C"))
+    five = ascii_port(b"E\rE$B\rA$B\rD$B\rB$B\rC$B\rQ")
+    assert [item.letter for item in five.decoded if isinstance(item, Label)] == list("EADBC")
+    assert (five.buffer, five.codes) == (b"BBBBB", [])
+
+
+@pytest.mark.fact("LABEL-5")
+def test_no_labels_in_binary():
+    port = binary_port("45 00 4A 01 41 51")
+    assert (port.texts, port.codes, port.buffer) == (["E", "J 65", "Q"], ["range"], b"JA")
+
+
+@pytest.mark.fact("BIN-2")
+def test_binary_command_ends_with_its_last_byte():
+    port = binary_port("42")
+    assert port.decoded == []
+    assert port.feed(b"\0\x4e\2\x0d").texts == ["B"]
+    assert port.feed(b"\0").texts == ["B", "N 13"]
+
+
+@pytest.mark.fact("BIN-3", "BIN-4", "BIN-5")
+@pytest.mark.parametrize(("count", "letters"), [(0, "BCXEGHIUW+-0"), (1, "FJORSTVZ"), (2, "ALNPD")])
+def test_data_counts(count, letters):
+    for letter, announced in product(letters, range(4)):
+        port = Port(ascii=False).feed(letter.encode() + bytes([announced]) + b"\3" * announced)
+        assert [command.row.form for command in port.decoded] == [letter]
+        assert ("count" in port.codes) == (announced != count)
+
+
+@pytest.mark.fact("BIN-5", "BIN-6")
+def test_order_of_binary_data():
+    steps, loop = binary_port("4E 02 2C 01 4C 02 03 0B").decoded
+    assert (steps.values, loop.values) == ((300,), (3, 11))
 
 
 def test_label_is_known_at_its_mark():
@@ -322,6 +378,16 @@ def test_a_block_is_stored_unchecked():
 def test_stored_forms():
     port = ascii_port(b"E\rP 258\rL 3,11\rR 5\rB\rQ")
     assert port.buffer == BINARY("50 02 01 4C 03 0B 52 05 42")
+
+
+@pytest.mark.fact("PROG-10")
+@pytest.mark.parametrize("row", [row for row in SHEET.commands if row.terminated], ids=lambda row: row.name)
+def test_entry_takes_commands_as_command_mode_does(row):
+    values = [arg.low for arg in row.args]
+    for ascii, command in ((True, encode_ascii(row, values)), (False, encode_binary(row, values))):
+        port = Port(ascii).feed(encode_ascii(SHEET.commands["E"]) if ascii else b"E\0")
+        port.feed(command)
+        assert (port.buffer, port.codes, port.decoder.at_letter) == (row.pack(values), [], True)
 
 
 # ------------------------------------------------------------------------------------------------------- encoders

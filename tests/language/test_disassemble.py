@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from slewline.chips.cy525.sheet import SHEET
 from slewline.language.assemble import assemble
-from slewline.language.disassemble import disassemble, instructions
+from slewline.language.disassemble import disassemble, instructions, listing
 
 ROWS = [row for row in SHEET.commands if row.stored]
 WELD = bytes.fromhex("57 2B 4E 64 00 42 44 F4 01 43 47 4C 06 05 50 00 00 54 00 00")
@@ -65,6 +65,13 @@ def test_target_inside_an_instruction_stays_a_number():
 )
 def test_what_no_program_holds(stored, text):
     assert codes(disassemble(stored, SHEET, frame=False)) == text
+
+
+def test_listing():
+    lines = listing(b"BN\x2c\1JAK", SHEET, known={"A": 1}).splitlines()
+    assert lines == ["00  42        B", "01  4E 2C 01  A$N 300", "04  4A 41     J A", "06  4B        ??? 4B"]
+    assert listing(b"", SHEET) == ""
+    assert listing(b"J\1", SHEET) == "00  4A 01     J 1"
 
 
 def test_addresses():

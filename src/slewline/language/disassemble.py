@@ -61,6 +61,12 @@ def disassemble(
     return "".join(line + "\n" for line in lines)
 
 
+def listing(stored: bytes, sheet: Sheet, known: Mapping[str, int] | None = None) -> str:
+    """The buffer to look at: address, bytes and instruction, a line each.  `known` as for `disassemble`."""
+    lines = [(i.address, _hex(i.data), _text(i, sheet, known or {}, {})) for i in instructions(stored, sheet)]
+    return "\n".join(f"{address:02}  {data:<8}  {text}" for address, data, text in lines)
+
+
 def _names(program: Sequence[Instruction], sheet: Sheet, marks: Mapping[str, int]) -> dict[int, str]:
     """Letters for the branch targets at which an instruction begins, in the order of their addresses."""
     targets = {value for instruction in program for value in _targets(instruction)}
@@ -76,16 +82,22 @@ def _targets(instruction: Instruction) -> list[int]:
 
 
 def _line(instruction: Instruction, sheet: Sheet, marks: Mapping[str, int], names: Mapping[int, str]) -> str:
+    text = _text(instruction, sheet, marks, names)
+    return f"{text:<{COMMENT}}; {instruction.address:02}  {_hex(instruction.data)}"
+
+
+def _text(instruction: Instruction, sheet: Sheet, marks: Mapping[str, int], names: Mapping[int, str]) -> str:
     address, data, row, values = instruction
-    bytes_ = data.hex(" ").upper()
+    before = "".join(f"{letter}$" for letter, at in marks.items() if at == address)
     if row is None:
-        text = f"??? {bytes_}"
-    else:
-        # An operand that is the code of a letter is a label that the chip has not replaced yet (s.3).
-        shown = [
-            names.get(value) or (chr(value) if chr(value) in sheet.labels else value) if arg.label else value
-            for arg, value in zip(row.args, values, strict=True)
-        ]
-        text = spell(row, shown)
-    text = "".join(f"{letter}$" for letter, at in marks.items() if at == address) + text
-    return f"{text:<{COMMENT}}; {address:02}  {bytes_}"
+        return f"{before}??? {_hex(data)}"
+    # An operand that is the code of a letter is a label that the chip has not replaced yet (s.3).
+    shown = [
+        names.get(value) or (chr(value) if chr(value) in sheet.labels else value) if arg.label else value
+        for arg, value in zip(row.args, values, strict=True)
+    ]
+    return before + spell(row, shown)
+
+
+def _hex(data: bytes) -> str:
+    return data.hex(" ").upper()

@@ -15,7 +15,7 @@ from ..core.chip import Steps
 from ..core.timebase import UNITS, readable
 from ..errors import UsageError
 from . import outlines
-from .recorder import FLOATING
+from .recorder import FLOATING, Probe, Recorder, width_of
 from .whole_file import WholeFile
 
 if TYPE_CHECKING:
@@ -82,6 +82,12 @@ class Trace:
     levels: Levels
     level: int
     bus: bool = False
+
+    @classmethod
+    def of(cls, name: str, probe: Probe, recorder: Recorder, start: int, stop: int) -> Trace:
+        """The trace of a recorded net or pin in a window (ps)."""
+        times, levels = recorder.edges(probe, start + 1, stop)
+        return cls(name, times, levels, recorder.level_at(probe, start), width_of(probe) > 1)
 
 
 def plot(path: str | Path, title: str, *tracks: Motion | Trace, start: int, stop: int) -> None:

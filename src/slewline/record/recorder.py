@@ -196,7 +196,7 @@ def _code(probe: Probe, level: Any) -> int:
     mask, value = level
     if isinstance(probe, Terminal) and probe.bit is not None:
         return int(value) >> probe.bit & 1 if mask >> probe.bit & 1 else FLOATING
-    return int(value) & 0xFF
+    return int(value | ~mask) & 0xFF
 
 
 def _columns(probe: Probe, times: Any, levels: Any) -> Edges:

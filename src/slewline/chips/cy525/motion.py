@@ -130,7 +130,9 @@ class Motion:
     def killed(self) -> None:
         """Reset in mid-motion: steps of this instant stand, later ones do not."""
         if self.playing is not None and self.moving:
-            self.playing.until = self.chip.kernel.now + 1
+            bound = self.chip.kernel.now + 1
+            if self.playing.until is None or bound < self.playing.until:
+                self.playing.until = bound
             self.settle()
         self.moving = False
 

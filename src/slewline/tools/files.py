@@ -1,0 +1,134 @@
+"""Files of the command line: programs that are read, and outputs that are checked before anything runs."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from pathlib import Path
+
+import click
+
+from ..bench.file import read_text
+from ..chips import PARTS, sheet_of
+from ..core.table import Sheet
+from ..errors import BenchFileError, UsageError
+
+LONGEST = 1000  # characters of a line
+STDIN = "-"
+
+
+def read_program(path: str) -> str:
+    """The text of a program file, or of the standard input for "-"."""
+    text = read_text(path, sys.stdin.buffer.read() if path == STDIN else None)
+    for number, line in enumerate(text.splitlines(), 1):
+        if len(line) > LONGEST:
+            raise BenchFileError(f"{path}, line {number}: {len(line)} characters; allowed {LONGEST}; is it the right file?")
+    if not any(line.split(";", 1)[0].strip() for line in text.splitlines()):
+        raise BenchFileError(f"{path}: empty, no command in it; a program has a command a line, such as R 100")
+    return text
+
+
+def chip_of(path: str, chip: str | None) -> str:
+    """The part that a file is for: named by --chip, or by the ending of its name.
+
+    Raises:
+        UsageError: neither of the two.
+    """
+    if chip is not None:
+        return chip.lower().replace("-", "_")
+    part = Path(path).suffix[1:].lower().replace("-", "_")
+    if part in PARTS:
+        return part
+    endings = ", ".join(f".{name.replace('_', '-')}" for name in PARTS)
+    raise UsageError(f"{path}: for which chip? Give --chip {next(iter(PARTS))}, or a file name ending in {endings}")
+
+
+def sheet_for(path: str, chip: str | None) -> Sheet:
+    """The data sheet of that part."""
+    return sheet_of(chip_of(path, chip))
+
+
+class Outputs:
+    """Files that a command will write.  Each is checked when it is claimed and appears whole or not at all.
+
+    Args:
+        inputs: files that must not be overwritten.
+    """
+
+    def __init__(self, inputs: Iterable[str]) -> None:
+        self.taken = {os.path.realpath(path): path for path in inputs}
+        self.written: list[str] = []
+        self._part: tuple[str, Path] | None = None
+
+    def claim(self, path: str | None, endings: tuple[str, ...] = ()) -> str | None:
+        """Check that a file can be written.
+
+        Raises:
+            UsageError: it cannot; or it is an input, or claimed already.
+        """
+        from ..record.whole_file import WholeFile
+
+        if path is None or path == STDIN:
+            return path
+        if endings and Path(path).suffix.lower() not in endings:
+            raise UsageError(f"{path}: give a name that ends in {' or '.join(endings)}")
+        real = os.path.realpath(path)
+        if real in self.taken:
+            raise UsageError(f"{path}: is {self.taken[real]} already; every file needs a name of its own")
+        WholeFile(path).discard()
+        if os.path.exists(real) and not os.access(real, os.W_OK):
+            raise UsageError(f"{path}: is write-protected")
+        self.taken[real] = path
+        return path
+
+    def write(self, path: str, text: str) -> None:
+        """Write a text, to the standard output for "-"."""
+        self.save(path, lambda name: self._write(name, text.encode()))
+
+    def _write(self, path: str, data: bytes) -> None:
+        from ..record.whole_file import WholeFile
+
+        with WholeFile(path) as file:
+            file.write(data)
+
+    def save(self, path: str | None, write: Callable[[str], object]) -> None:
+        """Let a function write a claimed file, if there is one."""
+        if path is not None:
+            write(path)
+            self.written.append(path)
+
+    # --------------------------------------------------------------------------------------------------- the journal
+    def partial(self, path: str | None) -> str | None:
+        """A name for a file that grows during a run, until `keep` puts it in place."""
+        if path is None:
+            return None
+        real = Path(os.path.realpath(path))
+        if real.exists() and not real.is_file():
+            return path  # a pipe or a device
+        self._part = path, real.with_name(f".{real.name}.{os.getpid()}.part")
+        return str(self._part[1])
+
+    def keep(self) -> None:
+        """Put the growing file in place."""
+        if self._part is not None:
+            path, part = self._part
+            os.replace(part, os.path.realpath(path))
+            self.written.append(path)
+            self._part = None
+
+    def __enter__(self) -> Outputs:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._part is not None:
+            with suppress(OSError):
+                self._part[1].unlink()
+
+
+def echo_bytes(data: bytes) -> None:
+    """Bytes to the standard output."""
+    stream = click.get_binary_stream("stdout")
+    stream.write(data)
+    stream.flush()

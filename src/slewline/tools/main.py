@@ -1,0 +1,57 @@
+"""The entry point: calls the command line and turns whatever goes wrong into a message and an exit status.
+
+0: all is well; 1: a problem was found in what was run or read, or time ran out; 2: wrong use.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+from ..errors import Endless, ProgramError, SlewlineError, Timeout
+
+FOUND, WRONG_USE = 1, 2
+
+
+def main() -> None:
+    """Console script `slewline`."""
+    sys.exit(invoke(sys.argv[1:]))
+
+
+def invoke(arguments: Sequence[str]) -> int:
+    """Run a command line; returns the exit status.  Nothing is raised but what is our own mistake."""
+    try:
+        from .commands import cli
+    except ModuleNotFoundError as error:
+        if error.name != "click":
+            raise
+        sys.stderr.write("slewline: the command line needs click and rich: pip install 'slewline[cli]'\n")
+        return WRONG_USE
+    try:
+        status = _called(cli, arguments)
+        sys.stdout.flush()
+        return status
+    except BrokenPipeError:  # the reader has seen enough, as in `slewline run FILE | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nothing is left for the interpreter to flush
+        return FOUND
+    except OSError as error:
+        sys.stderr.write(f"slewline: output: {error.strerror or error}\n")
+        return FOUND
+
+
+def _called(cli: object, arguments: Sequence[str]) -> int:
+    import click
+
+    assert isinstance(cli, click.Command)
+    try:
+        return int(cli.main(list(arguments), prog_name="slewline", standalone_mode=False) or 0)
+    except click.ClickException as error:
+        error.show()
+        return error.exit_code
+    except click.Abort:
+        click.echo("slewline: interrupted; no file was written", err=True)
+        return FOUND
+    except SlewlineError as error:
+        click.echo(f"slewline: {error}", err=True)
+        return FOUND if isinstance(error, (Timeout, Endless, ProgramError)) else WRONG_USE

@@ -1,0 +1,76 @@
+"""What a run came to: the object that --json prints, and a few lines for people."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+from ..bench import Bench
+from ..core.chip import Chip, Finding
+from ..core.timebase import readable
+from ..parts.host import Host
+from .transcript import counted
+
+WINDOW_PS = 10**13  # steps are counted in windows of 10 s: an hour of them need not fit into memory
+
+
+def as_json(bench: Bench, ended: str, whole: bool) -> str:
+    """The JSON text of a run: of the only chip, or of a whole bench."""
+    chips = {name: chip_object(bench, chip, ended) for name, chip in bench.chips.items()}
+    found: Any = {"chips": chips, "findings": [finding_object(found) for found in bench.findings]}
+    if not whole:
+        found = next(iter(chips.values())) | {"findings": found["findings"]}
+    return json.dumps(found, indent=2, ensure_ascii=False) + "\n"
+
+
+def chip_object(bench: Bench, chip: Chip, ended: str) -> dict[str, Any]:
+    """A chip as it stands."""
+    hosts = [part for part in bench.parts.values() if isinstance(part, Host) and chip.name in part.ports]
+    return {
+        "chip": chip.sheet.part,
+        "crystal_hz": chip.crystal_hz,
+        "time_ps": bench.now_ps,
+        "ended": ended,
+        "position": chip.position,
+        "registers": dict(chip.registers),
+        "pins": {row.name: chip.pin(row.name).level for row in chip.sheet.pins if row.way not in ("power", "none")},
+        "program": chip.program.hex(),
+        "steps": steps_object(bench, chip),
+        "received": b"".join(bytes(host.received) for host in hosts).hex(),
+        "findings": [finding_object(found) for found in chip.findings],
+    }
+
+
+def finding_object(found: Finding) -> dict[str, Any]:
+    """A finding as data."""
+    return {"time_ps": found.time_ps, "source": found.source, "code": found.code, "text": found.text}
+
+
+def steps_object(bench: Bench, chip: Chip) -> dict[str, Any]:
+    """How many steps there were, and how close together."""
+    count, first, last, shortest = 0, None, None, None
+    for times in _windows(bench, chip):
+        gaps = [int((times[1:] - times[:-1]).min())] if len(times) > 1 else []
+        gaps += [int(times[0]) - last] if last is not None else []
+        shortest = min([*gaps, *([] if shortest is None else [shortest])], default=None)
+        first = int(times[0]) if first is None else first
+        count, last = count + len(times), int(times[-1])
+    return {"count": count, "first_ps": first, "last_ps": last, "min_interval_ps": shortest}
+
+
+def _windows(bench: Bench, chip: Chip) -> Iterator[Any]:
+    for start in range(0, bench.now_ps + 1, WINDOW_PS):
+        times = chip.steps(start, start + WINDOW_PS - 1).times_ps
+        if len(times):
+            yield times
+
+
+def summary(bench: Bench, ended: str) -> Iterator[str]:
+    """How a run ended, in a line, and in a line for every chip."""
+    yield f"{ended} at {readable(bench.now_ps)}"
+    for chip in bench.chips.values():
+        steps = steps_object(bench, chip)
+        fastest = f", {readable(steps['min_interval_ps'])} apart at the least" if steps["min_interval_ps"] else ""
+        found = counted(len(chip.findings), "finding")
+        yield f"{chip.name} ({chip.sheet.part}): position {chip.position}, {counted(steps['count'], 'step')}{fastest}, {found}"

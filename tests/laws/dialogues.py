@@ -1,0 +1,170 @@
+"""Random dialogues with a CY525: what the fast path and its step-by-step twin are compared on.
+
+A dialogue is data: parameters, what the host sends, and what happens on the pins at given instants.  The same data are
+played on benches that differ in one thing (the twin, the order of ties, the hash seed) and must leave the same edges
+on every output pin.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from random import Random
+from typing import Any
+
+import slewline
+from slewline.core.net import Driver
+
+OUTPUTS = (
+    "ready", "instrobe", "outstrobe", "slew", "prog", "run", "direction", "programmable_output", "pulse",
+    "motion_complete", "phase1", "phase2", "phase3", "phase4", "db",
+)  # fmt: skip
+CRYSTALS = ("11 MHz", "6 MHz", "3.579545 MHz", "1 MHz")
+
+
+@dataclass
+class Dialogue:
+    """One dialogue: `events` are (instant in ps, pin or "db", level or byte or None)."""
+
+    seed: int
+    crystal: str
+    sent: str
+    until_ps: int
+    events: list[tuple[int, str, Any]] = field(default_factory=list)
+    kinds: set[str] = field(default_factory=set)
+
+
+def made(seed: int) -> Dialogue:
+    """The dialogue of a seed."""
+    rnd = Random(seed)
+    dialogue = Dialogue(seed, rnd.choice(CRYSTALS), *script(rnd))
+    quiet = play(dialogue)  # where the steps would be, so that events can hit them exactly
+    begins = [int(t) for t in quiet.chip.steps().times_ps] or [dialogue.until_ps // 2]
+    edges = sorted({*begins, *(int(t) for t in quiet.bench.edges("x.pulse")[0])})
+    for _ in range(rnd.choice((0, 1, 1, 2, 3, 5))):
+        happening(dialogue, rnd, edges)
+    dialogue.events.sort(key=lambda event: event[0])
+    return dialogue
+
+
+def script(rnd: Random) -> tuple[str, int]:
+    """What the host sends, and how long to run."""
+    lines = [
+        f"A {rnd.choice((0, 5, 65530, rnd.randrange(65536)))}",
+        f"F {rnd.choice((0, 3, 10, 30, rnd.randrange(128)))}",
+        f"R {rnd.choice((3, 40, 80, 127, rnd.randrange(128)))}",
+        f"S {rnd.choice((150, 200, 240, 250, 255))}",
+        f"Z {rnd.choice((1, 1, 1, 2, 5))}",
+        f"O {rnd.randrange(4)}",
+    ]
+    motions = []
+    for _ in range(rnd.choice((1, 1, 2))):
+        motions.append(f"N {rnd.choice((1, 2, 3, 7, 50, 257, 300, 700, 1500, 3000, rnd.randrange(1, 400)))}")
+        motions.append(rnd.choice("+-"))
+        if rnd.random() < 0.45:
+            motions.append("H")
+        motions.append(rnd.choice(("G", "G", "G", f"P {rnd.randrange(65536) if rnd.random() < 0.2 else rnd.randrange(900)}")))
+    if rnd.random() < 0.3:
+        return "\r".join([*lines, "E", *motions, "0"]) + "\rQX\r", rnd.choice((60, 200, 500)) * 10**9
+    return "\r".join([*lines, *motions]) + "\r", rnd.choice((60, 200, 500)) * 10**9
+
+
+def happening(dialogue: Dialogue, rnd: Random, edges: list[int]) -> None:
+    """Add one thing that happens on the pins, often exactly on an edge of PULSE."""
+    at = rnd.choice(edges) if rnd.random() < 0.5 else rnd.randrange(edges[0], max(edges[-1], edges[0] + 1) + 1)
+    if at in edges:
+        dialogue.kinds.add("tie")
+    later = rnd.choice(edges) if rnd.random() < 0.3 else at + rnd.choice((1, 10**6, 10**8, 10**9, 10**10, 3 * 10**10))
+    kind = rnd.choice(("abort", "inhibit", "rate", "rate", "read", "reset", "wait"))
+    dialogue.kinds.add(kind)
+    add = dialogue.events.append
+    if kind == "abort":
+        add((at, "abort", 0))
+        if rnd.random() < 0.6:
+            add((max(later, at + 1), "abort", None))
+    elif kind == "inhibit":
+        add((at, "step_inhibit", 1))
+        add((max(later, at + 1), "step_inhibit", 0))
+    elif kind == "rate":
+        add((at, "db", rnd.choice((0, 3, 60, 80, 127, 200, rnd.randrange(128)))))
+        add((at, "io_request", 0))
+        add((max(later, at + 1), "io_request", None))
+        add((max(later, at + 1), "db", None))
+    elif kind == "read":
+        add((at, "io_select", 1))
+        add((max(later, at + 1), "io_select", None))
+    elif kind == "reset":
+        add((at, "reset", 0))
+        add((at + rnd.choice((10**6, 20 * 10**6, 200 * 10**6)), "reset", None))
+    else:
+        add((at, "wait", rnd.randrange(2)))
+
+
+@dataclass
+class Played:
+    """What a dialogue left behind."""
+
+    bench: slewline.Bench
+    chip: Any
+
+    def traces(self) -> dict[str, tuple[list[int], list[int]]]:
+        """Edges of every output pin."""
+        return {pin: tuple(part.tolist() for part in self.bench.edges(f"x.{pin}")) for pin in OUTPUTS}  # type: ignore[misc]
+
+    def state(self) -> dict[str, Any]:
+        """Registers, travel and every step."""
+        steps = self.chip.steps()
+        return {
+            **self.chip.registers,
+            "travel": self.chip.travel,
+            "steps": (steps.times_ps.tolist(), steps.directions.tolist(), steps.positions.tolist()),
+        }
+
+    def digest(self) -> str:
+        """Everything above in one hash."""
+        return hashlib.sha256(repr((self.traces(), self.state())).encode()).hexdigest()
+
+
+class Wires:
+    """Extra outputs beside the host's: whoever pulls a line low wins."""
+
+    def __init__(self, chip: Any) -> None:
+        nets = {name: chip.pin(name).net for name in ("abort", "step_inhibit", "io_request", "reset", "wait")}
+        self.drivers = {name: Driver(net, "event") for name, net in nets.items()}
+        self.drivers["db"] = Driver(chip.bus, "event")
+        self.select = chip.pin("io_select")
+
+    def set(self, name: str, level: int | None) -> None:
+        if name == "io_select":
+            self.select.net.drivers[0].drive(level or 0)  # the host's own line
+        elif name == "db":
+            self.drivers[name].drive(None if level is None else (0xFF, level))
+        else:
+            self.drivers[name].drive(level)
+
+
+def play(dialogue: Dialogue, *, stepwise: bool = False, shuffle: int | None = None) -> Played:
+    """Play a dialogue on a fresh bench."""
+    bench = slewline.Bench(shuffle=shuffle)
+    chip = bench.add("cy525", "x", dialogue.crystal, stepwise=stepwise)
+    host = bench.host(chip)
+    wires = Wires(chip)
+    bench.record(*(f"x.{pin}" for pin in OUTPUTS))
+    host.send(dialogue.sent)
+    for at, name, level in dialogue.events:
+        bench.at(at, lambda name=name, level=level: wires.set(name, level))  # type: ignore[misc]
+    bench.run_to(dialogue.until_ps)
+    return Played(bench, chip)
+
+
+def differences(one: Played, two: Played) -> list[str]:
+    """Where two runs of a dialogue part, pin by pin; empty: nowhere."""
+    found = []
+    a, b = one.traces(), two.traces()
+    for pin in OUTPUTS:
+        if a[pin] != b[pin]:
+            pairs = list(zip(zip(*a[pin], strict=True), zip(*b[pin], strict=True), strict=False))
+            first = next((pair for pair in pairs if pair[0] != pair[1]), "one is longer")
+            found.append(f"{pin}: {len(a[pin][0])} and {len(b[pin][0])} edges, first difference {first}")
+    c, d = one.state(), two.state()
+    return found + [f"{key} differs" for key in c if c[key] != d[key]]
