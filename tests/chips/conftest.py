@@ -105,8 +105,15 @@ class Hand:
         self.bench = slewline.Bench(shuffle=shuffle)
         self.x = self.bench.add("cy525", name="x", crystal=crystal, **options)
         self.trace: list[tuple[int, str, object]] = []
-        for pin in watched:
-            self.x.pin(pin).net.watch(lambda net, pin=pin: self.trace.append((self.now, pin, net.level)))
+        self.watched: set[str] = set()
+        self.watch(*watched)
+
+    def watch(self, *pins: str) -> None:
+        """Note the changes of pins from now on."""
+        for pin in pins:
+            if pin not in self.watched:
+                self.watched.add(pin)
+                self.x.pin(pin).net.watch(lambda net, pin=pin: self.trace.append((self.now, pin, net.level)))
 
     @property
     def now(self) -> int:
@@ -155,6 +162,7 @@ class Hand:
 
     def until(self, **levels: int) -> None:
         """Let time pass until pins have levels."""
+        self.watch(*levels)
         self.bench.run_until(lambda: all(self.x.pin(pin).level == level for pin, level in levels.items()))
 
     def run(self, clocks: int) -> None:

@@ -47,7 +47,9 @@ def test_a_command_begins_when_its_count_is_used_up(binary):
 
 
 @pytest.mark.fact("BIN-3", "BIN-4", "BIN-5")
-@pytest.mark.parametrize(("count", "letter"), [(count, letter) for count, letters in COUNTS.items() for letter in letters])
+@pytest.mark.parametrize(
+    ("count", "letter"), [(count, letter) for count, letters in COUNTS.items() for letter in letters]
+)
 def test_every_command_has_its_count(binary, count, letter):
     r = binary(position=0, slope=250, divisor=1)
     r.drive("wait", 0 if letter == "U" else 1)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from slewline.chips.cy525.sheet import SHEET
 from slewline.errors import ProgramError
 from slewline.language.assemble import assemble, to_ascii, to_binary
-from slewline.language.dialects import spell
+from slewline.language.dialects import Command, Decoder, spell
 from slewline.language.source import host_lines, read
 
 ROWS = [row for row in SHEET.commands if row.stored]
@@ -62,13 +62,18 @@ def test_every_row_beyond_its_bounds(row):
         ("L 3,E", [(1, 5, 1, "missing-label")]),
         ("A$B\nC\nA$0", [(3, 1, 3, "label-twice")]),
         ("F$B", [(1, 1, 2, "bad-label")]),
-        ("A$\nB", [(1, 1, 2, "bad-label")]),
+        ("B\nA$", [(2, 1, 2, "bad-label")]),
+        ("E\nB\nA$Q", [(3, 1, 3, "bad-label")]),
+        ("E\nB\nA$\nQ", [(4, 1, 1, "bad-label")]),
         ("A$ B", [(1, 1, 2, "bad-label")]),
         ("A$K", [(1, 3, 1, "unknown-command")]),
         ("E\nB\nQ 1", [(3, 3, 1, "extra-argument")]),
         ("E\nB\nQE\nC\nQ", [(3, 2, 1, "second-program")]),
         ("N 1\n" * 20 + "A$B\n", [(21, 1, 3, "overflow")]),
         ("B\n" * 59 + "R 5\nB", [(60, 1, 3, "overflow")]),
+        ("R " + "1" * 5000, [(1, 1, 5002, "too-long")]),
+        ("A$" * 5000, [(1, 1, 10000, "too-long")]),
+        ("E\nQQ Q", [(2, 4, 1, "extra-argument")]),
         ("J C\nR 200", [(1, 3, 1, "missing-label"), (2, 3, 3, "range")]),
         ("R 200\nb\n\nJ C\n", [(1, 3, 3, "range"), (2, 1, 1, "unknown-command"), (4, 3, 1, "missing-label")]),
     ],
@@ -103,6 +108,10 @@ def test_all_mistakes_in_one_message():
     ]
 
 
+def test_longest_line():
+    assert assemble("R " + "0" * 253 + "7", SHEET).stored == b"R\7"
+
+
 def test_full_buffer():
     assert len(assemble("B\n" * 59 + "0", SHEET).stored) == 60
 
@@ -134,6 +143,19 @@ def test_two_labels_for_one_instruction():
     assembly = assemble("A$B$C\nJ A\nJ B", SHEET, resolve=True)
     assert (assembly.stored, assembly.labels) == (b"CJ\0J\0", {"A": 0, "B": 0})
     assert to_ascii(assembly) == b"E\rA$B$C\rJ A\rJ B\rQ"
+
+
+@pytest.mark.parametrize("text", ["B\nA$\nC\nJ A", "B\nA$\n@wait 1 s\n\n; here\n  C\nJ A"])
+def test_label_on_the_line_above(text):
+    assembly = assemble(text, SHEET)
+    assert (assembly.stored, assembly.labels) == (b"BCJA", {"A": 1})
+    assert to_ascii(assembly) == b"E\rB\rA$C\rJ A\rQ"
+
+
+def test_labels_of_two_lines():
+    assembly = assemble("A$B$\n C$G\nJ B", SHEET)
+    assert assembly.labels == {"A": 0, "B": 0, "C": 0}
+    assert (assembly.statements[0].column, assembly.statements[0].text) == (2, "C$G")
 
 
 @pytest.mark.parametrize(
@@ -224,6 +246,23 @@ def test_streams_assemble_again(text):
     assembly = assemble(text, SHEET)
     stream = to_ascii(assembly).decode().replace("\r", "\n")
     assert assemble(stream, SHEET).stored == assembly.stored
+
+
+@given(program_texts())
+def test_the_decoder_stores_the_same(text):
+    assembly = assemble(text, SHEET)
+    resolved = assemble(text, SHEET, resolve=True).stored
+    streams = [
+        (True, to_ascii(assembly)),
+        (False, to_binary(assembly)),
+        (False, to_binary(assembly, single_count=True)),
+    ]
+    for ascii, stream in streams:
+        decoder = Decoder(SHEET)
+        items = [decoder.feed(byte, ascii, at >= 2) for at, byte in enumerate(stream)]
+        stored = b"".join(item.stored for item in items[2:] if isinstance(item, Command))
+        assert stored == (assembly.stored if ascii else resolved)
+        assert decoder.at_letter
 
 
 @given(st.text(max_size=60))

@@ -150,12 +150,13 @@ def test_a_journal_repeats_a_bench_with_parts(tmp_path):
     bench.part("uart", to=x, baud=4800, parity="even")
     pc = bench.part("serial_sender", "pc", to="uart", baud=4800, parity="even")
     bench.part("translator", to=x)
-    bench.part("prom", "unused", image=bytes([1, 0xFF]))
+    bench.part("prom", "unused", image=bytes([0xFF, 1]))
     pc.send(b"R 30\rN 7\r")
     bench.run("20 ms")
     pc.pause("3 ms")
     pc.send("G\rQ\r")
     bench.run_until_idle()
+    bench.journal.close()
     again = slewline.replay(path)
     assert again.now_ps == bench.now_ps
     assert again["translator"].position == 7

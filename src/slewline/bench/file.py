@@ -54,6 +54,7 @@ from ..core.timebase import picoseconds
 from ..errors import BenchFileError, ProgramError, SlewlineError
 from .bench import Bench
 from .script import Script, check_script, read_script, run_script
+from .text import read_text
 
 try:
     import msgspec
@@ -63,7 +64,6 @@ except ImportError:
 if TYPE_CHECKING:
     from ..parts.host import Host
 
-MOST_BYTES = 10_000_000
 Time = str | int
 Level = Literal[0, 1]
 Place = Sequence[str | int]  # ("chip", 0, "crystal")
@@ -88,7 +88,7 @@ class Table(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     """A table of a bench file."""
 
 
-class BenchTable(Table):
+class BenchTable(Table, frozen=True):
     """[bench]"""
 
     seed: int = 0
@@ -164,29 +164,6 @@ def load_bench(path: str | PathLike[str], **options: Any) -> Bench:
         ProgramError: a script has lines that cannot be played.
     """
     return BenchFile(path).load(**options)
-
-
-def read_text(path: str | PathLike[str], data: bytes | None = None) -> str:
-    """The text of a file that a user named.
-
-    Raises:
-        BenchFileError: there is no such file, or it is no text.
-    """
-    try:
-        data = Path(path).read_bytes() if data is None else data
-    except (OSError, ValueError) as error:
-        raise BenchFileError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    if len(data) > MOST_BYTES:
-        raise BenchFileError(f"{path}: {len(data)} bytes; allowed {MOST_BYTES}")
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        found = f"byte {data[error.start]:02X} in line {line} is not UTF-8 text"
-        raise BenchFileError(f"{path}: {found}; is it the right file?") from None
-    if "\0" in text:
-        raise BenchFileError(f"{path}: holds zero bytes, so it is no text; is it the right file?")
-    return text
 
 
 class BenchFile:

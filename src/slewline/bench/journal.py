@@ -16,6 +16,7 @@ from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
+from weakref import finalize
 
 from ..core.kernel import Kernel
 from ..errors import BenchFileError
@@ -35,6 +36,7 @@ class Journal:
             self.file: TextIO = open(path, "w", encoding="ascii", buffering=1)
         except OSError as error:
             raise BenchFileError(f"journal {path}: {error.strerror}; give a file that can be written") from None
+        finalize(self, self.file.close)  # a bench has no end that anybody would have to announce
         self.write("journal", version=VERSION, seed=seed)
 
     def write(self, do: str, **what: Any) -> None:

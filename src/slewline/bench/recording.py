@@ -77,6 +77,11 @@ class Recording:
             self.kernel.now if stop is None else min(picoseconds(stop), self.kernel.now),
         )
 
+    def _window_of(self, nets: dict[str, Net], start: Time | None, stop: Time | None) -> tuple[int, int]:
+        """A window that recorded nets can be asked about: without `start`, as far back as all of them go."""
+        first, last = self._window(start, stop)
+        return (max((self.recorder.since(net) for net in nets.values()), default=first) if start is None else first), last
+
     def _chosen(self, pins: Iterable[str] | None) -> dict[str, Net]:
         if pins is None:
             if not self.recorded:
@@ -95,45 +100,50 @@ class Recording:
         Returns:
             times: (n,) int64, picoseconds, ascending; levels: (n,) int8, the level from that instant on, -1 floating.
         """
-        net = self._chosen([pin])[pin]
-        first, last = self._window(start, stop)
-        return self.recorder.edges(net, max(first, self.recorder.since(net)) if start is None else first, last)
+        nets = self._chosen([pin])
+        return self.recorder.edges(nets[pin], *self._window_of(nets, start, stop))  # type: ignore[return-value]
 
-    def save_vcd(self, path: Path, pins: Sequence[str] | None = None, start: Time | None = None, stop: Time | None = None, timescale: str = "1 ns") -> None:
+    def save_vcd(
+        self,
+        path: Path,
+        pins: Sequence[str] | None = None,
+        start: Time | None = None,
+        stop: Time | None = None,
+        timescale: str = "1 ns",
+    ) -> None:
         """Write recorded pins as a VCD file; an existing file is replaced whole or not at all."""
         from ..record.vcd import write_vcd
 
-        first, last = self._window(start, stop)
-        write_vcd(path, self._chosen(pins), first, last, timescale=timescale, recorder=self.recorder)
+        nets = self._chosen(pins)
+        write_vcd(path, nets, self.recorder, *self._window_of(nets, start, stop), timescale)
 
-    def save_csv(self, path: Path, pins: Sequence[str] | None = None, start: Time | None = None, stop: Time | None = None) -> None:
+    def save_csv(
+        self, path: Path, pins: Sequence[str] | None = None, start: Time | None = None, stop: Time | None = None
+    ) -> None:
         """Write the changes of recorded pins as CSV: time_ps, net, level."""
-        from ..record.export_csv import write_edges
+        from ..record.export_csv import save_edges
 
-        first, last = self._window(start, stop)
-        write_edges(path, self._chosen(pins), first, last, recorder=self.recorder)
+        nets = self._chosen(pins)
+        save_edges(path, nets, self.recorder, *self._window_of(nets, start, stop))
 
     def save_steps(self, path: Path, start: Time | None = None, stop: Time | None = None) -> None:
         """Write the steps of all chips as CSV: time_ps, chip, axis, direction, position."""
-        from ..record.export_csv import write_steps
+        from ..record.export_csv import save_steps
 
         first, last = self._window(start, stop)
-        write_steps(path, [(chip.name, 1, chip.steps(first, last)) for chip in self.chips.values()])
+        save_steps(path, [(chip.name, 1, chip.steps(first, last)) for chip in self.chips.values()])
 
     @contextmanager
     def stream_vcd(self, path: Path, pins: Sequence[str] | None = None, timescale: str = "1 ns") -> Iterator[None]:
         """Write recorded pins to a VCD file while time passes, so that a long window needs no memory."""
         from ..record.vcd import VcdStream
 
-        stream = VcdStream(path, self._chosen(pins), timescale=timescale, recorder=self.recorder, start=self.kernel.now)
+        stream = VcdStream(path, self._chosen(pins), self.recorder, timescale)
         self._streams.append(stream)
         try:
-            yield
-            stream.write_until(self.kernel.now)
-            stream.close()
-        except BaseException:
-            stream.discard()
-            raise
+            with stream:
+                yield
+                stream.write_until(self.kernel.now)
         finally:
             self._streams.remove(stream)
 
@@ -145,13 +155,25 @@ class Recording:
                 stream.write_until(self.kernel.now)
         self.kernel.run(ps)
 
-    def plot(self, path: Path, chip: str | None = None, pins: Sequence[str] | None = None, start: Time | None = None, stop: Time | None = None) -> None:
-        """Draw velocity and position over time with the parameters named, and chosen recorded pins below (SVG or PNG)."""
-        from ..record.plots import plot
+    def plot(
+        self,
+        path: Path,
+        title: str | None = None,
+        pins: Sequence[str] | None = None,
+        start: Time | None = None,
+        stop: Time | None = None,
+    ) -> None:
+        """Draw velocity and position of all chips with their parameters named, and recorded pins below (SVG or PNG)."""
+        from ..record.plots import Motion, Trace, plot
 
         if not self.chips:
             raise UnknownName("the bench has no chip to plot")
-        of = self.chips[chip] if chip is not None else next(iter(self.chips.values()))
         first, last = self._window(start, stop)
-        nets = self._chosen(pins) if pins is not None or self.recorded else {}
-        plot(path, of, nets, first, last, recorder=self.recorder)
+        nets = self._chosen(pins) if pins is not None else dict(self.recorded)
+        motions = [
+            Motion(chip.name, chip.steps(first, last), *chip.parameters(), before=chip.axes[0].position_at(max(first - 1, 0)))
+            for chip in self.chips.values()
+        ]
+        traces = [Trace.of(name, net, self.recorder, *self._window_of({name: net}, start, stop)) for name, net in nets.items()]
+        what = title or ", ".join(f"{chip.name}: {chip.sheet.part.upper()}" for chip in self.chips.values())
+        plot(path, what, *motions, *traces, start=first, stop=last)

@@ -6,6 +6,7 @@ firmware after all timed work of that instant.  When RESET rises, `run()` starts
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -262,6 +263,10 @@ class Chip:
         """The manual's registers, by name in lower case."""
         raise NotImplementedError
 
+    def parameters(self) -> tuple[dict[str, float], dict[str, object]]:
+        """What a plot names: rates in steps/s ("R = 80" -> 5978.0), and further parameters ("S" -> 200)."""
+        return {}, {}
+
     @property
     def program(self) -> bytes:
         """The program memory in use."""
@@ -460,13 +465,10 @@ class Axis:
 
     def position_at(self, ps: int) -> int:
         """The position register at one instant of the past."""
-        index = len(self.past) - 1
-        while index > 0 and self.past[index].start > ps:
-            index -= 1
-        stretch = self.past[index]
+        stretch = self.past[max(bisect_right(self.past, ps, key=lambda stretch: stretch.start) - 1, 0)]
         travel = stretch.travel + (stretch.sign * stretch.playing.begun(ps) if stretch.playing is not None else 0)
-        offset = next((value for since, value in reversed(self.offsets) if since <= ps), self.offsets[0][1])
-        return (offset + travel) % self.modulus
+        since = max(bisect_right(self.offsets, ps, key=lambda offset: offset[0]) - 1, 0)
+        return (self.offsets[since][1] + travel) % self.modulus
 
     def positions_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
         """The position register at many instants of the past: (n,) int64, shape as `times`."""

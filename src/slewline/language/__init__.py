@@ -1,1 +1,1 @@
-"""The language of the chips: decoders, assembler, disassembler, linter, reference.  It reads sheets and nothing else."""
+"""The language of the chips: decoders, assembler, disassembler, linter, reference.  It reads sheets alone."""

@@ -5,7 +5,7 @@ A text holds what a host would send, a command a line:
     ; weld.cy525                 a comment runs to the end of the line
     R 80                         before E: command mode
     E                            program entry begins
-    A$N 100                      a label stands directly in front of its instruction
+    A$N 100                      a label stands directly in front of its instruction, or alone on the line above
     L 6,A                        two arguments: a comma or a space between them
     Q                            program entry ends; QX on one line is Q and then X
     X
@@ -22,6 +22,7 @@ import re
 from dataclasses import dataclass, field, replace
 
 from ..core.table import Arg, Row, Sheet
+from .dialects import LINE_LIMIT
 from .problems import Place, Problem, Severity, Spot
 
 LABELS = "s.3"  # the manual's section about labels
@@ -159,11 +160,16 @@ def read(text: str, sheet: Sheet, bare: bool = False) -> Source:
     A text without E is one stored program if `bare` is set, else it is what a host sends in command mode.
     """
     source = Source(sheet)
+    pending: tuple[str, ...] = ()
+    line = None
     for number, column, body in host_lines(text):
         if body.startswith("@"):
             source.items.append(Directive(number, column, body))
         else:
-            _Line(source, number, column, body).command(0, ())
+            line = _Line(source, number, column, body)
+            pending = line.take(pending)
+    if line and pending:
+        line.error(0, len(line.text), "bad-label", f"{pending[-1]}$ without an instruction", "", LABELS)
     _lay_out(source, bare)
     return source
 
@@ -190,37 +196,55 @@ class _Line:
         place = self.spot(at, end)
         self.source.report(place, code, "error", found, allowed=allowed, section=section, remedy=remedy)
 
-    def command(self, at: int, labels: tuple[str, ...]) -> None:
-        """The command that begins at `at`, behind the labels that were seen already."""
-        if self.text[at + 1 : at + 2] == "$":
-            self.label(at, labels)
-            return
-        row = self.sheet.commands.by_form.get(self.text[at])
-        if row is None:
-            self.unknown(at)
-        elif not row.terminated:
-            self.keep(row, at, at + 1, (), labels)
-            self.behind_quit(row, at + 1)
-        else:
-            operands = self.operands(row, at + 1)
-            if operands is not None:
-                self.keep(row, at, len(self.text), operands, labels)
+    def take(self, labels: tuple[str, ...]) -> tuple[str, ...]:
+        """The commands of the line; the first is named by the labels of the line above.
 
-    def keep(self, row: Row, at: int, end: int, operands: tuple[Operand, ...], labels: tuple[str, ...]) -> None:
-        begin = at - 2 * len(labels)
-        statement = Statement(self.number, self.column + begin, self.text[begin:end], row, operands, labels)
-        self.source.items.append(statement)
+        Returns labels at the end of the line, which name the first command of the next one.
+        """
+        if len(self.text) > LINE_LIMIT:
+            self.error(0, len(self.text), "too-long", f"{len(self.text)} characters", f"{LINE_LIMIT}")
+            return ()
+        at = begin = 0
+        while at < len(self.text):
+            row = self.sheet.commands.by_form.get(self.text[at])
+            if self.text[at + 1 : at + 2] == "$":
+                if not self.is_label(at):
+                    return ()
+                labels, at = (*labels, self.text[at]), at + 2
+            elif row is None:
+                self.unknown(at)
+                return ()
+            elif row.terminated:
+                operands = self.operands(row, at + 1)
+                if operands is not None:
+                    self.add(begin, len(self.text), row, operands, labels)
+                return ()
+            else:  # Q has no terminator, so the next command may stand directly behind it
+                if labels:
+                    self.error(begin, at + 1, "bad-label", f"{labels[-1]}$ without an instruction", "", LABELS)
+                self.add(at, at + 1, row, (), ())
+                labels, at = (), at + 1
+                begin = at
+                if self.text[at : at + 1].isspace():
+                    self.behind_quit(row, at)
+                    return ()
+        return labels
 
-    def label(self, at: int, labels: tuple[str, ...]) -> None:
+    def add(self, begin: int, end: int, row: Row, operands: tuple[Operand, ...], labels: tuple[str, ...]) -> None:
+        place = self.spot(begin, end)
+        self.source.items.append(Statement(place.line, place.column, self.text[begin:end], row, operands, labels))
+
+    def is_label(self, at: int) -> bool:
         letter, letters = self.text[at], self.sheet.labels
         if letter not in letters:
             allowed = f"{letters[0]}..{letters[-1]}" if letters else "no labels on this part"
             self.error(at, at + 2, "bad-label", f"label {letter}$", allowed, LABELS)
-        elif self.text[at + 2 : at + 3].strip():
-            self.command(at + 2, (*labels, letter))
-        else:
+            return False
+        if self.text[at + 2 : at + 3].isspace():
             remedy = f"write the instruction directly behind {letter}$"
-            self.error(at, at + 2, "bad-label", f"{letter}$ without an instruction", "", LABELS, remedy)
+            self.error(at, at + 2, "bad-label", f"{letter}$ with a space behind it", "", LABELS, remedy)
+            return False
+        return True
 
     def unknown(self, at: int) -> None:
         letter = self.text[at]
@@ -230,22 +254,10 @@ class _Line:
         self.error(at, at + 1, "unknown-command", f"{letter} is no command", letters, "", remedy)
 
     def behind_quit(self, row: Row, at: int) -> None:
-        """Q has no terminator, so the next command may stand directly behind it."""
-        rest = self.text[at:]
-        if rest[:1].isspace():
-            first = at + len(rest) - len(rest.lstrip())
-            remedy = f"{row.form} stands alone: it ends by itself"
-            self.error(
-                first,
-                len(self.text),
-                "extra-argument",
-                f"{row.name} with {rest.strip()}",
-                "no argument",
-                row.where,
-                remedy,
-            )
-        elif rest:
-            self.command(at, ())
+        argument = self.text[at:].lstrip()
+        first, end = len(self.text) - len(argument), len(self.text)
+        remedy = f"{row.form} stands alone: it ends by itself"
+        self.error(first, end, "extra-argument", f"{row.name} with {argument}", "no argument", row.where, remedy)
 
     def operands(self, row: Row, at: int) -> tuple[Operand, ...] | None:
         """The arguments; None if there are too few, or one of them is no number."""

@@ -31,15 +31,15 @@ class WholeFile:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        self._target = Path(os.path.realpath(path))  # behind a symbolic link, which stays
-        if self._target.is_dir():
-            raise UsageError(f"{path}: is a directory; give the name of a file in it")
-        if not self._target.parent.is_dir():
-            raise UsageError(f"{path}: there is no directory {str(self.path.parent)!r}")
         self._part: Path | None = None
-        if self._target.is_file() or not self._target.exists():
-            self._part = self._target.with_name(f".{self._target.name}.{os.getpid()}-{next(_NUMBERS)}.part")
         with self.refusals():
+            self._target = Path(os.path.realpath(path))  # behind a symbolic link, which stays
+            if self._target.is_dir():
+                raise UsageError(f"{path}: is a directory; give the name of a file in it")
+            if not self._target.parent.is_dir():
+                raise UsageError(f"{path}: there is no directory {str(self.path.parent)!r}")
+            if self._target.is_file() or not self._target.exists():
+                self._part = self._target.with_name(f".slewline-{os.getpid()}-{next(_NUMBERS)}.part")
             self.handle: BufferedWriter = open(self._part or self._target, "wb")  # noqa: SIM115
         self._end = weakref.finalize(self, _abandon, self.handle, self._part)
 

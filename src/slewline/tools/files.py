@@ -10,7 +10,7 @@ from pathlib import Path
 
 import click
 
-from ..bench.file import read_text
+from ..bench.text import read_text
 from ..chips import PARTS, sheet_of
 from ..core.table import Sheet
 from ..errors import BenchFileError, UsageError
@@ -85,13 +85,18 @@ class Outputs:
 
     def write(self, path: str, text: str) -> None:
         """Write a text, to the standard output for "-"."""
-        self.save(path, lambda name: self._write(name, text.encode()))
+        if path == STDIN:
+            click.echo(text, nl=False)
+        else:
+            self.write_bytes(path, text.encode())
 
-    def _write(self, path: str, data: bytes) -> None:
+    def write_bytes(self, path: str, data: bytes) -> None:
+        """Write bytes to a claimed file."""
         from ..record.whole_file import WholeFile
 
         with WholeFile(path) as file:
             file.write(data)
+        self.written.append(path)
 
     def save(self, path: str | None, write: Callable[[str], object]) -> None:
         """Let a function write a claimed file, if there is one."""

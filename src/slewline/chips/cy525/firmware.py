@@ -87,7 +87,7 @@ class Cy525(Chip):
         self.inner_reset.drive(0 if cold else 1)
         kernel.settle()
         self.inner_reset.net.watch(self._on_inner_reset)
-        self.accepted = -1
+        self.accepted = self.ended_wait = -1  # changes of I/O REQUEST: with the last byte, when it ended U or W
         self.run_fell = self.busy_from = self.busy_ps = self.requested = self.at = self.following = 0
         self.ascii = True
         self.reset_registers()
@@ -176,6 +176,14 @@ class Cy525(Chip):
     def registers(self) -> dict[str, int]:
         """The manual's registers: number, slope, rate, firstrate, divisor, position."""
         return {**self.reg, "position": self.position}
+
+    def parameters(self) -> tuple[dict[str, float], dict[str, object]]:
+        """What a plot names: the rates of F and R in steps/s at this crystal, and S, Z, N."""
+        rates = {
+            f"{letter} = {self.reg[name]}": self.crystal_hz / sheet.STEP_TICKS[min(self.reg[name], sheet.RATE_TOP)]
+            for letter, name in (("F", "firstrate"), ("R", "rate"))
+        }
+        return rates, {"S": self.reg["slope"], "Z": self.reg["divisor"], "N": self.reg["number"]}
 
     @property
     def program(self) -> bytes:
@@ -268,6 +276,7 @@ class Cy525(Chip):
         if self.pc is not None:
             self.request.observers.remove(self._on_request)
         self.motion.killed()
+        self.ended_wait = -1
         self.decoder.reset()
         self.reset_registers()
         if self.powered:
@@ -300,6 +309,9 @@ class Cy525(Chip):
                 self._waiting = (text, kernel.now)
                 await level(request, 0)
                 self.idle = False
+            elif request.changes == self.ended_wait and not self.live:
+                await level(request, 1)  # it has had its effect; it brings no byte
+                continue
             elif self.accepted >= 0 and not self.live:
                 self.finding("early-request", "I/O REQUEST was lowered while READY was low: it is served now")
             self.requested = self.tick = tick = self.clock.ticks_from(kernel.now)
@@ -694,9 +706,12 @@ class Cy525(Chip):
             if not self.in_program() and self.request.changes == self.accepted:  # the terminator's own request goes first
                 if await self.polled(self.wait, wanted, T["wait_poll"], (self.request, 1)) is self.wait:
                     return
+            before = self.request.changes
             ended = await self.polled(self.wait, wanted, T["wait_poll"], (self.request, 0))
-            if ended is self.request and not self.in_program():
-                self.accepted = self.request.changes  # it brings no byte: READY waits for its end
+            if ended is self.request and self.request.changes > before:
+                self.ended_wait = self.request.changes
+                if not self.in_program():
+                    self.accepted = self.ended_wait  # READY waits for its end
         finally:
             self.waiting_pin = False
 

@@ -1,0 +1,278 @@
+"""Every speed figure of the project, measured in one run and printed as one table.
+
+    python benchmarks/run.py [--long] [--page docs/reference/performance.md] [NAME ...]
+
+Figures are ratios: to real time (virtual seconds per second), to a bare `import numpy`, or to pyvcd in the same run.
+Each workload checks its own result before it is believed.  `--long` adds the endless run of a virtual hour.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import numpy as np
+import slewline
+from slewline.chips.cy525 import profile
+from slewline.core.timebase import Clock
+from slewline.core.train import StepTrain
+
+CLOCK = Clock(11_000_000)
+
+
+@dataclass
+class Row:
+    """One line of the table."""
+
+    name: str
+    figure: float
+    unit: str
+    goal: float
+    more_is_better: bool
+    bound: str
+
+    @property
+    def met(self) -> bool:
+        return self.figure >= self.goal if self.more_is_better else self.figure <= self.goal
+
+
+def best(action: Callable[[], object], rounds: int = 7) -> float:
+    """Median seconds of an action, after one that warms up."""
+    action()
+    times = []
+    for _ in range(rounds):
+        start = time.perf_counter()
+        action()
+        times.append(time.perf_counter() - start)
+    return statistics.median(times)
+
+
+def plans() -> list[Row]:
+    """A 65,535-step ramped move: planned, and expanded."""
+
+    def planned() -> StepTrain:
+        profile.ramp.cache_clear()
+        return StepTrain(CLOCK, 0, profile.move(65535, 3, 127, 200, 1).runs)
+
+    train = planned()
+    ticks = train.begin_ticks()
+    assert len(ticks) == 65535 and train.length == sum(i * n for i, n in zip(train.intervals, train.counts, strict=True))
+    long = StepTrain(CLOCK, 0, profile.move(65535, 3, 127, 1, 1).runs)
+    many = 20
+
+    def expanded(what: Callable[[], object]) -> float:
+        return 65535 * many / best(lambda: [what() for _ in range(many)]) / 1e6
+
+    return [
+        Row("move of 65,535 steps: plan", best(lambda: [planned() for _ in range(20)]) / 20 * 1e3, "ms", 0.5, False, "Python: about 0.6 us a run of equal intervals, 250 runs"),
+        Row("the same with S = 1: plan", best(lambda: [StepTrain(CLOCK, 0, profile.move(65535, 3, 127, 1, 1).runs) for _ in range(20)]) / 20 * 1e3, "ms", 0.5, False, "the same"),
+        Row("the same: expand to ticks", expanded(train.begin_ticks), "M steps/s", 100, True, "np.repeat and np.cumsum over 8 bytes a step"),
+        Row("the same: expand to picoseconds", expanded(train.begins), "M steps/s", 50, True, "one int64 multiplication and division a step"),
+        Row("position of 1,000,000 instants", 1 / best(lambda: long.begun_many(np.arange(0, 7 * 10**12, 7 * 10**6))), "M queries/s", 5, True, "np.searchsorted over the runs"),
+    ]
+
+
+def slewing(bench: slewline.Bench) -> tuple[Any, Any]:
+    """A chip in continuous motion at R = 127."""
+    chip = bench.add("cy525", "x")
+    host = bench.host(chip)
+    host.send("A 0\rF 3\rR 127\rS 200\rZ 1\rN 65000\rH\rG\r")
+    bench.run_until(chip.pin("slew").is_(0))
+    return chip, host
+
+
+def endless() -> list[Row]:
+    """10,000,000 continuous steps, undisturbed and disturbed."""
+    slewing(slewline.Bench())  # modules are loaded now
+    start = time.perf_counter()
+    bench = slewline.Bench()
+    chip, _ = slewing(bench)
+    bench.run_to(chip.clock.ps(10_000_000 * 1137))
+    alone = bench.now_ps / 1e12 / (time.perf_counter() - start)
+    assert chip.travel > 9_990_000
+    start = time.perf_counter()
+    bench = slewline.Bench()
+    chip, host = slewing(bench)
+    slice_ps = 10_000_000 * 125_000_000 // 1000
+    for number in range(1000):
+        bench.run(slice_ps // 2 - 10**8)
+        position = host.read_position()
+        assert (chip.position - position) % 65536 <= 1
+        bench.run(slice_ps // 2 - 10**8)
+        host.change_rate((100, 127)[number % 2])
+    assert chip.travel >= 10_000_000, chip.travel
+    instants = [Random(1).randrange(bench.now_ps) for _ in range(100_000)]
+    answers = [chip.position_at(instant) for instant in instants]
+    wall = time.perf_counter() - start
+    assert answers == chip.position_at(np.array(instants)).tolist()
+    return [
+        Row("10,000,000 steps, undisturbed", alone, "x real time", 20_000, True, "a handful of events, whatever the number of steps"),
+        Row("the same with 1,000 read-outs, 1,000 rate changes, 100,000 position_at", bench.now_ps / 1e12 / wall, "x real time", 500, True, "about 10 events a read-out, a ramp plan a rate change, 4 us a question"),
+    ]
+
+
+MIX = "A 12345|B|C|F 10|H|N 300|O 2|R 100|S 200|T 5|V 3|Z 1|+|-|0|N 65535|R 7|A 0".split("|")
+
+
+def dialogue() -> list[Row]:
+    """10,000 commands through the pins from a host that never hesitates."""
+    ratios = []
+    for _ in range(3):
+        bench = slewline.Bench()
+        chip = bench.add("cy525", "x")
+        host = bench.host(chip)
+        host.send("".join(MIX[n % len(MIX)] + "\r" for n in range(10_000)))
+        start = time.perf_counter()
+        bench.run_until_idle("100 s")
+        ratios.append(bench.now_ps / 1e12 / (time.perf_counter() - start))
+        assert chip.registers["number"] == 300 and not chip.findings
+    return [Row("dialogue of 10,000 commands through the pins", statistics.median(ratios), "x real time", 10, True, "4 instants, 5 resumptions and 6 pin changes a byte, in Python")]
+
+
+PINS = ("pulse", "phase1", "phase2", "phase3", "phase4", "slew", "ready", "motion_complete")
+
+
+def waveforms() -> list[Row]:
+    """2,000,000 edges of a running chip on 8 pins to VCD, against pyvcd, which gets the same edges sorted and for nothing."""
+    from vcd import VCDWriter  # the oracle of the tests
+
+    bench = slewline.Bench()
+    chip = bench.add("cy525", "x")
+    bench.record(*(f"x.{pin}" for pin in PINS))
+    bench.host(chip).send("A 0\rF 3\rR 127\rS 200\rZ 1\rN 65000\rH\rG\r")
+    bench.run_until(lambda: chip.pin("slew").level == 0)
+    bench.run_to(chip.clock.ps(500_000 * 1137) + bench.now_ps)
+    edges = [bench.edges(f"x.{pin}") for pin in PINS]
+    times = np.concatenate([times for times, _ in edges])
+    which = np.repeat(np.arange(len(PINS)), [len(times) for times, _ in edges])
+    levels = np.concatenate([levels for _, levels in edges])
+    order = np.lexsort((which, times))
+    changes = list(zip((times[order] // 1000).tolist(), which[order].tolist(), levels[order].tolist(), strict=True))
+    assert len(changes) >= 2_000_000
+    with tempfile.TemporaryDirectory() as folder:
+
+        def with_pyvcd() -> None:
+            with Path(folder, "theirs.vcd").open("w") as file, VCDWriter(file, timescale="1 ns", date="") as writer:
+                variables = [writer.register_var("x", pin, "wire", size=1, init=1) for pin in PINS]
+                for at, i, level in changes:
+                    writer.change(variables[i], at, level)
+
+        ratios = []
+        for _ in range(5):
+            start = time.perf_counter()
+            with_pyvcd()
+            middle = time.perf_counter()
+            bench.save_vcd(Path(folder, "ours.vcd"))
+            ratios.append((middle - start) / (time.perf_counter() - middle))
+    return [Row("2,000,000 edges of 8 pins to VCD", statistics.median(ratios), "x pyvcd", 8, True, "expanding trains, sorting 8 nets into one, NumPy digit tables")]
+
+
+def seconds_of(code: str) -> float:
+    """User and system seconds of a fresh interpreter, the least of some runs."""
+    times = []
+    for _ in range(9):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        times.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    return min(times)
+
+
+def starting() -> list[Row]:
+    """What it costs to import slewline and to make a bench, and what --help loads."""
+    numpy, ours = seconds_of("import numpy"), seconds_of("import slewline; slewline.Bench()")
+    code = "import sys, slewline.tools.main as m\ntry: m.main(['--help'])\nexcept SystemExit: pass\nprint('numpy' in sys.modules, file=sys.stderr)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stderr.strip()
+    return [
+        Row("import slewline, make a Bench", ours / numpy, "x import numpy", 1.3, False, "no NumPy is loaded before an array is asked for"),
+        Row("slewline --help: NumPy loaded", float(loaded != "False"), "(0 = no)", 0, False, "everything heavy is imported where it is used"),
+    ]
+
+
+HOUR = """
+import resource, sys, time
+import numpy as np
+import slewline
+bench = slewline.Bench()
+chip = bench.add("cy525", "x")
+host = bench.host(chip)
+pins = ["x.pulse", "x.slew", "x.outstrobe", "x.motion_complete", "x.io_select", "x.db"]
+bench.record(*pins, keep="1 s")
+host.send("A 0\\rF 3\\rR 127\\rS 200\\rZ 1\\rN 65000\\rH\\rG\\r")
+bench.run_until(chip.pin("slew").is_(0))
+begin, count = bench.now_ps, 360_000
+start = time.perf_counter()
+for number in range(count):
+    if number == count // 2:
+        stream = bench.stream_vcd(sys.argv[1], pins)
+        stream.__enter__()
+    if number == count // 2 + 500:
+        stream.__exit__(None, None, None)
+    host.read_position()
+    bench.run_to(begin + (number + 1) * 10**10)
+wall = time.perf_counter() - start
+last = chip.steps(bench.now_ps - 10**12, bench.now_ps)
+instants = np.random.default_rng(1).integers(bench.now_ps - 10**12, bench.now_ps, 10_000)
+expected = (last.positions[0] - 1 + np.searchsorted(last.times_ps, instants, side="right")) % 65536
+assert (chip.position_at(instants) == expected).all()
+assert abs(len(last) - 9674) < 3 and len(bench.edges("x.pulse")[0]) > 19_000
+print(bench.now_ps / 1e12 / wall, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+"""
+
+
+def hour() -> list[Row]:
+    """An endless run of one virtual hour, in a process of its own so that its memory can be read."""
+    with tempfile.TemporaryDirectory() as folder:
+        run = subprocess.run([sys.executable, "-c", HOUR, f"{folder}/window.vcd"], capture_output=True, text=True, check=True)
+        size = Path(folder, "window.vcd").stat().st_size
+    ratio, megabytes = map(float, run.stdout.split())
+    return [
+        Row("one hour at 9,675 steps/s, a read-out every 10 ms: memory", megabytes, "MB", 200, False, f"the last second is kept; a window of 5 s was streamed ({size / 1e6:.1f} MB of VCD)"),
+        Row("the same: speed", ratio, "x real time", 20, True, "360,000 read-outs of 10 events"),
+    ]
+
+
+WORKLOADS = {"plans": plans, "endless": endless, "dialogue": dialogue, "waveforms": waveforms, "starting": starting}
+
+
+def table(rows: list[Row]) -> str:
+    """The rows as a Markdown table."""
+    out = io.StringIO()
+    out.write("| what | figure | goal | | what bounds it |\n|---|---:|---:|---|---|\n")
+    for row in rows:
+        sign = ">=" if row.more_is_better else "<="
+        out.write(f"| {row.name} | {row.figure:,.3g} {row.unit} | {sign} {row.goal:,g} | {'yes' if row.met else 'NO'} | {row.bound} |\n".replace("e+03", "e3"))
+    return out.getvalue()
+
+
+def main() -> int:
+    """Run the workloads and print the table; exit status 1 when a goal is missed."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", help=", ".join([*WORKLOADS, "hour"]))
+    parser.add_argument("--long", action="store_true", help="with the endless run of a virtual hour")
+    parser.add_argument("--page", type=Path, help="write the table into a page of the docs")
+    options = parser.parse_args()
+    chosen = {**WORKLOADS, "hour": hour} if options.long or "hour" in options.names else WORKLOADS
+    rows: list[Row] = []
+    for name in options.names or chosen:
+        print(f"{name} ...", file=sys.stderr, flush=True)
+        rows += chosen[name]()
+    print(table(rows))
+    if options.page:
+        options.page.write_text(f"# Performance\n\nOne run of `make bench`, on two cores of an x86-64 server.\n\n{table(rows)}", "utf-8")
+    return 0 if all(row.met for row in rows) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

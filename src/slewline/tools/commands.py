@@ -1,0 +1,134 @@
+"""The commands: what they are called, what they take, and which module does the work."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from .options import Drive, Quantity
+
+EXIT = "Exit status: 0 all is well, 1 a problem was found or time ran out, 2 wrong use."
+CHIP = click.option("--chip", metavar="CHIP", help="The part; else the ending of FILE says it, as .cy525 does.")
+JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON instead.")
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110}, epilog=EXIT)
+@click.version_option(package_name="slewline")
+def cli() -> None:
+    """Programmable stepper motor controllers, as software.
+
+    A file holds what a host computer would send to the chip, a command a line.  Try: slewline demo
+    """
+
+
+class Guided(click.Command):
+    """A command whose help ends with the guide to run scripts."""
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """The docstring of the script module, as it stands, and the exit status."""
+        from ..bench import script
+
+        formatter.write_paragraph()
+        formatter.write((script.__doc__ or "") + "\n")
+        super().format_epilog(ctx, formatter)
+
+
+@cli.command("run", cls=Guided, epilog=EXIT)
+@click.argument("file", required=False)
+@CHIP
+@click.option("--crystal", type=Quantity("frequency"), help="Such as '11 MHz'; the chip's own by default.")
+@click.option("--until", type=Quantity("time"), help="Run to this instant, such as '2 s'; else until all is idle.")
+@click.option("--timeout", type=Quantity("time"), help="When to give up waiting for that; 60 s by default.")
+@click.option("--drive", type=Drive(), multiple=True, help="Drive a pin: 'abort=0@12 ms', 'x.wait=1'. May be repeated.")
+@click.option("--strict", is_flag=True, help="Exit status 1 if there are findings.")
+@click.option("-q", "--quiet", is_flag=True, help="No transcript.")
+@click.option("--journal", metavar="F", help="Write every input from outside, for --replay.")
+@click.option("--replay", metavar="F", help="Repeat the run of a journal; no FILE then.")
+@click.option("--json", metavar="F", is_flag=False, flag_value="-", help="Write the result as JSON; - or nothing: print it.")
+@click.option("--steps", metavar="F.csv", help="Write every step: time_ps, chip, axis, direction, position.")
+@click.option("--vcd", metavar="F", help="Write all pins as a VCD file.")
+@click.option("--plot", metavar="F.svg", help="Draw velocity and position (SVG, PNG or PDF).")
+def run_command(**options: Any) -> int:
+    """Run a program on a virtual chip, or a bench file (BENCH.toml) with several chips and parts.
+
+    FILE holds what a host would send; - is the standard input.  The bytes of a .hex file go to a chip in binary mode.
+    """
+    from .run import Run
+
+    return Run(**options).perform()
+
+
+@cli.command("asm", epilog=EXIT)
+@click.argument("file")
+@CHIP
+@click.option("--output", "-o", metavar="F", help="Write to a file; an ending .hex or .bin chooses the format.")
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["listing", "hex", "bin", "ascii", "binary"]),
+    help="hex, bin: the program buffer; ascii, binary: what a host sends to enter it.",
+)
+@click.option("--resolve", is_flag=True, help="Store addresses where labels are meant.")
+@JSON
+def asm_command(**options: Any) -> int:
+    """Assemble a stored program: address, bytes and source of every instruction, or the bytes alone."""
+    from .programs import asm
+
+    return asm(**options)
+
+
+@cli.command("dis", epilog=EXIT)
+@click.argument("file")
+@CHIP
+@click.option("--format", "form", type=click.Choice(["hex", "bin"]), help="What FILE holds; else its look decides.")
+@click.option("--stream", is_flag=True, help="FILE is what a host sends in binary mode, not a program buffer.")
+@click.option("--labels", is_flag=True, help="Name branch targets.")
+@click.option("--output", "-o", metavar="F", help="Write to a file.")
+@JSON
+def dis_command(**options: Any) -> int:
+    """Disassemble a program buffer; the text assembles to the same bytes."""
+    from .programs import dis
+
+    return dis(**options)
+
+
+@cli.command("lint", epilog=EXIT)
+@click.argument("files", metavar="FILE...", nargs=-1, required=True)
+@CHIP
+@click.option("--strict", is_flag=True, help="Exit status 1 for warnings too.")
+@JSON
+def lint_command(**options: Any) -> int:
+    """Look for mistakes in programs without running them; exit status 1 if there are errors."""
+    from .programs import lint
+
+    return lint(**options)
+
+
+@cli.command("describe", epilog=EXIT)
+@click.argument("chip")
+@click.argument("command", required=False)
+@JSON
+def describe_command(**options: Any) -> int:
+    """The reference of a chip, or of one of its commands, from its data sheet."""
+    from .programs import describe
+
+    return describe(**options)
+
+
+@cli.command("chips", epilog=EXIT)
+@JSON
+def chips_command(**options: Any) -> int:
+    """The parts, one line each."""
+    from .programs import chips
+
+    return chips(**options)
+
+
+@cli.command("demo", epilog=EXIT)
+@click.option("--output", "-o", metavar="DIR", default="build/demo", show_default=True, help="Where plot and waveform go.")
+def demo_command(output: str) -> int:
+    """The welding machine of the CY525 manual: six spots on each of two workpieces, with picture and waveform."""
+    from .demo import demo
+
+    return demo(output)

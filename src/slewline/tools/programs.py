@@ -1,0 +1,224 @@
+"""asm, dis, lint, describe, chips: what can be said about programs and parts without running anything."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..bench.text import read_text
+from ..chips import PARTS, checks_of, sheet_of
+from ..errors import BenchFileError, UsageError
+from .files import STDIN, Outputs, chip_of, echo_bytes, read_program, sheet_for
+
+if TYPE_CHECKING:
+    from ..core.table import Sheet
+    from ..language.assemble import Assembly
+    from ..language.problems import Problem
+
+COLOURS = {"error": "red", "warning": "yellow", "note": "cyan"}
+
+
+def print_json(value: object) -> None:
+    """A JSON text to the standard output."""
+    click.echo(json.dumps(value, indent=2, ensure_ascii=False))
+
+
+# ------------------------------------------------------------------------------------------------------------------ asm
+def asm(file: str, chip: str | None, output: str | None, form: str | None, resolve: bool, as_json: bool) -> int:
+    """Assemble a program."""
+    from ..language.assemble import assemble
+
+    sheet, text = sheet_for(file, chip), read_program(file)
+    outputs = Outputs([file])
+    outputs.claim(output)
+    assembly = assemble(text, sheet, file, resolve)
+    for problem in assembly.findings:
+        click.echo(f"slewline: {file}, line {problem.line}: {problem.severity}: {problem.says}", err=True)
+    if as_json:
+        data = json.dumps(assembly_object(assembly), indent=2).encode() + b"\n"
+    else:
+        data = formatted(assembly, form or {".hex": "hex", ".bin": "bin"}.get(Path(output or "").suffix.lower(), "listing"))
+    put(data, output, outputs)
+    return 0
+
+
+def formatted(assembly: Assembly, form: str) -> bytes:
+    """An assembled program in one of the formats."""
+    from ..language.assemble import to_ascii, to_binary
+
+    if form == "bin":
+        return assembly.stored
+    if form in ("ascii", "binary"):
+        return to_ascii(assembly) if form == "ascii" else to_binary(assembly)
+    if form == "hex":
+        return f"{assembly.stored.hex(' ').upper()}\n".encode()
+    room = assembly.sheet.buffer_bytes
+    return f"{assembly.listing()}\n; {len(assembly.stored)} of {room} bytes\n".encode()
+
+
+def put(data: bytes, output: str | None, outputs: Outputs) -> None:
+    """Bytes to a claimed file, or to the standard output."""
+    if output is None or output == STDIN:
+        if sys.stdout.isatty() and not data.decode("latin-1").replace("\n", "").isprintable():
+            raise UsageError("these bytes are not for a terminal; give --output FILE")
+        echo_bytes(data)
+    else:
+        outputs.write_bytes(output, data)
+
+
+def assembly_object(assembly: Assembly) -> dict[str, Any]:
+    """An assembled program as data."""
+    pairs = zip(assembly.lines, assembly.statements, strict=True)
+    return {
+        "chip": assembly.sheet.part,
+        "program": assembly.stored.hex(),
+        "bytes": len(assembly.stored),
+        "labels": assembly.labels,
+        "lines": [line._asdict() | {"data": assembly.stored[s.address : s.end].hex()} for line, s in pairs],
+        "preset": list(assembly.preset),
+        "findings": [dataclasses.asdict(problem) for problem in assembly.findings],
+    }
+
+
+# ------------------------------------------------------------------------------------------------------------------ dis
+def dis(
+    file: str, chip: str | None, form: str | None, stream: bool, labels: bool, output: str | None, as_json: bool
+) -> int:
+    """Disassemble a program buffer, or a binary stream."""
+    from ..language.disassemble import disassemble, instructions
+
+    sheet = sheet_for(file, chip)
+    data = program_bytes(file, form)
+    outputs = Outputs([file])
+    outputs.claim(output)
+    if not stream and len(data) > sheet.buffer_bytes:
+        raise BenchFileError(f"{file}: {len(data)} bytes; the program buffer has {sheet.buffer_bytes}. A host's stream? --stream")
+    if stream:
+        commands = streamed(data, sheet)
+        found: Any = {"chip": sheet.part, "commands": commands}
+        text = "".join(f"{command}\n" for command in commands)
+    else:
+        rows = [(i.address, i.data.hex(), i.row.name if i.row else None, list(i.values)) for i in instructions(data, sheet)]
+        keys = ("address", "data", "name", "values")
+        found = {"chip": sheet.part, "lines": [dict(zip(keys, row, strict=True)) for row in rows]}
+        text = disassemble(data, sheet, labels=labels)
+    put((json.dumps(found, indent=2) + "\n" if as_json else text).encode(), output, outputs)
+    return 0
+
+
+def program_bytes(file: str, form: str | None) -> bytes:
+    """The bytes of a hex or binary file; without `form`, a file that looks like hex is hex."""
+    try:
+        raw = sys.stdin.buffer.read() if file == STDIN else Path(file).read_bytes()
+    except (OSError, ValueError) as error:
+        raise BenchFileError(f"{file}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    if not raw:
+        raise BenchFileError(f"{file}: empty, no bytes in it")
+    code = re.sub(rb";[^\n]*", b"", raw).split()
+    digits = b"".join(code)
+    if form == "bin" or (form is None and re.fullmatch(rb"[0-9A-Fa-f]+", digits) is None):
+        return raw
+    for number, line in enumerate(read_text(file, raw).splitlines(), 1):
+        try:
+            bytes.fromhex(line.split(";", 1)[0])
+        except ValueError:
+            raise BenchFileError(f"{file}, line {number}: {line[:60]!r}: bytes are pairs of hexadecimal digits") from None
+    return bytes.fromhex(digits.decode("ascii"))
+
+
+def streamed(data: bytes, sheet: Sheet) -> list[str]:
+    """What a binary host says, a command a line; what is wrong with it goes to the standard error."""
+    from ..language.dialects import Command, Decoder
+
+    decoder, lines, entering = Decoder(sheet), [], False
+    for byte in data:
+        found = decoder.feed(byte, False, entering)
+        if isinstance(found, Command):
+            entering = found.row.name == "ENTER" if found.row.name in ("ENTER", "QUIT") else entering
+            lines.append(found.text)
+        for note in decoder.take_notes():
+            click.echo(f"slewline: {note.code}: {note.text}", err=True)
+    return lines
+
+
+# ----------------------------------------------------------------------------------------------------------------- lint
+def lint(files: tuple[str, ...], chip: str | None, strict: bool, as_json: bool) -> int:
+    """Print what is odd about programs."""
+    from ..language.problems import picture
+
+    found = {file: (text := read_program(file), problems_of(file, text, chip)) for file in files}
+    if as_json:
+        print_json({file: [dataclasses.asdict(problem) for problem in problems] for file, (_, problems) in found.items()})
+    else:
+        for file, (text, problems) in found.items():
+            for problem in problems:
+                head, _, rest = picture(problem, text, file).partition("\n")
+                click.echo(f"{click.style(head, fg=COLOURS[problem.severity])}\n{rest}\n")
+            click.echo(f"{file}: {tally(problems)}")
+    bad = ("error", "warning") if strict else ("error",)
+    return int(any(problem.severity in bad for _, problems in found.values() for problem in problems))
+
+
+def problems_of(file: str, text: str, chip: str | None) -> list[Problem]:
+    """What is odd about a program and about its directives."""
+    from ..bench.script import read_script
+    from ..language.lint import lint as check
+
+    part = chip_of(file, chip)
+    directives = [problem for problem in read_script(text, file).problems if problem.code == "directive"]
+    return sorted([*check(text, sheet_of(part), checks_of(part)), *directives])
+
+
+def tally(problems: list[Problem]) -> str:
+    """2 errors, 1 note."""
+    from .transcript import counted
+
+    counts = [(sum(p.severity == severity for p in problems), severity) for severity in COLOURS]
+    return ", ".join(counted(number, severity) for number, severity in counts if number) or "nothing to complain about"
+
+
+# ------------------------------------------------------------------------------------------------------ describe, chips
+def describe(chip: str, command: str | None, as_json: bool) -> int:
+    """Print the reference of a chip."""
+    from ..language.describe import describe as text_of
+
+    sheet = sheet_of(chip)
+    text = text_of(sheet, command)
+    if as_json:
+        print_json(sheet_object(sheet, command))
+    elif sys.stdout.isatty():
+        from rich.console import Console
+        from rich.markdown import Markdown
+
+        Console().print(Markdown(text))
+    else:
+        click.echo(text, nl=False)
+    return 0
+
+
+def sheet_object(sheet: Sheet, command: str | None) -> dict[str, Any]:
+    """A data sheet as data; the commands alone, or one of them, when one is named."""
+    rows = [row for row in sheet.commands if command is None or command.upper() in (row.form, row.name)]
+    found: dict[str, Any] = {"chip": sheet.part, "title": sheet.title, "manual": sheet.manual}
+    found["commands"] = [dataclasses.asdict(row) for row in rows]
+    if command is None:
+        found["pins"] = [dataclasses.asdict(pin) for pin in sheet.pins]
+        found["registers"] = [dataclasses.asdict(register) for register in sheet.registers]
+        found["times"] = {name: dataclasses.asdict(time) for name, time in sheet.times.items()}
+    return found
+
+
+def chips(as_json: bool) -> int:
+    """Print the parts."""
+    if as_json:
+        print_json([{"chip": part, "title": title} for part, (_, _, title) in PARTS.items()])
+    else:
+        for part, (_, _, title) in PARTS.items():
+            click.echo(f"{part:<12}{title}")
+    return 0

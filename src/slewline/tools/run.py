@@ -1,0 +1,235 @@
+"""slewline run: play a program or a bench file, and say what happened."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..core.timebase import picoseconds, readable
+from ..errors import ProgramError, Timeout
+from .files import STDIN, Outputs, chip_of, read_program
+from .transcript import Transcript, seconds
+
+if TYPE_CHECKING:
+    from ..bench import Bench
+    from ..bench.script import Script
+
+TIMEOUT = "60 s"
+PLOTTED = ("run", "programmable_output", "slew", "motion_complete")
+STYLES = {"finding": {"fg": "red", "bold": True}, "motion": {"fg": "green"}, "host": {"fg": "cyan"}, "pin": {}}
+
+
+class Refused(click.ClickException):
+    """Something that cannot be run at all."""
+
+    exit_code = 2
+
+    def show(self, file: Any = None) -> None:
+        click.echo(f"slewline: {self.message}", err=True)
+
+
+@dataclass
+class Run:
+    """A run, as the command line asks for it."""
+
+    file: str | None
+    chip: str | None
+    crystal: int | None
+    until: int | None
+    timeout: int | None
+    drive: tuple[tuple[str, int, int], ...]
+    strict: bool
+    quiet: bool
+    journal: str | None
+    replay: str | None
+    json: str | None
+    steps: str | None
+    vcd: str | None
+    plot: str | None
+
+    def perform(self) -> int:
+        """Do it; returns the exit status."""
+        self.check_options()
+        with Outputs(path for path in (self.file, self.replay) if path) as outputs:
+            for path in (self.json, self.steps, self.vcd, self.journal):
+                outputs.claim(path)
+            outputs.claim(self.plot, (".svg", ".png", ".pdf"))
+            try:
+                bench = self.replayed() if self.replay else self.furnished(outputs.partial(self.journal))
+                ended = self.ended(bench)
+            except ProgramError as error:  # a line of a script that cannot be played
+                raise Refused(str(error)) from error
+            self.write(bench, ended, outputs)
+            outputs.keep()
+            self.conclude(bench, ended, outputs)
+        return int(ended == "timeout" or (self.strict and bool(bench.findings)))
+
+    def check_options(self) -> None:
+        """Options that exclude each other."""
+        self.quiet = self.quiet or self.json == STDIN
+        if (self.file is None) == (self.replay is None):
+            raise click.UsageError("give a program, a bench file, or --replay JOURNAL; and only one of them")
+        given = [name for name in ("chip", "crystal", "until", "timeout", "drive", "journal") if getattr(self, name)]
+        if self.replay and given:
+            raise click.UsageError(f"--replay repeats a run as it was; leave out --{' --'.join(given)}")
+        if self.is_bench and (self.chip or self.crystal):
+            raise click.UsageError("a bench file says which chips there are; leave out --chip and --crystal")
+
+    @property
+    def is_bench(self) -> bool:
+        """Is the file a bench file?"""
+        return self.file is not None and self.file.lower().endswith(".toml")
+
+    # ------------------------------------------------------------------------------------------------------ furnishing
+    def furnished(self, journal: str | None) -> Bench:
+        """The bench, ready to run."""
+        assert self.file is not None
+        if self.is_bench:
+            from ..bench.file import BenchFile
+
+            bench_file = BenchFile(self.file)
+            times = bench_file.tables.bench
+            if self.until is None and self.timeout is None and times.until is not None:
+                self.until = picoseconds(times.until)
+            self.timeout = self.timeout or picoseconds(times.timeout)
+            bench = bench_file.load(journal=journal)
+        else:
+            bench = self.single(self.file, journal)
+        for pin, level, at in self.drive:
+            bench.pin(self.full_name(bench, pin)).drive(level, at or None)
+        self.watch(bench)
+        return bench
+
+    def single(self, file: str, journal: str | None) -> Bench:
+        """A chip, a host, and a program."""
+        from ..bench import Bench
+        from ..bench.script import run_script
+
+        part = chip_of(file, self.chip)
+        script, straps = read(file)
+        script.refuse(script.problems)
+        bench = Bench(journal=journal)
+        chip = bench.add(part, crystal=self.crystal, straps=straps)
+        run_script(bench, bench.host(chip), script)
+        return bench
+
+    def full_name(self, bench: Bench, pin: str) -> str:
+        """A pin of the only chip needs no chip."""
+        if "." in pin or len(bench.chips) != 1:
+            return pin
+        return f"{next(iter(bench.chips))}.{pin}"
+
+    def watch(self, bench: Bench) -> None:
+        """Everything is wired: record what shall be written, and tell what happens."""
+        if not bench.chips:
+            raise Refused(f"{self.file or self.replay}: no chip on the bench, so there is nothing to run")
+        if self.vcd and not bench.recorded:
+            bench.record()
+        if self.plot:
+            bench.record(*self.plotted(bench))
+        if not self.quiet:
+            width = max(map(len, [*bench.chips, *bench.parts]))
+            Transcript(bench, lambda ps, who, kind, text: show(ps, f"{who:<{width}}", kind, text)).attach()
+
+    def plotted(self, bench: Bench) -> list[str]:
+        """The pins below a plot: those of the first chip."""
+        name, chip = next(iter(bench.chips.items()))
+        return [f"{name}.{pin}" for pin in PLOTTED if pin in chip.pins]
+
+    # --------------------------------------------------------------------------------------------------------- running
+    def replayed(self) -> Bench:
+        """A journal played again."""
+        from ..bench.journal import replay
+
+        assert self.replay is not None
+        return replay(self.replay, prepare=self.watch)
+
+    def ended(self, bench: Bench) -> str:
+        """Run; returns how it ended: idle, until or timeout."""
+        if self.replay:
+            return "idle" if all(owner.idle for owner in (*bench.chips.values(), *bench.parts.values())) else "until"
+        with progress(bench, self.until or self.timeout or picoseconds(TIMEOUT), self.quiet):
+            if self.until is not None:
+                bench.run_to(self.until)
+                return "until"
+            try:
+                bench.run_until_idle(self.timeout or TIMEOUT)
+            except Timeout as error:
+                click.echo(f"slewline: timed out: {error}", err=True)
+                return "timeout"
+        return "idle"
+
+    # ------------------------------------------------------------------------------------------------------- afterwards
+    def write(self, bench: Bench, ended: str, outputs: Outputs) -> None:
+        """Write what was asked for."""
+        from .report import as_json
+
+        if bench.journal is not None:
+            bench.journal.close()
+        if self.json:
+            outputs.write(self.json, as_json(bench, ended, self.is_bench or len(bench.chips) != 1))
+        outputs.save(self.steps, bench.save_steps)
+        outputs.save(self.vcd, bench.save_vcd)
+        outputs.save(self.plot, lambda path: bench.plot(path, pins=self.plotted(bench)))
+
+    def conclude(self, bench: Bench, ended: str, outputs: Outputs) -> None:
+        """Say how it ended."""
+        from .report import summary
+
+        if not self.quiet:
+            for line in summary(bench, ended):
+                click.secho(line, bold=True)
+            for path in outputs.written:
+                click.echo(f"wrote {path}")
+        elif self.strict:
+            for found in bench.findings:
+                click.echo(f"slewline: {found}", err=True)
+
+
+def read(file: str) -> tuple[Script, dict[str, int]]:
+    """A program file, and the straps that it needs: the bytes of a .hex file go to a chip in binary mode."""
+    from ..bench.script import read_script
+
+    text = read_program(file)
+    if not file.lower().endswith(".hex"):
+        return read_script(text, file), {}
+    lines = (line.split(";", 1)[0].strip() for line in text.splitlines())
+    return read_script("\n".join(line and f"@bytes {line}" for line in lines), file), {"ascii_binary": 0}
+
+
+def show(ps: int, who: str, kind: str, text: str) -> None:
+    """A line of the transcript."""
+    mark = "! " if kind == "finding" else ""
+    click.echo(f"{seconds(ps):>13}  {who}  {click.style(mark + text, **STYLES.get(kind, {}))}")
+
+
+@contextmanager
+def progress(bench: Bench, total: int, quiet: bool) -> Iterator[None]:
+    """How far virtual time is, on a terminal that shows no transcript.
+
+    Rich draws in a thread of its own and reads the time; the run knows nothing of it.
+    """
+    if not sys.stderr.isatty() or not (quiet or not sys.stdout.isatty()):
+        yield
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, ProgressColumn, Task, TimeElapsedColumn
+    from rich.text import Text
+
+    class VirtualTime(ProgressColumn):
+        def render(self, task: Task) -> Text:
+            return Text(f"{seconds(bench.now_ps)} of {readable(total)}")
+
+    class Bar(BarColumn):
+        def render(self, task: Task) -> Any:
+            task.completed = bench.now_ps
+            return super().render(task)
+
+    with Progress(Bar(), VirtualTime(), TimeElapsedColumn(), console=Console(stderr=True), transient=True) as shown:
+        shown.add_task("run", total=total)
+        yield

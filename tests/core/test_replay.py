@@ -1,0 +1,144 @@
+"""The journal: the same inputs at the same instants give the same run, to the bit, whatever the order inside a round."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+import slewline
+from slewline.errors import BenchFileError
+
+
+def story(bench: slewline.Bench) -> dict[str, object]:
+    """Everything that a bench tells about its run."""
+    bench.run("50 ms")
+    chips = {
+        name: (
+            chip.position,
+            chip.travel,
+            dict(chip.registers),
+            bytes(chip.program),
+            chip.steps().times_ps.tolist(),
+            chip.waiting,
+            [pin.level for pin in chip.pins.values()],
+        )
+        for name, chip in bench.chips.items()
+    }
+    return {
+        "now": bench.now_ps,
+        "chips": chips,
+        "findings": [str(found) for found in bench.findings],
+        "received": bench["host"].received.hex(),
+        "sent": bench["host"].sent,
+    }
+
+
+def busy_run(path) -> dict[str, object]:
+    """Two chips; inputs of every kind, before a run, between two runs and in the first round of an instant."""
+    bench = slewline.Bench(seed=3, journal=path)
+    x = bench.add("cy525", name="x", crystal="11 MHz", rate=40, firstrate=20, slope=250, number=300, position=10)
+    y = bench.add("cy525", name="y", crystal="3.579545 MHz", straps={"dowhile": 0}, number=3, firstrate=9, rate=9)
+    bench.wire("x.programmable_output", "y.wait", invert=True)
+    host = bench.host(x, y, delay="7 us")
+
+    def after(us):
+        return bench.now_ps + us * 1_000_000
+
+    # a program on each chip, held in the middle of a step, aborted, given live commands
+    assert host.verify(3) == bytes([1, 44, 250, 40, 20, 1])
+    host.to("y").send("E\rU\rG\rT 0\r0\rQX\r")
+    host.to("x").send("E\rC\rD 2\rB\rG\rX\rQX\r")
+    bench.at(after(9000), lambda: x.pin("step_inhibit").drive(1))
+    x.pin("step_inhibit").drive(0, at=after(11_000))
+    bench.run("20 ms")
+    x.pin("abort").pulse(0, "300 us")
+    host.live("B", "R 60")
+    host.live("V 0")
+    # the supply fails in the first round of an instant and comes back between two runs
+    bench.at(after(3000), lambda: x.power(False))
+    bench.run("5 ms")
+    x.power(True)
+    x.pin("reset").drive(0, at=after(1000))
+    x.pin("reset").drive(1, at=after(11_000))
+    bench.run("15 ms")
+    # an endless motion with a new rate, a read-out and an abort, and a reset of the other chip
+    host.send("R 60\rN 64000\rH\rG\r")
+    bench.run_until(x.pin("slew").is_(0))
+    host.change_rate(70)
+    host.read_position()
+    x.pin("abort").drive(0)
+    bench.run_until(x.pin("motion_complete").is_(0))
+    x.pin("abort").release()
+    y.reset()
+    bench.run("3 ms")
+    bench.at(after(5), lambda: host.to("y").send("A 0\rP 7\r"))
+    return story(bench)
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    path = tmp_path_factory.mktemp("journal") / "run.jsonl"
+    return path, busy_run(path)
+
+
+def test_the_recorded_run_has_inputs_of_every_kind(recorded):
+    path, told = recorded
+    entries = [json.loads(line) for line in path.read_text().splitlines()]
+    assert {entry["do"] for entry in entries} == {"journal", "add", "host", "wire", "drive", "power", "send", "call", "run"}
+    early = [entry["do"] for entry in entries if entry.get("round") == 1]
+    assert {"drive", "power", "send"} <= set(early)
+    assert told["chips"]["x"][1] != 0
+    assert told["chips"]["y"][0] == 7
+
+
+@pytest.mark.parametrize("shuffle", [None, 1, 2, 3, 4])
+def test_a_replayed_journal_gives_the_same_run(recorded, shuffle):
+    path, told = recorded
+    bench = slewline.replay(path, shuffle=shuffle)
+    assert story(bench) != told  # it goes on from where the journal ended
+    again = slewline.replay(path, shuffle=shuffle)
+    again.run = lambda _: None  # the journal has the last stretch already
+    assert story(again) == told
+
+
+def test_a_journal_of_a_replayed_run_is_the_same_journal(recorded, tmp_path):
+    path, _ = recorded
+    copy = tmp_path / "again.jsonl"
+    busy_run(copy)
+    assert copy.read_text() == path.read_text()
+
+
+def test_a_journal_that_was_cut_off_is_good_up_to_its_last_whole_line(recorded, tmp_path):
+    path, told = recorded
+    lines = path.read_text().splitlines(keepends=True)
+    cut = tmp_path / "cut.jsonl"
+    cut.write_text("".join(lines[:-1]) + lines[-1][:9])
+    bench = slewline.replay(cut)
+    bench.run_to(told["now"])
+    bench.run = lambda _: None
+    assert story(bench) == told
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        ("", "does not begin as a journal"),
+        ('{"do":"journal","t":0,"version":99,"seed":0}\n', "does not begin as a journal"),
+        ('{"do":"journal","t":0,"version":1,"seed":0}\nnonsense\n{"do":"run","t":0,"to":5}\n', "line 2: not a journal entry"),
+        ('{"do":"journal","t":0,"version":1,"seed":0}\n{"do":"drive","t":0,"pin":"x.abort","level":0}\n', "line 2: .*no 'x'"),
+        ('{"do":"journal","t":0,"version":1,"seed":0}\n{"do":"dance","t":0}\n', "unknown entry 'dance'"),
+    ],
+)
+def test_what_is_no_journal_is_refused_with_its_line(tmp_path, text, match):
+    path = tmp_path / "bad.jsonl"
+    path.write_text(text)
+    with pytest.raises(BenchFileError, match=match):
+        slewline.replay(path)
+
+
+def test_a_journal_that_is_not_there_is_refused():
+    with pytest.raises(BenchFileError, match="No such file"):
+        slewline.replay("nowhere/run.jsonl")
+    with pytest.raises(BenchFileError, match="give a file that can be written"):
+        slewline.Bench(journal="nowhere/run.jsonl")

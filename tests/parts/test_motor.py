@@ -1,0 +1,78 @@
+"""Translator and rotor follow the outputs of the chip."""
+
+from __future__ import annotations
+
+import pytest
+
+MOVES = "A 1000\rO 0\rF 20\rR 90\rS 230\rZ 1\rN 300\rG\r-\rN 77\rG\rP 5\rP 2040\r"
+
+
+@pytest.mark.fact("CIRCUIT-DRIVER-1")
+def test_a_translator_needs_only_pulse_and_direction(circuit):
+    c = circuit()
+    motor = c.part("translator", to="x")
+    wrong = []
+    motor.pin("pulse").net.watch(lambda _: wrong.append(c.x.position) if c.x.position != 1000 + motor.position else None)
+    c.bench.host(c.x).send(MOVES)
+    c.finish()
+    assert c.x.position == 2040
+    assert motor.position == 2040 - 1000
+    assert c.x.travel == motor.position
+    c.settle()
+    assert wrong == []
+
+
+@pytest.mark.fact("CIRCUIT-DRIVER-1")
+@pytest.mark.parametrize("pin", ["abort", "step_inhibit"])
+def test_a_translator_keeps_the_position_through_an_abort_and_a_hold(circuit, pin):
+    c = circuit()
+    motor = c.part("translator", to="x")
+    c.bench.host(c.x).send("A 0\rF 20\rR 90\rS 200\rZ 1\rN 2000\rG\r")
+    c.settle()
+    c.bench.run_until(c.x.reaches(700))
+    c.x.pin(pin).drive(0 if pin == "abort" else 1)
+    c.bench.run("250 ms")
+    c.x.pin(pin).release()
+    c.finish()
+    assert c.x.position == motor.position
+    assert (motor.position == 2000) == (pin == "step_inhibit")
+
+
+@pytest.mark.fact("CIRCUIT-DRIVER-2")
+def test_a_rotor_between_two_windings_follows_the_phases(circuit):
+    c = circuit()
+    rotor = c.part("rotor", to="x")
+    wrong = []
+    rotor.pin("phase1").net.watch(lambda _: wrong.append(c.x.travel) if (c.x.travel - rotor.position) % 4 else None)
+    c.bench.host(c.x).send(MOVES)
+    c.finish()
+    assert rotor.position == c.x.travel == 1040
+    assert rotor.findings == []
+    assert wrong == []
+    assert rotor.field == rotor.position % 4
+
+
+@pytest.mark.fact("CIRCUIT-DRIVER-2")
+def test_a_rotor_without_current_stays_where_it_is(circuit):
+    c = circuit()
+    rotor = c.part("rotor", to="x")
+    host = c.bench.host(c.x)
+    host.send("A 0\rO 0\rF 3\rR 3\rS 255\rZ 1\rN 6\rG\rO 4\r")
+    c.finish()
+    assert (rotor.field, rotor.position) == (None, 6)
+    host.send("-\rG\r")
+    c.finish()
+    assert rotor.position == 0
+
+
+def test_a_rotor_cannot_follow_a_field_that_jumps_to_the_other_side(circuit):
+    c = circuit()
+    rotor = c.part("rotor", to="x")
+    host = c.bench.host(c.x)
+    host.send("O 0\rO 2\r")
+    c.finish()
+    assert rotor.position == 0
+    assert c.codes("rotor") == ["rotor-lost"]
+    host.send("O 3\r")
+    c.finish()
+    assert rotor.position == -1
