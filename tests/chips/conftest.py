@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from itertools import pairwise
 
 import pytest
@@ -212,6 +213,7 @@ class Mover(Hand):
         self.origin = 0
 
     @staticmethod
+    @cache
     def rate(parameter: int) -> int:
         """Steps per second at 11 MHz, by Table VII."""
         return 100 * parameter if parameter <= 40 else 4000 + sum(INCREMENTS[: parameter - 40])
@@ -222,12 +224,13 @@ class Mover(Hand):
         return round(11_000_000 / cls.rate(parameter))
 
     @classmethod
-    def way_up(cls, low: int, high: int, slope: int, divisor: int = 1) -> list[int]:
+    def way_up(cls, low: int, high: int, slope: int, divisor: int = 1, most: int = 65_535) -> list[int]:
         """Clocks of the steps from one rate to another, one by one: a rate unit every Z * (256 - S) * 479 clocks."""
-        unit = divisor * (256 - slope) * 479
+        unit, ramp_time = divisor * (256 - slope) * 479, 0
         steps: list[int] = []
-        while (parameter := low + sum(steps) // unit) < high:
+        while (parameter := low + ramp_time // unit) < high and len(steps) < most:
             steps.append(cls.period(parameter))
+            ramp_time += steps[-1]
         return steps
 
     def give(self, data: str | bytes) -> None:

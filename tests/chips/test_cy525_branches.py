@@ -217,6 +217,22 @@ def test_a_request_that_outlasts_the_program_is_still_no_byte(rig):
     assert r.level(OUT) == 0 and len(r.falls("instrobe", now)) == 2 and r.codes == []
 
 
+@pytest.mark.fact("CMD-UW-2")
+def test_a_request_from_before_the_wait_ends_it_and_is_served_after_the_program(rig):
+    r = rig(record=("instrobe",))
+    r.send("C\r")
+    r.enter("D 20", "U", "0")
+    r.drive("wait", 1)
+    r.start("X\r")
+    taken = len(r.falls("instrobe"))
+    r.host.send("B\r")
+    r.bench.run("19 ms")
+    assert len(r.falls("instrobe")) == taken and r.level(OUT) == 0
+    r.bench.run_until_idle()
+    assert r.level("run") == 1 and r.level(OUT) == 1
+    assert r.codes == ["request-while-running", "early-request"]
+
+
 @pytest.mark.fact("UND-UW-BYTE")
 def test_with_prog_live_low_the_request_that_ends_a_wait_is_the_first_live_byte(rig):
     r = rig(record=("instrobe",))

@@ -47,7 +47,7 @@ def ramp_clocks(x: Any, first: int, rate: int, slope: int, divisor: int = 1, cry
 
 def law(x: Any, number: int, first: int, rate: int, slope: int, divisor: int = 1) -> list[int]:
     """What the chip should do, step by step."""
-    up = x.way_up(first, rate, slope, divisor)
+    up = x.way_up(first, rate, slope, divisor, number // 2 + 1)
     if 2 * len(up) > number:
         up = up[: number // 2]
     rest = number - 2 * len(up)
@@ -151,8 +151,8 @@ def test_the_rate_decides_only_where_on_the_curve_slewing_begins(mover: Make) ->
     x = mover()
     low, high = (moved(x, 30_000, 3, rate, 50) for rate in (60, 127))
     up = len(x.way_up(3, 60, 50))
-    assert low[:up] == high[:up] and low[up] == 2140 and high[up] != low[up + 10]
-    assert low[-up:] == high[-up:]
+    assert low[:up] == high[:up] and low[-up:] == high[-up:]
+    assert high[up + 100] < 2140 == low[up + 100]
 
 
 @pytest.mark.fact("RAMP-7", "CON-S1-PANEL")
@@ -175,14 +175,14 @@ def test_the_divisor_stretches_the_ramp(mover: Make) -> None:
 def test_slope_0_is_a_little_slower_than_slope_1(mover: Make) -> None:
     x = mover()
     assert ramp_clocks(x, 10, 20, 0, 7) == sum(x.way_up(10, 20, 0, 7)) > ramp_clocks(x, 10, 20, 1, 7)
-    assert x.codes.count("range") == 1
+    assert sum("S 0 is outside" in found.text for found in x.x.findings) == 1
 
 
 @pytest.mark.fact("UND-Z0", "CON-Z-RANGE")
 def test_divisor_0_divides_by_256_one_more_than_255(mover: Make) -> None:
     x = mover()
     assert ramp_clocks(x, 10, 20, 250, 0) == sum(x.way_up(10, 20, 250, 256)) > ramp_clocks(x, 10, 20, 250, 255)
-    assert x.codes.count("range") == 1
+    assert sum("Z 0 is outside" in found.text for found in x.x.findings) == 1
 
 
 @pytest.mark.fact("RAMP-9", "SLEW-6")
@@ -226,13 +226,13 @@ def test_a_move_just_long_enough_reaches_the_last_rate_below_the_maximum(mover: 
 
 
 @pytest.mark.fact("RAMP-11", "CON-RAV")
-@pytest.mark.parametrize("slope", [1, 100, 200])
+@pytest.mark.parametrize("slope", [1, 50, 100])
 def test_steps_in_a_ramp_are_about_the_mean_rate_times_its_time(mover: Make, slope: int) -> None:
     x = mover()
     clocks = ramp_clocks(x, 3, 127, slope)
     up = len([begin for begin in x.begins() if begin < clocks])
     half_the_sum, half_the_difference = ((9675 + sign * 300) / 2 * SLOPES[slope][1] / 1000 for sign in (1, -1))
-    assert up == pytest.approx(half_the_sum, rel=0.13 if slope == 200 else 0.12)
+    assert up == pytest.approx(half_the_sum, rel=0.12)
     assert abs(up - half_the_sum) < abs(up - half_the_difference)
 
 
@@ -243,7 +243,7 @@ def test_any_move_is_the_law_step_by_step(mover: Make, seed: int) -> None:
     first = chance.choice([3, 10, 40, 100, chance.randrange(3, 128)])
     rate = min(127, first + chance.choice([0, 1, 5, 30, 127]))
     slope, divisor = chance.choice([255, 250, 200, chance.randrange(1, 256)]), chance.choice([1, 1, 2, 7, 255])
-    climb = 2 * len(mover.way_up(first, rate, slope, divisor)[:1500])
+    climb = 2 * len(mover.way_up(first, rate, slope, divisor, 1500))
     number = max(1, climb + chance.choice([-climb // 3, -1, 0, 1, 100, 255, 256, 257, 400]))
     x = mover(position=1000)
     assert moved(x, number, first, rate, slope, divisor) == law(x, number, first, rate, slope, divisor)

@@ -110,6 +110,7 @@ def test_all_mistakes_in_one_message():
 
 def test_longest_line():
     assert assemble("R " + "0" * 253 + "7", SHEET).stored == b"R\7"
+    assert problems("R " + "0" * 254 + "7") == [(1, 1, 257, "too-long")]
 
 
 def test_full_buffer():

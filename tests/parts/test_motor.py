@@ -12,13 +12,13 @@ def test_a_translator_needs_only_pulse_and_direction(circuit):
     c = circuit()
     motor = c.part("translator", to="x")
     wrong = []
+    c.settle()
     motor.pin("pulse").net.watch(lambda _: wrong.append(c.x.position) if c.x.position != 1000 + motor.position else None)
     c.bench.host(c.x).send(MOVES)
     c.finish()
     assert c.x.position == 2040
     assert motor.position == 2040 - 1000
     assert c.x.travel == motor.position
-    c.settle()
     assert wrong == []
 
 
@@ -43,6 +43,7 @@ def test_a_rotor_between_two_windings_follows_the_phases(circuit):
     c = circuit()
     rotor = c.part("rotor", to="x")
     wrong = []
+    c.settle()
     rotor.pin("phase1").net.watch(lambda _: wrong.append(c.x.travel) if (c.x.travel - rotor.position) % 4 else None)
     c.bench.host(c.x).send(MOVES)
     c.finish()

@@ -85,7 +85,9 @@ def make_lively(seed: int, *, count: int = 3, events: int = 30, span: int = 60_0
             times = sorted({now + random.randrange(1, span // 20) for _ in range(4)})
             driver.play(Wave(random.choice([0, 1]), tuple(times), tuple(random.choice([0, 1, None]) for _ in times)))
         else:
-            train = StepTrain(clock, clock.ticks_from(now + random.randrange(3)), [(40, 5), (30, random.randrange(1, 9))])
+            train = StepTrain(
+                clock, clock.ticks_from(now + random.randrange(3)), [(40, 5), (30, random.randrange(1, 9))]
+            )
             playing = Playing(train)
             pulse, pattern = PulseView(playing, 7), PatternView(playing, (0, 1, 1, 0), random.randrange(4), 1, 1)
             driver.play(pulse if what == 5 else pattern)

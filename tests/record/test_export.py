@@ -94,7 +94,11 @@ def test_errors_leave_nothing(rig, tmp_path):
     ):
         with pytest.raises(NotRecorded):
             write(tmp_path / "a")
-    for write in (lambda path: save_edges(path, {}, rig.recorder, 0, 9), lambda path: save_npz(path, {}), lambda path: save_steps(path, [])):
+    for write in (
+        lambda path: save_edges(path, {}, rig.recorder, 0, 9),
+        lambda path: save_npz(path, {}),
+        lambda path: save_steps(path, []),
+    ):
         with pytest.raises(UsageError, match="is a directory"):
             write(tmp_path)
     assert list(tmp_path.iterdir()) == []
@@ -164,7 +168,10 @@ def test_what_is_no_regular_file_is_written_as_it_is(tmp_path):
 
 
 def test_full_disk_is_said_and_leaves_nothing():
-    with pytest.raises(UsageError, match="/dev/full: cannot be written: No space left on device"), WholeFile("/dev/full") as file:
+    with (
+        pytest.raises(UsageError, match="/dev/full: cannot be written: No space left on device"),
+        WholeFile("/dev/full") as file,
+    ):
         file.write(b"x" * 1_000_000)
     with pytest.raises(UsageError, match="No space left"), WholeFile("/dev/full") as file:
         file.write(b"x")  # the system says so only when the file is closed

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from itertools import pairwise
 from random import Random
 
 import numpy as np
@@ -221,7 +222,7 @@ def test_windows_add_up(lively, seed):
     for name, net in rig.nets.items():
         whole = rig.edges(name)
         cuts = sorted({0, 80_000_001, *(random.randrange(80_000_000) for _ in range(20)), *(t for t, _ in whole[::3])})
-        parts = [edge for a, b in zip(cuts, cuts[1:], strict=False) for edge in rig.edges(name, a, b - 1)]
+        parts = [edge for a, b in pairwise(cuts) for edge in rig.edges(name, a, b - 1)]
         assert parts == whole
         level = rig.recorder.level_at(net, 0)
         for time, after in whole:
@@ -240,13 +241,15 @@ def test_chunks_end_with_whole_units_and_add_up(lively, unit, monkeypatch):
     asked = []
     edges = rig.recorder.edges
     monkeypatch.setattr(rig.recorder, "edges", lambda net, a, b: asked.append((a, b)) or edges(net, a, b))
-    found = [np.concatenate(column) for column in zip(*([t for t, _ in c] for c in chunks(rig.recorder, nets, 5, 1 << 62, unit)))]
-    assert [len(times) for times in found] == [len(edges(net, 5, 80_000_000)[0]) for net in nets]
+    found = list(chunks(rig.recorder, nets, 5, 1 << 62, unit))
+    assert [sum(len(chunk[n][0]) for chunk in found) for n in range(len(nets))] == [
+        len(edges(net, 5, 80_000_000)[0]) for net in nets
+    ]
     windows = sorted(set(asked))
     assert len(windows) > 8
     assert windows[0][0] == 5
     assert windows[-1][1] == 80_000_000
-    assert all(b + 1 == c and (b + 1) % unit == 0 for (_, b), (c, _) in zip(windows, windows[1:], strict=False))
+    assert all(b + 1 == c and (b + 1) % unit == 0 for (_, b), (c, _) in pairwise(windows))
 
 
 def test_unwatched_promise_costs_the_kernel_nothing(rig):
@@ -261,8 +264,14 @@ def test_unwatched_promise_costs_the_kernel_nothing(rig):
 # ----------------------------------------------------------------------------------------------- keeping and forgetting
 def test_not_recorded_says_what_to_do(rig):
     net = rig.net("x.slew", pull=1)
-    for question in (lambda: rig.edges("x.slew"), lambda: rig.recorder.level_at(net, 0), lambda: rig.recorder.since(net)):
-        with pytest.raises(NotRecorded, match=r"^x\.slew is not recorded; call bench\.record\('x\.slew'\) before running$"):
+    for question in (
+        lambda: rig.edges("x.slew"),
+        lambda: rig.recorder.level_at(net, 0),
+        lambda: rig.recorder.since(net),
+    ):
+        with pytest.raises(
+            NotRecorded, match=r"^x\.slew is not recorded; call bench\.record\('x\.slew'\) before running$"
+        ):
             question()
 
 
@@ -271,7 +280,9 @@ def test_before_the_recording_began(rig):
     rig.kernel.run(3_000_000)
     rig.recorder.record(net)
     assert rig.edges("x.slew", 3_000_000) == []
-    with pytest.raises(NotRecorded, match=r"^x\.slew at 2 us: recorded from 3 us on; call bench\.record\('x\.slew'\) earlier$"):
+    with pytest.raises(
+        NotRecorded, match=r"^x\.slew at 2 us: recorded from 3 us on; call bench\.record\('x\.slew'\) earlier$"
+    ):
         rig.edges("x.slew", 2_000_000)
 
 
@@ -346,7 +357,7 @@ def test_an_array_ends_after_106_days(rig):
 
 
 def test_import_loads_neither_numpy_nor_matplotlib():
-    modules = "recorder vcd export_csv export_npz measure outlines plots whole_file".split()
+    modules = ["recorder", "vcd", "export_csv", "export_npz", "measure", "outlines", "plots", "whole_file"]
     code = "import sys; " + "".join(f"import slewline.record.{m}; " for m in modules)
     code += "print([m for m in ('numpy', 'matplotlib') if m in sys.modules])"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

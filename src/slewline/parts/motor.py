@@ -53,6 +53,7 @@ class Rotor(Part):
         for n in (1, 2, 3, 4):
             self.add_pin(f"phase{n}", "in", f"phase {n}, low energises", pull=1)
         self.position = 0  # steps clockwise since the beginning; at rest in the field of offset 0
+        self.followed: int | None = None
 
     def rewired(self) -> None:
         for n in (1, 2, 3, 4):
@@ -66,8 +67,9 @@ class Rotor(Part):
 
     def _follow(self, _net: Net) -> None:
         field = self.field
-        if field is None:
+        if field is None or field == self.followed:  # four pins tell of one change
             return
+        self.followed = field
         turn = (field - self.position) % 4
         if turn == 2:
             self.finding("rotor-lost", "the field jumped to the opposite side: a real rotor would go either way")

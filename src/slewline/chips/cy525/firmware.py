@@ -308,6 +308,7 @@ class Cy525(Chip):
                 text = "a live command" if self.live else "a command" if self.decoder.at_letter else "the rest of a command"
                 self._waiting = (text, kernel.now)
                 await level(request, 0)
+                request = self.request  # before the first run, wiring may have made it another net
                 self.idle = False
             elif request.changes == self.ended_wait and not self.live:
                 await level(request, 1)  # it has had its effect; it brings no byte

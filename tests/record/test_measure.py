@@ -1,0 +1,75 @@
+"""Measurements: exact numbers from small arrays and from trains."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from slewline.core.timebase import Clock
+from slewline.core.train import StepTrain
+from slewline.errors import UsageError
+from slewline.record.measure import Ramp, glitches, intervals, pulse_widths, ramp, rates, runs
+
+
+def at(*times: int):
+    return np.array(times, np.int64)
+
+
+def levels(*values: int):
+    return np.array(values, np.int8)
+
+
+def test_intervals_and_rates():
+    assert intervals(at(5, 7, 12)).tolist() == [2, 5]
+    assert rates(at(0, 10**9, 3 * 10**9)).tolist() == [1000.0, 500.0]
+    for few in (at(), at(5)):
+        assert intervals(few).tolist() == []
+        assert rates(few).tolist() == []
+
+
+def test_instants_must_ascend():
+    with pytest.raises(UsageError, match="number 2 does not come after"):
+        rates(at(1, 5, 5, 9))
+
+
+def test_runs_of_a_train_whose_period_is_no_whole_number_of_picoseconds():
+    train = StepTrain(Clock(11_000_000), 3, [(137, 400), (100, 300), (137, 2)])
+    first, count = runs(train.begins())
+    assert first.tolist() == [0, 400, 700]
+    assert count.tolist() == [400, 300, 1]
+    for few in (at(), at(5)):
+        assert [column.tolist() for column in runs(few)] == [[], []]
+
+
+def test_pulse_widths_are_those_of_whole_pulses():
+    times, after = at(1, 4, 10, 12, 13), levels(0, 1, 0, 1, 0)
+    assert pulse_widths(times, after).tolist() == [3, 2]
+    assert pulse_widths(times, after, 1).tolist() == [6, 1]
+    assert pulse_widths(at(), levels()).tolist() == []
+
+
+def test_floating_is_no_pulse():
+    assert pulse_widths(at(1, 4, 10), levels(0, -1, 1)).tolist() == [3]
+
+
+def test_glitches_are_shorter_than_asked():
+    assert glitches(at(1, 4, 10, 12, 13), 3).tolist() == [2, 3]
+    assert glitches(at(1, 4, 10, 12, 13), 4).tolist() == [0, 2, 3]
+    assert glitches(at(3), 9).tolist() == []
+
+
+def test_ramp_of_a_move():
+    train = StepTrain(Clock(10**12), 7, [(50, 2), (40, 3), (20, 10), (40, 3), (50, 2)])
+    assert ramp(train.begins()) == Ramp(
+        up_ps=220, plateau_ps=200, down_ps=170, plateau_first=5, plateau_steps=10, peak_sps=5e10
+    )
+
+
+def test_plateau_is_the_longest_stretch_at_the_top():
+    measured = ramp(StepTrain(Clock(10**12), 0, [(50, 2), (20, 3), (30, 1), (20, 9), (50, 3)]).begins())
+    assert (measured.plateau_first, measured.plateau_steps, measured.up_ps) == (6, 9, 190)
+
+
+def test_ramp_wants_steps():
+    with pytest.raises(UsageError, match="two steps or more, not 1"):
+        ramp(at(5))
