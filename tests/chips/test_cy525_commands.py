@@ -21,7 +21,7 @@ OUTPUTS = tuple(pin.name for pin in SHEET.pins if pin.reset is not None and pin.
 
 
 # ------------------------------------------------------------------------------------------------ the language at large
-@pytest.mark.fact("LANG-SET-1", "CON-INSTR-COUNT", "CON-GUIDE-LABELS")
+@pytest.mark.fact("LANG-SET-1", "CON-INSTR-COUNT")
 def test_rows_and_handlers_match_one_to_one():
     handlers = {name for name in dir(Cy525) if name.startswith("do_")}
     assert {row.handler for row in SHEET.commands} == handlers

@@ -113,7 +113,7 @@ def test_conditional_loop_inside_an_endless_program(rig):
     assert r.level("run") == 1
 
 
-@pytest.mark.fact("EXAMPLE-JUMP", "LABEL-3")
+@pytest.mark.fact("EXAMPLE-JUMP", "LABEL-3", "CON-LABEL-OCR")
 def test_jump_goes_home_and_then_moves_on_each_signal(rig):
     r = rig(record=("run", OUT, "motion_complete", "pulse"), divisor=1)
     r.drive("wait", 0)
@@ -147,7 +147,7 @@ def test_a_level_that_stays_lets_the_next_move_follow_at_once(rig):
     assert [down - up for up, down in zip(ups, downs, strict=False)] == [80 * US] * 3  # W and C, 40 us each
 
 
-@pytest.mark.fact("LABEL-4", "LABEL-3", "LABEL-2")
+@pytest.mark.fact("LABEL-4", "LABEL-3", "LABEL-2", "CON-GUIDE-LABELS")
 def test_labels_shuttle(rig):
     r = rig(record=("motion_complete", "pulse", OUT))
     r.start(ascii_of("labels"))

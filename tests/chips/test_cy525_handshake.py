@@ -22,6 +22,16 @@ KNOWN = {"rate": 10, "firstrate": 10, "slope": 250, "divisor": 1, "position": 0}
 STEP = 11_000  # clocks of a step at rate 10
 
 
+def after(h, pin, since):
+    """Edges behind a clock, without those of that very clock."""
+    return [(clock, level) for clock, level in h.edges(pin, since) if clock > 0]
+
+
+def mistakes(h):
+    """Codes of the findings, without those about registers that only the options of the bench have set."""
+    return [code for code in h.codes if code != "uninitialised"]
+
+
 def lines(h, since=0):
     return [(clock - since, pin, level) for clock, pin, level in h.trace if clock >= since and pin in LINES]
 
@@ -333,7 +343,7 @@ def test_ready_stays_low_through_the_whole_motion(hand, crystal):
     assert h.falls("pulse", start) == [begin + n * STEP for n in range(4)]
     end = begin + 4 * STEP
     assert h.edges("motion_complete", start) == [(end, 0)]
-    assert h.edges("ready", start) == [(BUSY, 0), (end + READY_BACK, 1)]
+    assert after(h, "ready", start) == [(BUSY, 0), (end + READY_BACK, 1)]
     # 30 us at 6 MHz
     assert (h.x.clock.ps(start + end + READY_BACK) - h.x.clock.ps(start + end)) // 1_000_000 == (30 if crystal == "6 MHz" else 16)
 
@@ -357,7 +367,7 @@ def test_in_a_program_ready_is_low_for_each_motion_and_high_between(hand):
 @pytest.mark.fact("HS-13")
 @pytest.mark.parametrize("up", [1_100_000, 1_100_001])
 def test_no_step_begins_before_the_request_is_over(hand, up):
-    h = hand("pulse", "ready", "direction", "instrobe", number=3, rate=40, **{**KNOWN, "rate": 40})
+    h = hand("pulse", "ready", "direction", "instrobe", number=3, **KNOWN)
     h.send("-\rG")
     start = h.now
     h.strobe(start, 0x0D, up=start + up)
@@ -367,7 +377,7 @@ def test_no_step_begins_before_the_request_is_over(hand, up):
     assert h.falls("pulse", start) == [up + 1 + n * STEP for n in range(3)]  # looked at with every clock
     assert h.falls("instrobe", start) == [STROBE]  # nor is it a rate request
     assert h.x.travel == -3
-    assert h.codes == []
+    assert mistakes(h) == []
 
 
 @pytest.mark.fact("HS-13")
@@ -395,7 +405,7 @@ def test_a_request_to_a_running_program_is_not_answered_and_holds_the_next_motio
     due = 60 * US + 10 * 11_000 + 40 * US  # G would begin here
     assert h.edges("ready", start + EFFECT + 1) == [(due - EFFECT - 1, 0)]
     assert h.x.waiting.startswith("x: G: io_request=1 before the first step since ")
-    assert h.codes == ["request-while-running"]
+    assert mistakes(h) == ["request-while-running"]
     h.run_to(start + 300_000 + 5 * STEP)
     assert h.falls("pulse", start) == [300_001, 300_001 + STEP]
     assert h.edges("instrobe", start) == []
@@ -416,5 +426,10 @@ def test_a_request_ends_a_waiting_instruction_and_transfers_nothing(hand, letter
     look = -(-(100_001 - 60 * US) // (8 * US)) * 8 * US + 60 * US  # WAIT is looked at every 8 us
     assert h.edges("programmable_output", start) == [(look + 40 * US, 1)]
     assert h.edges("instrobe", start + EFFECT) == []
-    assert h.edges("ready", start + EFFECT + 1) == [(h.rises("run", start)[0] + BUSY - EFFECT - 1, 0)]  # in command mode again
-    assert "early-request" not in h.codes
+    assert h.x.pin("run").level == 1  # the program is over, but this request brings no byte
+    assert h.edges("ready", start + EFFECT + 1) == []
+    assert h.x.waiting.startswith("x: io_request=1, which ended a wait since ")
+    h.put(h.now, "io_request", 1)
+    h.send("C\r")
+    assert h.x.pin("programmable_output").level == 0
+    assert h.codes == []

@@ -144,6 +144,8 @@ def test_only_a_new_request_ends_a_wait_and_it_is_no_byte(rig):
     r.bench.run("60 ms")
     assert r.level("ready") == 0
     r.pull_request("1 ms", b"N")
+    r.bench.run("900 us")
+    assert r.level("ready") == 0  # not before the request is over
     r.bench.run("10 ms")
     assert r.level("ready") == 1 and len(r.falls("instrobe")) == 2 and r.codes == []
     r.send("N 8\r")

@@ -39,7 +39,7 @@ def moved(x: Any, number: int, first: int, rate: int, slope: int, divisor: int =
     return x.periods()  # type: ignore[no-any-return]
 
 
-def ramp_clocks(x: Any, first: int, rate: int, slope: int, divisor: int = 1, crystal_mhz: float = 11) -> int:
+def ramp_clocks(x: Any, first: int, rate: int, slope: int, divisor: int = 1) -> int:
     """Clocks from the first fall of PULSE to the fall of SLEW."""
     moved(x, 65_535, first, rate, slope, divisor)
     return next(clock for clock, level in x.changes("slew") if level == 0)

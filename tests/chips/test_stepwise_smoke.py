@@ -61,7 +61,7 @@ class Rig:
         self.send(text)
         self.kernel.settle()
         while self.chip.pulse.net.level == 1:
-            self.kernel.instant()
+            self.kernel.run(self.kernel.next_time() or 0)
         self.origin = self.chip.clock.ticks_until(self.kernel.now)
         self.seen.clear()
 

@@ -43,7 +43,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
 from os import PathLike
@@ -53,7 +53,8 @@ from typing import TYPE_CHECKING, Any, Literal
 from ..core.timebase import picoseconds
 from ..errors import BenchFileError, ProgramError, SlewlineError
 from .bench import Bench
-from .script import Script, check_script, read_script, run_script
+from .script import check_script, read_script, run_script
+from .stage import Script
 from .text import read_text
 
 try:
@@ -84,7 +85,7 @@ ALLOWED = {  # by key, or by type
 
 
 # ---------------------------------------------------------------------------------------------------------- the tables
-class Table(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+class Table(msgspec.Struct, forbid_unknown_fields=True, kw_only=True, frozen=True):
     """A table of a bench file."""
 
 
@@ -96,7 +97,7 @@ class BenchTable(Table, frozen=True):
     timeout: Time = "60 s"
 
 
-class ChipTable(Table):
+class ChipTable(Table, frozen=True):
     """[[chip]]"""
 
     part: str
@@ -107,7 +108,7 @@ class ChipTable(Table):
     options: dict[str, Any] = {}
 
 
-class WireTable(Table):
+class WireTable(Table, frozen=True):
     """[[wire]]"""
 
     from_: str = msgspec.field(name="from")
@@ -115,7 +116,7 @@ class WireTable(Table):
     invert: bool = False
 
 
-class HostTable(Table):
+class HostTable(Table, frozen=True):
     """[[host]]"""
 
     chips: list[str] = []
@@ -125,7 +126,7 @@ class HostTable(Table):
     file: str | None = None
 
 
-class DriveTable(Table):
+class DriveTable(Table, frozen=True):
     """[[drive]]"""
 
     pin: str
@@ -133,14 +134,14 @@ class DriveTable(Table):
     at: Time = 0
 
 
-class RecordTable(Table):
+class RecordTable(Table, frozen=True):
     """[[record]]"""
 
     pins: list[str] = []
     keep: Time | None = None
 
 
-class Tables(Table):
+class Tables(Table, frozen=True):
     """A whole bench file."""
 
     bench: BenchTable = BenchTable()
@@ -244,8 +245,12 @@ class BenchFile:
             raise self.error(place, str(error)) from error
 
     # ------------------------------------------------------------------------------------------------------- furnishing
-    def load(self, **options: Any) -> Bench:
-        """A bench furnished as the file says, its scripts queued."""
+    def load(self, prepare: Callable[[Bench], object] | None = None, **options: Any) -> Bench:
+        """A bench furnished as the file says, its scripts queued.
+
+        Args:
+            prepare: called with the furnished bench, before the scripts are queued.
+        """
         self.check_times()
         scripts = self.scripts()
         bench = Bench(seed=self.tables.bench.seed, **options)
@@ -254,6 +259,8 @@ class BenchFile:
         self.wire(bench)
         for host, script in zip(hosts, scripts, strict=True):
             check_script(bench, host, script)
+        if prepare is not None:
+            prepare(bench)
         for host, script in zip(hosts, scripts, strict=True):
             run_script(bench, host, script)
         return bench
@@ -287,9 +294,11 @@ class BenchFile:
                 bench.add(chip.part, chip.name, chip.crystal, chip.straps, chip.bare, **chip.options)
         for number, part in enumerate(self.tables.part):
             with self.at("part", number):
+                if "kind" not in part:
+                    raise SlewlineError('needs the key kind, such as kind = "inverter"')
                 for key in ("kind", "name", "to"):
-                    if not isinstance(part.get(key, key != "kind" and "text"), str):
-                        raise SlewlineError(f'{key} = {part.get(key)!r}; allowed text, such as kind = "inverter"')
+                    if not isinstance(part.get(key, ""), str):
+                        raise SlewlineError(f"{key}: found {part[key]!r}; allowed text")
                 bench.part(**part)
 
     def hosts(self, bench: Bench) -> list[Host]:

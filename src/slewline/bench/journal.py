@@ -79,7 +79,9 @@ def entries(path: str | PathLike[str]) -> list[dict[str, Any]]:
     return found
 
 
-def replay(path: str | PathLike[str], *, shuffle: int | None = None, prepare: Callable[[Bench], object] | None = None) -> Bench:
+def replay(
+    path: str | PathLike[str], *, shuffle: int | None = None, prepare: Callable[[Bench], object] | None = None
+) -> Bench:
     """Run a journal again; returns the bench as the recorded run left it.
 
     Args:

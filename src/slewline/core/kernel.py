@@ -14,7 +14,6 @@ from __future__ import annotations
 from collections.abc import Callable, Coroutine
 from heapq import heappop, heappush
 from itertools import count
-from random import Random
 from typing import Any, Protocol
 
 from ..errors import Endless, SlewlineError
@@ -28,6 +27,13 @@ class Due(Protocol):
 
     token: int
     is_net: bool
+
+
+class Shuffler(Protocol):
+    """A source of chance that is handed in, for example random.Random(1)."""
+
+    def shuffle(self, ready: list[Any], /) -> None:
+        """Put a list into another order, in place."""
 
 
 class Task:
@@ -71,7 +77,7 @@ class Call:
 class Kernel:
     """Virtual time.  `now` is the instant being run, `seen` the last instant whose changes are visible."""
 
-    def __init__(self, shuffle: Random | None = None) -> None:
+    def __init__(self, shuffle: Shuffler | None = None) -> None:
         self.now = 0
         self.seen = 0
         self.heap: list[tuple[int, int, Any, int]] = []
@@ -213,7 +219,8 @@ class Kernel:
             driver.pending = False
             net = driver.net
             told = driver.next
-            if net.plain is driver and (told.__class__ is int or told.__class__ is tuple):
+            if net.told == 1 and net.plain is driver and (told.__class__ is int or told.__class__ is tuple):
+                net.told = 0
                 driver.level = told  # the only driver puts a level after a level, and nobody records: most of the time
                 if told != net.value:
                     net.value = told
@@ -223,11 +230,10 @@ class Kernel:
                         changed.append(net)
             else:
                 driver.take()
-                if not net.dirty:
-                    net.dirty = True
+                if net.told:
+                    net.told = 0
                     nets.append(net)
         for net in nets:
-            net.dirty = False
             if net.update(time) and (net.waiters or net.observers):
                 changed.append(net)
         for net in changed:

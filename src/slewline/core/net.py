@@ -109,6 +109,7 @@ class Driver:
         self.next = level
         if not self.pending:
             self.pending = True
+            self.net.told += 1
             self.kernel.pending.append(self)
 
     def play(self, promise: Promise) -> None:
@@ -162,8 +163,8 @@ class Net:
     """A wire.  `level` is what a reader sees now; `changes` and `changed_at` latch the edges of a watched net."""
 
     __slots__ = (
-        "_log", "active", "changed_at", "changes", "clash", "dirty", "drivers", "kernel", "latched", "name",
-        "observers", "on_conflict", "plain", "promise", "pull", "tie", "token", "value", "waiters",
+        "_log", "active", "changed_at", "changes", "clash", "drivers", "kernel", "latched", "name",
+        "observers", "on_conflict", "plain", "promise", "pull", "tie", "token", "told", "value", "waiters",
     )  # fmt: skip
     is_net = True
     width = 1
@@ -178,7 +179,7 @@ class Net:
         self._log: list[tuple[int, Any]] | None = None
         self.on_conflict: Callable[[Net], object] | None = None
         self.token = self.changes = self.changed_at = 0
-        self.dirty = False
+        self.told = 0  # how many of its drivers have been told something in this round
         self.clash = False  # two drivers disagree, which is reported once
         self.active: list[Driver] = []  # those drivers that drive at all
         self.plain: Driver | None = None  # the only one that drives, when a level may simply follow a level
@@ -317,6 +318,7 @@ class Net:
         for driver in other.drivers:
             driver.net = self
         self.drivers += other.drivers
+        self.told += other.told
         self.observers += other.observers
         self.waiters += other.waiters
         self.tie = None

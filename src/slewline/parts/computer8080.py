@@ -141,24 +141,28 @@ class Ppi8255(Processor8080):
             return sum(self.high(f"b{bit}") << bit for bit in range(8))
         raise UsageError(f"{self.name}: no input port {port:#04x}; allowed 0xEC (data), 0xED (status)")
 
-    def _write(self, port: int, value: int) -> None:
-        """OUT: a byte to port A, or a set/reset code of port C to EF: bit number times two, plus the level."""
-        if port == self.DATA:
-            self.latched = value
-        elif port == self.CONTROL and 0 <= value < 16 and value >> 1 in self.PORT_C:
-            self.drivers[f"c{value >> 1}"].drive(value & 1)
-            if value >> 1 == 1:
-                self.selected = bool(value & 1)
-        else:
+    def _checked(self, port: int, value: int) -> None:
+        code = port == self.CONTROL and 0 <= value < 16 and value >> 1 in self.PORT_C
+        if not code and not (port == self.DATA and 0 <= value < 256):
             allowed = "0xEC (data), 0xEF (codes 0 to 5 and 8 to 15)"
             raise UsageError(f"{self.name}: OUT {port:#04x}, {value:#04x}; allowed {allowed}")
+
+    def _write(self, port: int, value: int) -> None:
+        """OUT: a byte to port A, or a set/reset code of port C to EF: bit number times two, plus the level."""
+        self._checked(port, value)
+        if port == self.DATA:
+            self.latched = value
+        else:
+            bit, level = divmod(value, 2)
+            self.drivers[f"c{bit}"].drive(level)
+            if self.PORT_C[bit] == "io_select":
+                self.selected = bool(level)
         self.drivers["a"].drive(None if self.selected else (0xFF, self.latched))
 
     # --------------------------------------------------------------------------------------------- what a user asks for
     def out(self, port: int, value: int) -> None:
         """Queue an OUT, for example out(0xEF, 0x0B) for STEP INHIBIT high."""
-        if port == self.CONTROL and not (0 <= value < 16 and value >> 1 in self.PORT_C):
-            self._write(port, value)  # refused, with the reason
+        self._checked(port, value)
         self.input("out", port, value)
 
         async def action() -> None:

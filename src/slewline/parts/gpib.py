@@ -22,6 +22,7 @@ from .worker import Data, Worker, as_bytes
 
 US = 1_000_000
 SETTLING_PS = 2 * US  # data before DAV, and ATN before data
+REACTION_PS = US  # of a talker to NDAC, of a controller to DAV
 CLEAR_PS = 100 * US  # IFC
 LINE_FEED = 0x0A
 HANDSHAKE = ("dav", "nrfd", "ndac")
@@ -146,4 +147,5 @@ class GpibTalker(Worker):
             return
         pull(self, "dav", True)
         await level(self.net("ndac"), 1)
+        await until(self.kernel, self.kernel.now + REACTION_PS)
         pull(self, "dav", False)

@@ -15,7 +15,7 @@ from ..core.kernel import Kernel, Task
 from ..core.net import Net
 from ..core.waits import first_of, level, until
 from ..errors import UsageError
-from .gpib import HANDSHAKE, SETTLING_PS, US, GpibTalker, add_bus_lines, pull
+from .gpib import HANDSHAKE, REACTION_PS, SETTLING_PS, US, GpibTalker, add_bus_lines, pull
 from .part import Part
 from .worker import Data
 
@@ -233,6 +233,7 @@ class GpibController(GpibTalker):
         for _ in range(number):
             pull(self, "nrfd", False)
             await level(dav, 0)
+            await until(self.kernel, self.kernel.now + REACTION_PS)
             data.append(self.byte("dio") ^ 0xFF)
             pull(self, "nrfd", True)
             pull(self, "ndac", False)

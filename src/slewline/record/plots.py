@@ -239,7 +239,7 @@ def _draw_rates(panel: Axes, rates: Mapping[str, float], top: float, bottom: flo
             panel.axhline(signed, color=DASHED, linewidth=0.9, dashes=(4, 3), zorder=1)
         if shown:
             place = max(shown[0], place + apart)
-            text, at = f"{name}\n{_grouped(rate)} steps/s", ("axes fraction", "data")
+            text, at = f"{name}\n{_grouped(float(f'{rate:.4g}'))} steps/s", ("axes fraction", "data")
             panel.annotate(text, (1, place), (6, 0), at, "offset points", va="center", fontsize=8, color=SOFT)
 
 

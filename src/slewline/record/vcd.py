@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from .recorder import Edges, Levels
+    from .recorder import Edges
 
 TIMESCALES = {f"{n} {unit}": n * UNITS[unit] for unit in ("ps", "ns", "us", "ms", "s") for n in (1, 10, 100)}
 BLOCK_ROWS = 1 << 14  # rows that the processor's cache holds
@@ -111,16 +111,23 @@ class VcdStream:
         """Times in units and codes of all changes of a chunk, by time, then in the order of the nets."""
         import numpy as np
 
-        base = self._next // self._unit
-        keys = []
+        base, bits = self._next // self._unit, self._table.bits
+        keys = [np.empty(0, np.int64)]
         for net, (times, levels) in enumerate(chunk):
             units, levels = real_edges(times // self._unit, levels, self._levels[net])
             if len(units):
                 self._levels[net] = int(levels[-1])
-                keys.append(((units - base) << self._table.bits) + self._table.codes(net, levels))
-        merged = np.concatenate(keys) if keys else np.empty(0, np.int64)
+                key = units - base
+                key <<= bits
+                key += levels
+                key += self._table.first[net]
+                keys.append(key)
+        merged = np.concatenate(keys)
         merged.sort()
-        return (merged >> self._table.bits) + base, merged & ((1 << self._table.bits) - 1)
+        codes = merged & ((1 << bits) - 1)
+        merged >>= bits
+        merged += base
+        return merged, codes
 
     def __enter__(self) -> VcdStream:
         return self
@@ -191,16 +198,16 @@ def _scopes(tree: dict[str, Any]) -> str:
 
 # --------------------------------------------------------------------------------------------------- lines by table
 class Table:
-    """The lines of all changes there can be, by code; the code of a change is that of its net plus level."""
+    """The lines of all changes there can be, by code; the code of a change is `first` of its net plus level."""
 
     def __init__(self, widths: Sequence[int]) -> None:
         import numpy as np
 
-        self._first: list[int] = []
+        self.first: list[int] = []
         self._texts: list[str] = []
         for number, width in enumerate(widths):
             name = identifier(number)
-            self._first.append(len(self._texts) + 1)  # FLOATING, which is -1, comes first
+            self.first.append(len(self._texts) + 1)  # FLOATING, which is -1, comes first
             if width == 1:
                 self._texts += [f"{level}{name}\n" for level in "z01"]
             else:
@@ -215,13 +222,7 @@ class Table:
 
     def change(self, net: int, level: int) -> str:
         """The line of one change."""
-        return self._texts[self._first[net] + level]
-
-    def codes(self, net: int, levels: Levels) -> NDArray[np.int64]:
-        """The codes of changes of a net: (n,) int64."""
-        import numpy as np
-
-        return levels.astype(np.int64) + self._first[net]
+        return self._texts[self.first[net] + level]
 
     def lines(self, units: NDArray[np.int64], codes: NDArray[np.int64]) -> bytes:
         """The lines of changes, each instant named once.
@@ -257,11 +258,19 @@ class Table:
         repeated = np.flatnonzero(~named)
         if self._even and 16 * len(repeated) < len(rows):  # a few times to cut out
             return _without(rows, repeated, digits + 2)
-        needed = np.empty(rows.shape, np.bool_)
-        lengths = self._lengths[codes]
-        for column in range(rows.shape[1]):
-            needed[:, column] = named if column < digits + 2 else lengths > column - digits - 2
-        return rows[needed].tobytes()
+        needed = _needed(digits, width - 1).take(named * width + self._lengths[codes], axis=0)
+        return bytes(rows[needed].data)
+
+
+@cache
+def _needed(digits: int, longest: int) -> NDArray[np.bool_]:
+    """Which bytes of a row are needed, for changes of 0 to `longest` bytes: first without the time, then with it."""
+    import numpy as np
+
+    column = np.arange(digits + 2 + longest)
+    lengths = np.arange(longest + 1)[:, None]
+    change = (column >= digits + 2) & (column < digits + 2 + lengths)
+    return np.concatenate([change, change | (column < digits + 2)])
 
 
 def _without(rows: NDArray[np.uint8], shorter: NDArray[np.intp], head: int) -> bytes:

@@ -1,1 +1,1 @@
-"""The command line.  A module of this package loads click and nothing heavy; what a command needs, it loads when it runs."""
+"""The command line.  Its modules load click and nothing heavy; what a command needs, it loads when it runs."""

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from .options import Drive, Quantity
+from .options import Drive, Frequency, Time
 
 EXIT = "Exit status: 0 all is well, 1 a problem was found or time ran out, 2 wrong use."
 CHIP = click.option("--chip", metavar="CHIP", help="The part; else the ending of FILE says it, as .cy525 does.")
@@ -34,21 +34,21 @@ class Guided(click.Command):
         super().format_epilog(ctx, formatter)
 
 
-@cli.command("run", cls=Guided, epilog=EXIT)
+@cli.command("run", cls=Guided, short_help="Run a program, or a bench file of several chips and parts.", epilog=EXIT)
 @click.argument("file", required=False)
 @CHIP
-@click.option("--crystal", type=Quantity("frequency"), help="Such as '11 MHz'; the chip's own by default.")
-@click.option("--until", type=Quantity("time"), help="Run to this instant, such as '2 s'; else until all is idle.")
-@click.option("--timeout", type=Quantity("time"), help="When to give up waiting for that; 60 s by default.")
+@click.option("--crystal", type=Frequency(), help="Such as '11 MHz'; the chip's own by default.")
+@click.option("--until", type=Time(), help="Run to this instant, such as '2 s'; else until all is idle.")
+@click.option("--timeout", type=Time(), help="When to give up waiting for that; 60 s by default.")
 @click.option("--drive", type=Drive(), multiple=True, help="Drive a pin: 'abort=0@12 ms', 'x.wait=1'. May be repeated.")
 @click.option("--strict", is_flag=True, help="Exit status 1 if there are findings.")
 @click.option("-q", "--quiet", is_flag=True, help="No transcript.")
 @click.option("--journal", metavar="F", help="Write every input from outside, for --replay.")
 @click.option("--replay", metavar="F", help="Repeat the run of a journal; no FILE then.")
-@click.option("--json", metavar="F", is_flag=False, flag_value="-", help="Write the result as JSON; - or nothing: print it.")
+@click.option("--json", metavar="F", is_flag=False, flag_value="-", help="Write the result as JSON; - prints it.")
 @click.option("--steps", metavar="F.csv", help="Write every step: time_ps, chip, axis, direction, position.")
 @click.option("--vcd", metavar="F", help="Write all pins as a VCD file.")
-@click.option("--plot", metavar="F.svg", help="Draw velocity and position (SVG, PNG or PDF).")
+@click.option("--plot", metavar="F.svg", help="Draw velocity and position (SVG or PNG).")
 def run_command(**options: Any) -> int:
     """Run a program on a virtual chip, or a bench file (BENCH.toml) with several chips and parts.
 
@@ -59,7 +59,7 @@ def run_command(**options: Any) -> int:
     return Run(**options).perform()
 
 
-@cli.command("asm", epilog=EXIT)
+@cli.command("asm", short_help="Assemble a stored program.", epilog=EXIT)
 @click.argument("file")
 @CHIP
 @click.option("--output", "-o", metavar="F", help="Write to a file; an ending .hex or .bin chooses the format.")
@@ -78,7 +78,7 @@ def asm_command(**options: Any) -> int:
     return asm(**options)
 
 
-@cli.command("dis", epilog=EXIT)
+@cli.command("dis", short_help="Disassemble a program buffer.", epilog=EXIT)
 @click.argument("file")
 @CHIP
 @click.option("--format", "form", type=click.Choice(["hex", "bin"]), help="What FILE holds; else its look decides.")
@@ -93,7 +93,7 @@ def dis_command(**options: Any) -> int:
     return dis(**options)
 
 
-@cli.command("lint", epilog=EXIT)
+@cli.command("lint", short_help="Look for mistakes in programs.", epilog=EXIT)
 @click.argument("files", metavar="FILE...", nargs=-1, required=True)
 @CHIP
 @click.option("--strict", is_flag=True, help="Exit status 1 for warnings too.")
@@ -105,7 +105,7 @@ def lint_command(**options: Any) -> int:
     return lint(**options)
 
 
-@cli.command("describe", epilog=EXIT)
+@cli.command("describe", short_help="The reference of a chip, or of a command.", epilog=EXIT)
 @click.argument("chip")
 @click.argument("command", required=False)
 @JSON
@@ -116,7 +116,7 @@ def describe_command(**options: Any) -> int:
     return describe(**options)
 
 
-@cli.command("chips", epilog=EXIT)
+@cli.command("chips", short_help="The parts, one line each.", epilog=EXIT)
 @JSON
 def chips_command(**options: Any) -> int:
     """The parts, one line each."""
@@ -125,8 +125,8 @@ def chips_command(**options: Any) -> int:
     return chips(**options)
 
 
-@cli.command("demo", epilog=EXIT)
-@click.option("--output", "-o", metavar="DIR", default="build/demo", show_default=True, help="Where plot and waveform go.")
+@cli.command("demo", short_help="The welding machine of the CY525 manual.", epilog=EXIT)
+@click.option("--output", "-o", metavar="DIR", default="build/demo", show_default=True, help="Where the files go.")
 def demo_command(output: str) -> int:
     """The welding machine of the CY525 manual: six spots on each of two workpieces, with picture and waveform."""
     from .demo import demo

@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     from ..core.net import Net
 
 HERE = Path(__file__).parent
-SOURCES = ("weld.toml", "weld.cy525")
+MACHINE, PROGRAM = "weld.toml", "weld.cy525"
+TITLE = "CY525: six welds on each of two workpieces"
+AROUND_PS = 10**11  # what the plot shows before the first workpiece and after the end
 PINS = ("x.wait", "x.dowhile", "x.run", "x.programmable_output", "x.slew")
 
 
@@ -28,25 +30,26 @@ def demo(output: str) -> int:
 
     folder = made(output)
     outputs = Outputs([])
-    plots = [outputs.claim(str(folder / f"weld{ending}")) for ending in (".svg", ".png")]
+    pictures = [outputs.claim(str(folder / f"weld{ending}")) for ending in (".svg", ".png")]
     waveform = outputs.claim(str(folder / "weld.vcd"))
-    for name in SOURCES:
+    for name in (MACHINE, PROGRAM):
         outputs.write_bytes(str(folder / name), (HERE / name).read_bytes())
 
-    began = perf_counter()
-    bench = load_bench(folder / SOURCES[0])
+    bench = load_bench(folder / MACHINE)
     bench.record()
     show = Show(bench)
+    began = perf_counter()
     bench.run_until_idle()
     show.end(perf_counter() - began)
 
-    for path in plots:
-        title = "CY525: six welds on each of two workpieces"
-        outputs.save(path, lambda path: bench.plot(path, title, PINS, start=show.started))
+    bench.run(AROUND_PS)
+    for picture in pictures:
+        outputs.save(picture, lambda path: bench.plot(path, TITLE, PINS, start=show.started - AROUND_PS))
     outputs.save(waveform, bench.save_vcd)
-    says = ("the machine ...", "... and its program: change them, then slewline run", "plot", "plot", "waveform, for GTKWave")
+    says = ("the machine", "its program", "velocity, position and pins", "the same", "all pins, for a waveform viewer")
     for path, text in zip(outputs.written, says, strict=True):
-        click.echo(f"  {path:<24} {text}")
+        click.echo(f"{path:<{len(str(folder)) + 12}}  {text}")
+    click.echo(f"\nChange the machine or the program, then: slewline run {folder / MACHINE}")
     return 0
 
 
@@ -55,7 +58,8 @@ def made(output: str) -> Path:
     try:
         Path(output).mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise UsageError(f"{output}: no folder can be made there ({error.strerror}); give another one with --output") from None
+        says = f"{output}: no folder can be made there ({error.strerror})"
+        raise UsageError(f"{says}; give another one with --output") from None
     return Path(output)
 
 
@@ -64,8 +68,7 @@ class Show:
 
     def __init__(self, bench: Bench) -> None:
         self.bench, self.chip = bench, bench["x"]
-        self.torch: Any = bench["torch"]
-        self.piece = self.spot = self.started = 0
+        self.piece = self.spot = self.spots = self.started = self.lit = 0
         for pin, observer in (("run", self.ran), ("wait", self.placed), ("programmable_output", self.welded)):
             self.chip.pin(pin).net.watch(observer)
         click.secho("The welding machine of the CY525 manual: six spots on each of two workpieces\n", bold=True)
@@ -78,33 +81,31 @@ class Show:
     def ran(self, net: Net) -> None:
         """RUN: the program begins or ends."""
         if net.level == 0:
-            self.started = self.bench.now_ps
             self.say(f"the program, {len(self.chip.program)} bytes, runs and waits for a workpiece")
         else:
-            self.say("no workpiece is left: the program ends")
+            self.say("no other workpiece: the program ends")
 
     def placed(self, net: Net) -> None:
         """WAIT: a workpiece comes or goes."""
         if net.level == 1:
+            self.started = self.started or self.bench.now_ps
             self.piece += 1
             self.spot = 0
             self.say(f"workpiece {self.piece} lies ready", fg="cyan")
 
     def welded(self, net: Net) -> None:
         """PROGRAMMABLE OUTPUT: the torch."""
-        if net.level == 0 and self.spot:
-            burnt = readable(self.bench.now_ps - self.lit)
-            self.say(f"  spot {self.spot}  {'*' * self.spot:<6}  {burnt}", fg="yellow")
-        elif net.level == 1:
+        if net.level == 1:
             self.spot += 1
             self.lit = self.bench.now_ps
+        elif self.spot:
+            self.spots += 1
+            burnt = readable(self.bench.now_ps - self.lit)
+            self.say(f"  spot {self.spot}  {'*' * self.spot:<6}  {burnt}", fg="yellow")
 
     def end(self, took: float) -> None:
         """What it came to."""
-        steps = self.chip.steps()
-        times = steps.times_ps
+        times = self.chip.steps().times_ps
         fastest = round(10**12 / int((times[1:] - times[:-1]).min()))
-        click.echo(
-            f"\n{len(self.torch.spots)} spots, {len(steps):,} steps, up to {fastest} steps/s, {len(self.bench.findings)} findings:"
-            f" {readable(self.bench.now_ps // 10**9 * 10**9)} at the machine, {took:.2f} s here\n"
-        )
+        click.echo(f"\n{self.spots} spots, {len(times):,} steps, up to {fastest:,} steps/s", nl=False)
+        click.echo(f"; {seconds(self.bench.now_ps)[:-3]} s of the machine took {took:.3f} s here\n")

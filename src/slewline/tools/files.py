@@ -24,7 +24,8 @@ def read_program(path: str) -> str:
     text = read_text(path, sys.stdin.buffer.read() if path == STDIN else None)
     for number, line in enumerate(text.splitlines(), 1):
         if len(line) > LONGEST:
-            raise BenchFileError(f"{path}, line {number}: {len(line)} characters; allowed {LONGEST}; is it the right file?")
+            found = f"{path}, line {number}: {len(line)} characters"
+            raise BenchFileError(f"{found}; allowed {LONGEST}; is it the right file?")
     if not any(line.split(";", 1)[0].strip() for line in text.splitlines()):
         raise BenchFileError(f"{path}: empty, no command in it; a program has a command a line, such as R 100")
     return text
@@ -58,7 +59,7 @@ class Outputs:
     """
 
     def __init__(self, inputs: Iterable[str]) -> None:
-        self.taken = {os.path.realpath(path): path for path in inputs}
+        self.taken = {os.path.realpath(path) for path in inputs}
         self.written: list[str] = []
         self._part: tuple[str, Path] | None = None
 
@@ -76,11 +77,11 @@ class Outputs:
             raise UsageError(f"{path}: give a name that ends in {' or '.join(endings)}")
         real = os.path.realpath(path)
         if real in self.taken:
-            raise UsageError(f"{path}: is {self.taken[real]} already; every file needs a name of its own")
+            raise UsageError(f"{path}: this command uses that file already; give every file a name of its own")
         WholeFile(path).discard()
         if os.path.exists(real) and not os.access(real, os.W_OK):
             raise UsageError(f"{path}: is write-protected")
-        self.taken[real] = path
+        self.taken.add(real)
         return path
 
     def write(self, path: str, text: str) -> None:
@@ -130,10 +131,3 @@ class Outputs:
         if self._part is not None:
             with suppress(OSError):
                 self._part[1].unlink()
-
-
-def echo_bytes(data: bytes) -> None:
-    """Bytes to the standard output."""
-    stream = click.get_binary_stream("stdout")
-    stream.write(data)
-    stream.flush()

@@ -11,26 +11,39 @@ from ..core.timebase import hertz, picoseconds
 from ..errors import TimeError
 
 
-class Quantity(click.ParamType):
-    """A time or a frequency with its unit."""
+class Time(click.ParamType[int]):
+    """A time with its unit."""
 
-    def __init__(self, name: str) -> None:
-        self.name = name
+    name = "time"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        """Picoseconds or hertz."""
+        """Picoseconds."""
         try:
-            return hertz(value) if self.name == "frequency" else picoseconds(value)
+            return picoseconds(value)
         except TimeError as error:
             self.fail(str(error), param, ctx)
 
 
-class Drive(click.ParamType):
+class Frequency(click.ParamType[str]):
+    """A frequency with its unit."""
+
+    name = "frequency"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """As it was written."""
+        try:
+            hertz(value)
+        except TimeError as error:
+            self.fail(str(error), param, ctx)
+        return str(value)
+
+
+class Drive(click.ParamType[tuple[str, int, int]]):
     """pin=level@time."""
 
     name = "pin=level@time"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, int, int]:
         """(pin, level, picoseconds)."""
         if isinstance(value, tuple):
             return value

@@ -14,11 +14,12 @@ import click
 from ..bench.text import read_text
 from ..chips import PARTS, checks_of, sheet_of
 from ..errors import BenchFileError, UsageError
-from .files import STDIN, Outputs, chip_of, echo_bytes, read_program, sheet_for
+from .files import STDIN, Outputs, chip_of, read_program, sheet_for
 
 if TYPE_CHECKING:
     from ..core.table import Sheet
     from ..language.assemble import Assembly
+    from ..language.disassemble import Instruction
     from ..language.problems import Problem
 
 COLOURS = {"error": "red", "warning": "yellow", "note": "cyan"}
@@ -43,7 +44,8 @@ def asm(file: str, chip: str | None, output: str | None, form: str | None, resol
     if as_json:
         data = json.dumps(assembly_object(assembly), indent=2).encode() + b"\n"
     else:
-        data = formatted(assembly, form or {".hex": "hex", ".bin": "bin"}.get(Path(output or "").suffix.lower(), "listing"))
+        ending = Path(output or "").suffix.lower()
+        data = formatted(assembly, form or {".hex": "hex", ".bin": "bin"}.get(ending, "listing"))
     put(data, output, outputs)
     return 0
 
@@ -67,7 +69,7 @@ def put(data: bytes, output: str | None, outputs: Outputs) -> None:
     if output is None or output == STDIN:
         if sys.stdout.isatty() and not data.decode("latin-1").replace("\n", "").isprintable():
             raise UsageError("these bytes are not for a terminal; give --output FILE")
-        echo_bytes(data)
+        click.echo(data, nl=False)
     else:
         outputs.write_bytes(output, data)
 
@@ -98,18 +100,23 @@ def dis(
     outputs = Outputs([file])
     outputs.claim(output)
     if not stream and len(data) > sheet.buffer_bytes:
-        raise BenchFileError(f"{file}: {len(data)} bytes; the program buffer has {sheet.buffer_bytes}. A host's stream? --stream")
+        remedy = "if a host sends it, give --stream"
+        raise BenchFileError(f"{file}: {len(data)} bytes; the program buffer has {sheet.buffer_bytes}; {remedy}")
     if stream:
         commands = streamed(data, sheet)
         found: Any = {"chip": sheet.part, "commands": commands}
         text = "".join(f"{command}\n" for command in commands)
     else:
-        rows = [(i.address, i.data.hex(), i.row.name if i.row else None, list(i.values)) for i in instructions(data, sheet)]
-        keys = ("address", "data", "name", "values")
-        found = {"chip": sheet.part, "lines": [dict(zip(keys, row, strict=True)) for row in rows]}
+        found = {"chip": sheet.part, "lines": [line_object(line) for line in instructions(data, sheet)]}
         text = disassemble(data, sheet, labels=labels)
     put((json.dumps(found, indent=2) + "\n" if as_json else text).encode(), output, outputs)
     return 0
+
+
+def line_object(line: Instruction) -> dict[str, Any]:
+    """An instruction as data; the name is null where the byte is no opcode."""
+    name = line.row.name if line.row else None
+    return {"address": line.address, "data": line.data.hex(), "name": name, "values": list(line.values)}
 
 
 def program_bytes(file: str, form: str | None) -> bytes:
@@ -128,7 +135,8 @@ def program_bytes(file: str, form: str | None) -> bytes:
         try:
             bytes.fromhex(line.split(";", 1)[0])
         except ValueError:
-            raise BenchFileError(f"{file}, line {number}: {line[:60]!r}: bytes are pairs of hexadecimal digits") from None
+            found = f"{file}, line {number}: {line[:60]!r}"
+            raise BenchFileError(f"{found}: bytes are pairs of hexadecimal digits") from None
     return bytes.fromhex(digits.decode("ascii"))
 
 
@@ -154,7 +162,7 @@ def lint(files: tuple[str, ...], chip: str | None, strict: bool, as_json: bool) 
 
     found = {file: (text := read_program(file), problems_of(file, text, chip)) for file in files}
     if as_json:
-        print_json({file: [dataclasses.asdict(problem) for problem in problems] for file, (_, problems) in found.items()})
+        print_json({file: [dataclasses.asdict(each) for each in problems] for file, (_, problems) in found.items()})
     else:
         for file, (text, problems) in found.items():
             for problem in problems:

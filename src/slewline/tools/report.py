@@ -8,7 +8,7 @@ from typing import Any
 
 from ..bench import Bench
 from ..core.chip import Chip, Finding
-from ..core.timebase import readable
+from ..core.timebase import PS_PER_S, readable
 from ..parts.host import Host
 from .transcript import counted
 
@@ -71,6 +71,8 @@ def summary(bench: Bench, ended: str) -> Iterator[str]:
     yield f"{ended} at {readable(bench.now_ps)}"
     for chip in bench.chips.values():
         steps = steps_object(bench, chip)
-        fastest = f", {readable(steps['min_interval_ps'])} apart at the least" if steps["min_interval_ps"] else ""
-        found = counted(len(chip.findings), "finding")
-        yield f"{chip.name} ({chip.sheet.part}): position {chip.position}, {counted(steps['count'], 'step')}{fastest}, {found}"
+        closest = steps["min_interval_ps"]
+        says = [f"position {chip.position}", counted(steps["count"], "step"), counted(len(chip.findings), "finding")]
+        if closest:
+            says.insert(2, f"up to {round(PS_PER_S / closest)} steps/s")
+        yield f"{chip.name} ({chip.sheet.part}): {', '.join(says)}"

@@ -17,11 +17,13 @@ from .transcript import Transcript, seconds
 
 if TYPE_CHECKING:
     from ..bench import Bench
-    from ..bench.script import Script
+    from ..bench.stage import Script
+    from ..core.chip import Chip
+    from ..parts.part import Part
 
 TIMEOUT = "60 s"
 PLOTTED = ("run", "programmable_output", "slew", "motion_complete")
-STYLES = {"finding": {"fg": "red", "bold": True}, "motion": {"fg": "green"}, "host": {"fg": "cyan"}, "pin": {}}
+COLOURS = {"finding": "red", "motion": "green", "host": "cyan"}
 
 
 class Refused(click.ClickException):
@@ -39,7 +41,7 @@ class Run:
 
     file: str | None
     chip: str | None
-    crystal: int | None
+    crystal: str | None
     until: int | None
     timeout: int | None
     drive: tuple[tuple[str, int, int], ...]
@@ -58,7 +60,7 @@ class Run:
         with Outputs(path for path in (self.file, self.replay) if path) as outputs:
             for path in (self.json, self.steps, self.vcd, self.journal):
                 outputs.claim(path)
-            outputs.claim(self.plot, (".svg", ".png", ".pdf"))
+            outputs.claim(self.plot, (".svg", ".png"))
             try:
                 bench = self.replayed() if self.replay else self.furnished(outputs.partial(self.journal))
                 ended = self.ended(bench)
@@ -74,10 +76,11 @@ class Run:
         self.quiet = self.quiet or self.json == STDIN
         if (self.file is None) == (self.replay is None):
             raise click.UsageError("give a program, a bench file, or --replay JOURNAL; and only one of them")
-        given = [name for name in ("chip", "crystal", "until", "timeout", "drive", "journal") if getattr(self, name)]
-        if self.replay and given:
+        names = ("chip", "crystal", "until", "timeout", "drive", "journal")
+        given = [name for name in names if getattr(self, name) not in (None, ())]
+        if self.replay is not None and given:
             raise click.UsageError(f"--replay repeats a run as it was; leave out --{' --'.join(given)}")
-        if self.is_bench and (self.chip or self.crystal):
+        if self.is_bench and {"chip", "crystal"} & set(given):
             raise click.UsageError("a bench file says which chips there are; leave out --chip and --crystal")
 
     @property
@@ -89,45 +92,40 @@ class Run:
     def furnished(self, journal: str | None) -> Bench:
         """The bench, ready to run."""
         assert self.file is not None
-        if self.is_bench:
-            from ..bench.file import BenchFile
+        if not self.is_bench:
+            return self.single(self.file, journal)
+        from ..bench.file import BenchFile
 
-            bench_file = BenchFile(self.file)
-            times = bench_file.tables.bench
-            if self.until is None and self.timeout is None and times.until is not None:
-                self.until = picoseconds(times.until)
-            self.timeout = self.timeout or picoseconds(times.timeout)
-            bench = bench_file.load(journal=journal)
-        else:
-            bench = self.single(self.file, journal)
-        for pin, level, at in self.drive:
-            bench.pin(self.full_name(bench, pin)).drive(level, at or None)
-        self.watch(bench)
-        return bench
+        bench_file = BenchFile(self.file)
+        times = bench_file.tables.bench
+        bench_file.check_times()
+        if self.until is None and self.timeout is None and times.until is not None:
+            self.until = picoseconds(times.until)
+        if self.timeout is None:
+            self.timeout = picoseconds(times.timeout)
+        return bench_file.load(self.prepare, journal=journal)
 
     def single(self, file: str, journal: str | None) -> Bench:
         """A chip, a host, and a program."""
         from ..bench import Bench
-        from ..bench.script import run_script
+        from ..bench.script import check_script, run_script
 
-        part = chip_of(file, self.chip)
         script, straps = read(file)
+        part = chip_of(file, self.chip)
         script.refuse(script.problems)
         bench = Bench(journal=journal)
-        chip = bench.add(part, crystal=self.crystal, straps=straps)
-        run_script(bench, bench.host(chip), script)
+        host = bench.host(bench.add(part, crystal=self.crystal, straps=straps))
+        check_script(bench, host, script)
+        self.prepare(bench)
+        run_script(bench, host, script)
         return bench
 
-    def full_name(self, bench: Bench, pin: str) -> str:
-        """A pin of the only chip needs no chip."""
-        if "." in pin or len(bench.chips) != 1:
-            return pin
-        return f"{next(iter(bench.chips))}.{pin}"
-
-    def watch(self, bench: Bench) -> None:
-        """Everything is wired: record what shall be written, and tell what happens."""
+    def prepare(self, bench: Bench) -> None:
+        """The bench is furnished: drive pins, record what shall be written, and tell what happens."""
         if not bench.chips:
             raise Refused(f"{self.file or self.replay}: no chip on the bench, so there is nothing to run")
+        for pin, level, at in self.drive:
+            bench.pin(self.full_name(bench, pin)).drive(level, at or None)
         if self.vcd and not bench.recorded:
             bench.record()
         if self.plot:
@@ -135,6 +133,12 @@ class Run:
         if not self.quiet:
             width = max(map(len, [*bench.chips, *bench.parts]))
             Transcript(bench, lambda ps, who, kind, text: show(ps, f"{who:<{width}}", kind, text)).attach()
+
+    def full_name(self, bench: Bench, pin: str) -> str:
+        """A pin of the only chip needs no chip."""
+        if "." in pin or len(bench.chips) != 1:
+            return pin
+        return f"{next(iter(bench.chips))}.{pin}"
 
     def plotted(self, bench: Bench) -> list[str]:
         """The pins below a plot: those of the first chip."""
@@ -147,18 +151,20 @@ class Run:
         from ..bench.journal import replay
 
         assert self.replay is not None
-        return replay(self.replay, prepare=self.watch)
+        return replay(self.replay, prepare=self.prepare)
 
     def ended(self, bench: Bench) -> str:
         """Run; returns how it ended: idle, until or timeout."""
         if self.replay:
-            return "idle" if all(owner.idle for owner in (*bench.chips.values(), *bench.parts.values())) else "until"
-        with progress(bench, self.until or self.timeout or picoseconds(TIMEOUT), self.quiet):
+            owners: list[Chip | Part] = [*bench.chips.values(), *bench.parts.values()]
+            return "idle" if all(owner.idle for owner in owners) else "until"
+        timeout = picoseconds(TIMEOUT) if self.timeout is None else self.timeout
+        with progress(bench, timeout if self.until is None else self.until, self.quiet):
             if self.until is not None:
                 bench.run_to(self.until)
                 return "until"
             try:
-                bench.run_until_idle(self.timeout or TIMEOUT)
+                bench.run_until_idle(timeout)
             except Timeout as error:
                 click.echo(f"slewline: timed out: {error}", err=True)
                 return "timeout"
@@ -205,7 +211,7 @@ def read(file: str) -> tuple[Script, dict[str, int]]:
 def show(ps: int, who: str, kind: str, text: str) -> None:
     """A line of the transcript."""
     mark = "! " if kind == "finding" else ""
-    click.echo(f"{seconds(ps):>13}  {who}  {click.style(mark + text, **STYLES.get(kind, {}))}")
+    click.echo(f"{seconds(ps):>13}  {who}  {click.style(mark + text, fg=COLOURS.get(kind), bold=bool(mark))}")
 
 
 @contextmanager

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
+from functools import partial
 
 from ..bench import Bench
 from ..core.chip import Chip, Finding
@@ -53,7 +54,7 @@ class Transcript:
         self.bench.on_finding = self.finding
         for part in self.bench.parts.values():
             if isinstance(part, Host):
-                part.on_event = lambda text, name=part.name: self.tell(name, "host", text)  # type: ignore[misc]
+                part.on_event = partial(self.tell, part.name, "host")
         for chip in self.bench.chips.values():
             for pin in WATCHED:
                 if pin in chip.pins:
@@ -107,8 +108,8 @@ class Transcript:
                 self.seldom(chip.name, "motion", f"steps {way} from {(chip.position - steps) % axis.modulus}", about)
                 await level(ready, 1)
                 took = readable(chip.pins["motion_complete"].net.changed_at - begun)
-                steps = abs(chip.travel - before)
-                self.seldom(chip.name, "motion", f"stands at {chip.position} after {counted(steps, 'step')} {way} in {took}", about)
+                taken = counted(abs(chip.travel - before), "step")
+                self.seldom(chip.name, "motion", f"stands at {chip.position} after {taken} {way} in {took}", about)
             await level(pulse, 1)
 
 

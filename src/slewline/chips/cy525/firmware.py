@@ -63,6 +63,9 @@ class Cy525(Chip):
         for key, value in registers.items():
             if key not in self.defaults:
                 raise UsageError(f"{name}: no option or register {key!r}; registers: {', '.join(self.defaults)}")
+            top = next((1 << row.bits) - 1 for row in sheet.REGISTERS if row.name == key)
+            if not isinstance(value, int) or not 0 <= value <= top:
+                raise UsageError(f"{name}: {key} {value!r}; allowed 0..{top}")
             self.defaults[key] = value
         self.reg = dict(self.defaults)
         self.axis_ = Axis(kernel, 16, self.reg.pop("position"))
@@ -311,6 +314,7 @@ class Cy525(Chip):
                 request = self.request  # before the first run, wiring may have made it another net
                 self.idle = False
             elif request.changes == self.ended_wait and not self.live:
+                self.waits("io_request=1, which ended a wait")
                 await level(request, 1)  # it has had its effect; it brings no byte
                 continue
             elif self.accepted >= 0 and not self.live:
@@ -328,6 +332,8 @@ class Cy525(Chip):
                 continue
             self.accepted = request.changes
             byte: int = self.bus.byte
+            if self.decoder.at_letter:
+                self.ascii = self.mode.level == 1
             self.tick = self.busy_from = sampled + BUSY
             self.busy_ps = busy = ps(sampled + BUSY)
             self._waiting = ("a byte in work", kernel.now)
@@ -367,6 +373,7 @@ class Cy525(Chip):
         self.motion_complete.drive(1)
         self.waits("io_request=1 after a verify byte")
         await self.at_tick(self.busy_from + width)
+        self.bus.resolve(self.kernel.seen)  # a host that drives the bus as well is found, whether anybody looks or not
         if self.request.changes > self.accepted and self.request.changed_at < ps(self.busy_from):
             self.finding("short-request", "I/O REQUEST rose before READY fell; the byte was on the bus all the same")
         if self.request.changes == self.accepted:
@@ -400,8 +407,6 @@ class Cy525(Chip):
         while True:
             byte = await self.next_byte()
             decoder = self.decoder
-            if decoder.at_letter:
-                self.ascii = self.mode.level == 1
             found = decoder.feed(byte, self.ascii, self.entering)
             if decoder.notes:
                 for note in decoder.take_notes():
@@ -679,7 +684,6 @@ class Cy525(Chip):
             self.pc = None
             self.run_pin.drive(1)
             self.request.observers.remove(self._on_request)
-        self.loop = None
 
     # --------------------------------------------------------------------------------------------------------- helpers
     def set_direction(self, clockwise: bool) -> None:

@@ -304,22 +304,19 @@ class Motion:
                 chip.finding("fly-rate-outside-continuous", "I/O REQUEST low in a normal motion: it halts without ramp")
                 return STOP
             return plan
-        if plan.leg(step).name != "slew":
-            if low:
-                self.pending = not self.served
-            elif self.pending:
-                self.pending = False
+        if not low:
+            if self.pending:
                 chip.finding("request-withdrawn", "a rate request came and went while the motor was ramping: not seen")
-            self.served &= low
+            self.pending = self.served = self.told_held = False
             return plan
-        self.pending = False
-        if low and self.served:
+        ramping = plan.leg(step).name != "slew"
+        self.pending = ramping and not self.served
+        if ramping:
+            return plan
+        if self.served:
             if not self.told_held:
                 self.told_held = True
                 chip.finding("request-held", "I/O REQUEST still low after SLEW went high: ignored until it has been high")
-            return plan
-        if not low:
-            self.served = self.told_held = False
             return plan
         return await self.change_rate(plan.rate(step))
 

@@ -1,0 +1,200 @@
+"""How a host plays a run script: every line becomes an action in its queue."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ..core.net import Driver, Net
+from ..core.waits import edge, first_of, level
+from ..errors import SlewlineError, UsageError
+from ..language.assemble import RefusedProgram
+from ..language.dialects import Command, Decoder, encode_binary
+from ..language.problems import Problem
+
+if TYPE_CHECKING:
+    from ..core.chip import Chip, Terminal
+    from ..core.table import Sheet
+    from ..parts.host import Host, Port
+    from .bench import Bench
+
+SHOWN = 160  # characters of a line in a message
+TAKEN_US = 1000  # a command that keeps the chip busy for longer has begun a motion, a delay or a wait
+
+Act = Callable[["Stage", "Port"], Awaitable[None]]
+Queue = Callable[["Stage"], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A line of a script.  `queue` puts it into the queue of a host; the bench must have what `pin` and `to` name."""
+
+    line: int
+    column: int
+    text: str
+    queue: Queue
+    pin: str = ""
+    to: str = ""
+
+    @property
+    def directs(self) -> bool:
+        """Is it a directive to the host?"""
+        return self.text.startswith("@")
+
+    @property
+    def verb(self) -> str:
+        """The word behind @."""
+        words = self.text[1:].split(maxsplit=1)
+        return words[0] if self.directs and words else ""
+
+    def problem(self, code: str, found: str, remedy: str = "") -> Problem:
+        """What is wrong with this line."""
+        return Problem(self.line, self.column, min(len(self.text), SHOWN), code, "error", found, remedy=remedy)
+
+
+@dataclass(frozen=True, slots=True)
+class Script:
+    """A script that was read: its lines, and what is wrong with them."""
+
+    text: str
+    where: str
+    steps: tuple[Step, ...]
+    problems: tuple[Problem, ...]
+
+    def refuse(self, problems: Iterable[Problem]) -> None:
+        """Raise what is wrong, if anything is."""
+        found = sorted(problems)
+        if found:
+            lines = (line if len(line) <= SHOWN else f"{line[:SHOWN]} ..." for line in self.text.splitlines())
+            raise RefusedProgram(found, "\n".join(lines), self.where)
+
+
+class Stage:
+    """A host that plays a script on a bench.  `step` is the line that is being queued, `directed` says whether a
+    directive follows it."""
+
+    def __init__(self, bench: Bench, host: Host, script: Script) -> None:
+        self.bench, self.host, self.script = bench, host, script
+        self.kernel = bench.kernel
+        self.step: Step | None = None
+        self.directed = False
+        self.bell, self.rung = Driver(Net(self.kernel, f"{host.name}.(bell)"), host.name), 0
+
+    def do(self, act: Act) -> None:
+        """Queue an action of the host for the present line; what goes wrong in it is told with the line."""
+        step, script = self.step, self.script
+        assert step is not None
+
+        async def action(port: Port) -> None:
+            self.host.doing = f"at {step.text[:60]!r} ({script.where}, line {step.line})"
+            try:
+                await act(self, port)
+            except SlewlineError as error:
+                script.refuse([step.problem("refused", str(error))])
+
+        self.host.do(action)
+
+    def tell(self, text: str) -> None:
+        """Say what the host does, in the transcript."""
+        if self.host.on_event is not None:
+            self.host.on_event(text)
+
+    def ring(self) -> None:
+        """Wake who waits for the bell, in the next round."""
+        self.rung += 1
+        self.bell.drive(self.rung)
+
+    async def next_round(self) -> None:
+        """Let the round of this instant end, so that its changes show."""
+        self.ring()
+        await edge(self.bell.net)
+
+    @contextmanager
+    def only_queued(self) -> Iterator[Host]:
+        """Calls of the host that are just queued: no time passes, and the journal has the whole script already."""
+        host = self.host
+        kept = host.wait_for, host.on_input
+        host.wait_for = host.on_input = None
+        try:
+            yield host
+        finally:
+            host.wait_for, host.on_input = kept
+
+    def chip(self, port: Port) -> Chip:
+        """The chip at a port."""
+        return self.bench.chips[port.chip]
+
+    def terminal(self, name: str, chip: str) -> Terminal:
+        """A pin by its short or full name."""
+        return self.bench.pin(name if "." in name else f"{chip}.{name}")
+
+    def put(self, terminal: Terminal, value: int | None) -> None:
+        """Drive a pin or let go of it; the journal has the whole script already."""
+        kept, terminal.on_input = terminal.on_input, None
+        try:
+            if value is None:
+                terminal.release()
+            else:
+                terminal.drive(value)
+        finally:
+            terminal.on_input = kept
+
+    def put_at(self, terminal: Terminal, value: int | None, at: int | None) -> None:
+        """The same at an instant; None: now."""
+        if at is None:
+            self.put(terminal, value)
+        else:
+            self.bench.at(at, lambda: self.put(terminal, value))
+
+
+# ------------------------------------------------------------------------------------------------------------ commands
+def spelled(body: str, sheet: Sheet) -> bytes:
+    """A line as a host sends it: with a carriage return, which neither Q takes nor a label that stands alone."""
+    at = 0
+    while body[at + 1 : at + 2] == "$":
+        at += 2
+    row = sheet.commands.by_form.get(body[at : at + 1])
+    if row is not None and not row.terminated:
+        rest = body[at + 1 :]
+        return body[: at + 1].encode("ascii") + (spelled(rest, sheet) if rest else b"")
+    return body.encode("ascii") + (b"\r" if at < len(body) else b"")
+
+
+def spelled_binary(body: str, sheet: Sheet) -> bytes:
+    """The same in binary form: letter, count, data."""
+    decoder, out = Decoder(sheet), b""
+    for byte in spelled(body, sheet):
+        found = decoder.feed(byte, True, False)
+        if isinstance(found, Command):
+            out += encode_binary(found.row, found.values)
+        elif found is not None:
+            raise UsageError("a label, while ASCII/BINARY is low: binary programs branch to addresses (s.3)")
+    if not out:
+        raise UsageError(f"{body!r} is no command, so it has no binary form; @bytes sends any bytes")
+    return out
+
+
+def command(body: str) -> Queue:
+    async def send(stage: Stage, port: Port) -> None:
+        await level(port.ready, 1)
+        data = (spelled if port.mode.level != 0 else spelled_binary)(body, port.sheet)
+        stage.tell(body)
+        await stage.host.send_now(port, data)
+
+    return sending(send)
+
+
+def sending(send: Act) -> Queue:
+    def queue(stage: Stage) -> None:
+        stage.do(send)
+        if stage.directed:
+            stage.do(_taken)
+
+    return queue
+
+
+async def _taken(stage: Stage, port: Port) -> None:
+    """The chip is READY again, or at work for so long that it moves or waits."""
+    await first_of(stage.kernel, stage.kernel.now + port.ps(TAKEN_US), (port.ready, 1))
