@@ -123,7 +123,7 @@ class Hand:
 
     def put(self, clock: int, pin: str, level: int | None) -> None:
         """Drive a pin at a clock, or let go of it (None)."""
-        terminal, ps = self.x.pin(pin), self.x.clock.ps(clock)
+        terminal, ps = self.x.pin(pin), self.bench.now_ps if clock == self.now else self.x.clock.ps(clock)
         terminal.release(at=ps) if level is None else terminal.drive(level, at=ps)
 
     def data(self, clock: int, byte: int | None) -> None:

@@ -130,7 +130,7 @@ def test_the_level_at_the_bottom_decides_not_what_was_between(mover: Make) -> No
     assert x.periods() == UP + [TOP] * 100 + DOWN
 
 
-@pytest.mark.fact("ABORT-5")
+@pytest.mark.fact("ABORT-5", "UND-ABORT-TURN")
 @pytest.mark.parametrize("held", [True, False])
 @pytest.mark.parametrize(("clock", "made"), [(54_999, 5), (64_999, 6), (95_000, 10)])
 def test_case_5_abort_in_the_up_ramp_turns_it_down_at_once(mover: Make, clock: int, made: int, held: bool) -> None:
@@ -148,7 +148,7 @@ def test_case_5_abort_in_the_up_ramp_turns_it_down_at_once(mover: Make, clock: i
     assert x.changes("slew") == []
 
 
-@pytest.mark.fact("ABORT-5", "RAMP-6")
+@pytest.mark.fact("ABORT-5", "RAMP-6", "UND-ABORT-TURN")
 def test_case_5_after_100_ramp_steps_comes_down_the_same_curve(mover: Make) -> None:
     x = mover(number=60_000)
     x.send("F 3\rR 127\rS 100\rZ 1\r")
@@ -168,6 +168,8 @@ def test_only_the_first_abort_of_a_motion_acts(mover: Make) -> None:
     x.on(look + 20_000, "abort", 1)
     bottom = look + sum(DOWN)
     x.on(bottom + 50_000, "abort", 0)  # in the slow run, and for good
+    x.on(bottom + 70_000, "io_select", 1)  # read-outs make the chip look at its inputs with every step
+    x.on(bottom + 200_000, "io_select", 0)
     x.finish()
     assert x.periods() == UP + [TOP] * 100 + DOWN + [LOW] * 880
     x.put(x.now, "abort", 1)
@@ -239,6 +241,20 @@ def test_case_6_the_nominal_target_in_the_down_ramp_is_an_abrupt_stop(
     assert x.periods()[-made:] == DOWN[:made]
     assert ("target-in-ramp" in x.codes) == (made < 10)
     assert x.x.pin("motion_complete").level == 0 and x.x.pin("ready").level == 1
+
+
+@pytest.mark.fact("CONT-2", "UND-FLY-RAMPING")
+@pytest.mark.parametrize("held", [True, False])
+def test_after_the_abort_of_a_continuous_motion_rate_requests_are_not_served(mover: Make, held: bool) -> None:
+    x = mover("instrobe")
+    look = slewing(x, 300, "H\rG\r") + 275 * TOP
+    x.on(look - 1, "abort", 0)
+    if not held:
+        x.on(look + 50_000, "abort", 1)
+    x.request(look + 20_000, 50, look + sum(DOWN) + (-1 if held else 5 * LOW))  # ramp and crawl, up to the target
+    x.finish()
+    assert x.periods() == UP + [TOP] * 275 + DOWN + [LOW] * (0 if held else 5)
+    assert x.changes("instrobe") == []
 
 
 @pytest.mark.fact("CONT-3", "ABORT-9", "UND-CONT-ABORT-RELEASE")

@@ -548,7 +548,7 @@ def test_select_low_within_50_us_is_exactly_one_read_out(mover: Make) -> None:
     assert len(x.changes("outstrobe")) == 4
 
 
-@pytest.mark.fact("FLY-POS-4")
+@pytest.mark.fact("FLY-POS-4", "UND-FLY-POS-CRAWL", "UND-RAMP-TIME")
 @pytest.mark.parametrize("crystal", ["11 MHz", "6 MHz"])
 @pytest.mark.parametrize(
     ("number", "step", "clocks"),
@@ -580,7 +580,7 @@ def test_a_read_out_lengthens_a_step_by_20_us_in_the_ramps_only(
         assert ps == pytest.approx(20_000_000 if crystal == "11 MHz" else 36_666_667, abs=1)
 
 
-@pytest.mark.fact("FLY-POS-4")
+@pytest.mark.fact("FLY-POS-4", "UND-RAMP-TIME")
 def test_read_outs_of_every_step_lengthen_both_ramps_and_nothing_else(mover: Make) -> None:
     x = mover(number=276)
     x.send(SMALL)
@@ -588,17 +588,6 @@ def test_read_outs_of_every_step_lengthen_both_ramps_and_nothing_else(mover: Mak
     read(x, 100, 276 * LOW)
     x.finish()
     assert x.periods() == [LOW, *(period + 220 for period in UP[1:]), *[TOP] * 256, *(period + 220 for period in DOWN)]
-
-
-@pytest.mark.fact("FLY-POS-4", "UND-FLY-SAME")
-def test_the_step_that_answers_the_same_rate_is_no_ramp(mover: Make) -> None:
-    x = mover("outstrobe")
-    look = endless(x) + 10 * TOP
-    x.request(look - 500, 12, look - 1 + 5)
-    read(x, look + 2 * TOP - 300, look + 2 * TOP + 300)
-    x.request(look + 2 * TOP - 500, 12, look + 2 * TOP)  # high again, exactly as the step begins
-    x.till(look + 10 * TOP)
-    assert set(steps_from(x, sum(UP))) == {TOP}
 
 
 @pytest.mark.fact("UND-FLY-POS-BOTH")

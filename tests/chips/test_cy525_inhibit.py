@@ -49,7 +49,7 @@ def test_a_motion_does_not_begin_while_inhibited(mover: Make, command: str) -> N
     assert 0 < x.x.clock.ticks_until(step) - release <= POLL
 
 
-@pytest.mark.fact("INHIBIT-2", "INHIBIT-3", "CON-INHIBIT-PULSE")
+@pytest.mark.fact("INHIBIT-2", "INHIBIT-3", "CON-INHIBIT-PULSE", "UND-RAMP-TIME")
 @pytest.mark.parametrize(
     ("number", "step"),
     [*((276, step) for step in (0, 3, 9, 10, 100, 265, 266, 275)), *((70, step) for step in (19, 20, 69))],
@@ -190,6 +190,7 @@ def test_a_rate_request_during_a_hold_is_seen_when_the_held_step_ends(mover: Mak
     end = rise + held(rise, release) + HIGH
     assert x.changes("slew")[1:3] == [(end, 1), (end + 6 * TOP, 0)]  # six steps, until the unit of 47,900 is over
     assert x.periods()[20:29] == [TOP] * 6 + [x.period(13)] * 3
+    assert "request-withdrawn" not in x.codes  # it was served, and stayed for two more steps
 
 
 @pytest.mark.fact("INHIBIT-2", "FLY-POS-3")

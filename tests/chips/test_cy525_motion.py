@@ -115,6 +115,12 @@ def test_pulse_is_low_for_the_whole_step_but_2_5_us(mover: Make, parameter: int,
     edges = [edge for k in range(100) for edge in ((k * period, 0), ((k + 1) * period - HIGH, 1))]
     assert x.changes("pulse") == edges
     assert x.changes("motion_complete")[-1] == (100 * period, 0)  # the high time belongs to the last step too
+    levels = []
+    x.begin()
+    for clock in (period - HIGH - 1, period - HIGH, period - 1, period):  # the same, asked instead of recorded
+        x.till(clock)
+        levels.append(x.x.pin("pulse").level)
+    assert levels == [0, 1, 1, 0]
 
 
 @pytest.mark.fact("STEP-2", "STEP-3")

@@ -268,7 +268,7 @@ def rate(r):
     return (len(times) - 1) * 10**12 / (times[-1] - times[0])
 
 
-@pytest.mark.fact("CLOCK-1", "RATE-1")
+@pytest.mark.fact("CLOCK-1", "CLOCK-2")
 @pytest.mark.parametrize(
     ("crystal", "parameter", "steps_per_second"),
     [("3.579545 MHz", 30, 976), ("5.5 MHz", 29, 1450), ("11 MHz", 29, 2900), ("1 MHz", 29, 2900 / 11), ("6 MHz", 3, 300 * 6 / 11)],
@@ -279,7 +279,7 @@ def test_step_rates_scale_with_the_crystal(rig, crystal, parameter, steps_per_se
     assert rate(r) == pytest.approx(steps_per_second, rel=0.001)
 
 
-@pytest.mark.fact("CLOCK-2", "RAMP-4")
+@pytest.mark.fact("CLOCK-2")
 @pytest.mark.parametrize(("crystal", "ms"), [("5.5 MHz", 1600), ("11 MHz", 800)])
 def test_ramp_times_scale_with_the_inverse(rig, crystal, ms):
     r = rig(crystal=crystal, rate=127, firstrate=3, slope=100, divisor=1, number=60_000, record=("slew",))

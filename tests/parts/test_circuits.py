@@ -13,7 +13,7 @@ from slewline.parts.circuits import lc_frequency, reset_time
 MS = 10**9
 
 
-# ------------------------------------------------------------------------------------------------------ RESET (fig. 9.1)
+# ------------------------------------------------------------------------------------------------- RESET (fig. 9.1)
 @pytest.mark.fact("RESET-6")
 def test_one_microfarad_keeps_reset_low_for_much_longer_than_10_ms():
     assert reset_time() > 10 * MS
@@ -57,7 +57,7 @@ def test_an_external_gate_may_pull_reset_low_too(circuit):
     assert c.level("x.programmable_output") == 0
 
 
-# ------------------------------------------------------------------------------------------------------ clock (fig. 9.2)
+# ------------------------------------------------------------------------------------------------- clock (fig. 9.2)
 @pytest.mark.fact("CLOCK-3")
 @pytest.mark.parametrize(
     ("l", "c", "cpp", "hertz"),
@@ -80,18 +80,21 @@ def test_a_chip_runs_from_an_lc_clock(circuit):
 
 
 # ------------------------------------------------------------------------------------------------------------- family
-CY512_SOCKET = (
-    "io_request xtal1 xtal2 reset nc abort vss instrobe nc outstrobe clk15 db0 db1 db2 db3 db4 db5 db6 db7 vss "
-    "phase1 phase2 phase3 phase4 nc vdd ready dowhile slew step_inhibit prog run direction programmable_output pulse "
-    "ascii_binary motion_complete wait io_select vcc"
-).split()
+CY512_SOCKET = [
+    *("io_request", "xtal1", "xtal2", "reset", "nc", "abort", "vss", "instrobe", "nc", "outstrobe"),
+    *("clk15", "db0", "db1", "db2", "db3", "db4", "db5", "db6", "db7", "vss"),
+    *("phase1", "phase2", "phase3", "phase4", "nc", "vdd", "ready", "dowhile", "slew", "step_inhibit"),
+    *("prog", "run", "direction", "programmable_output", "pulse"),
+    *("ascii_binary", "motion_complete", "wait", "io_select", "vcc"),
+]
 
 
 @pytest.mark.fact("FAMILY-2")
 def test_the_pins_fit_a_cy512_socket():
     pins = {row.number: row.name for row in sheet_of("cy525").pins}
     assert sorted(pins) == list(range(1, 41))
-    assert [pins[number].rstrip("0123456789") for number in range(1, 41)] == [name.rstrip("0123456789") for name in CY512_SOCKET]
+    for number, name in enumerate(CY512_SOCKET, 1):
+        assert pins[number] == name or pins[number].rstrip("0123456789") == name  # nc5, vss7
 
 
 @pytest.mark.fact("FAMILY-2")

@@ -138,6 +138,41 @@ def test_a_part_comes_before_the_first_run():
         bench.part("inverter")
 
 
+def test_a_whole_bus_cannot_be_driven_to_one_level():
+    bench = slewline.Bench()
+    bench.part("keyboard")
+    with pytest.raises(slewline.WiringError, match=r"keyboard\.db is a bus of eight wires"):
+        bench.pin("keyboard.db").drive(1)
+
+
+def test_a_bench_file_places_parts_and_wires_them(tmp_path):
+    path = tmp_path / "bench.toml"
+    path.write_text(
+        """
+        [[chip]]
+        part = "cy525"
+        name = "x"
+        [[part]]
+        kind = "prom"
+        to = "x"
+        image = "A 0\\rN 5\\rF 10\\rR 10\\rS 255\\rZ 1\\rG\\r"
+        [[part]]
+        kind = "translator"
+        name = "motor"
+        [[wire]]
+        from = "x.pulse"
+        to = "motor.pulse"
+        [[wire]]
+        from = "x.direction"
+        to = "motor.direction"
+        """
+    )
+    bench = slewline.load(path)
+    bench.run_until_idle()
+    assert bench["motor"].position == bench["x"].position == 5
+    assert bench.findings == []
+
+
 def test_parts_of_one_kind_are_numbered():
     bench = slewline.Bench()
     assert [bench.part("inverter").name for _ in range(3)] == ["inverter", "inverter_2", "inverter_3"]

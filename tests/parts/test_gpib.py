@@ -40,8 +40,8 @@ def test_the_talker_does_not_lower_dav_while_the_chip_is_busy(circuit):
     c = listener_on(circuit, "gpib.dav", "x.ready")
     c.pet.send("D 20\rC\r")
     c.finish()
-    delay = [t for t in c.rises("x.ready") if t > 20 * 10**9][0]
-    assert not [t for t in c.falls("gpib.dav") if delay - 20 * 10**9 < t < delay]
+    delay = next(t for t in c.rises("x.ready") if t > 20_000 * US)
+    assert not [t for t in c.falls("gpib.dav") if delay - 20_000 * US < t < delay]
     assert c.level("x.programmable_output") == 0
 
 
@@ -227,6 +227,9 @@ def test_device_clear_freezes_the_motion_and_device_trigger_resumes_it(circuit):
     assert 20 <= held <= 21
     assert (c.level("x.pulse"), c.level("x.step_inhibit")) == (0, 1)
     c.bench.run("1 s")
+    assert c.x.position == held
+    c.pc.trigger(8)  # somebody else
+    c.bench.run("100 ms")
     assert c.x.position == held
     c.pc.trigger(7)
     c.finish()

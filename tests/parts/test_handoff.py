@@ -80,8 +80,8 @@ def test_each_arm_goes_through_its_targets_once_a_part(arms):
 @pytest.mark.fact("EXAMPLE-HANDOFF-1")
 def test_the_arms_pause_for_90_ms_at_the_four_delays(arms):
     moves = arms.moves(arms.giver)
-    pauses = [after[0] - before[1] for before, after in pairwise(moves)][1:]  # behind P 0, P 14, P 108, P 122, P 108, P 0
-    assert [pause // (90 * MS) for pause in pauses] == [1, 1, 0, 1, 1, 0]
+    pauses = [after[0] - before[1] for before, after in pairwise(moves)][1:]
+    assert [pause // (90 * MS) for pause in pauses] == [1, 1, 0, 1, 1, 0]  # behind 0, 14, 108, 122, 108, 0
     for pause in pauses:
         assert pause % (90 * MS) < MS  # a few instructions
 

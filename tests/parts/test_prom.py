@@ -11,7 +11,7 @@ import slewline
 SET_UP = "F 10\rR 10\rS 255\rZ 1\r"
 
 
-@pytest.mark.fact("CIRCUIT-PROM-1")
+@pytest.mark.fact("CIRCUIT-PROM-1", "CON-GUIDE-STANDALONE")
 def test_a_prom_programs_and_starts_a_chip_without_a_host(circuit):
     c = circuit("x.instrobe", "x.io_request", "x.ready", "x.run")
     image = "E\rB\r0\rQX\r"

@@ -11,7 +11,7 @@ MOVE = "F 10\rR 10\rS 255\rZ 1\r"
 US, MS = 10**6, 10**9
 
 
-def chips(*names, shuffle=None, stepwise=False, record=()):
+def chips(*names, shuffle=None, stepwise=False):
     bench = slewline.Bench(shuffle=shuffle)
     found = [bench.add("cy525", name=name, position=0, stepwise=stepwise) for name in names]
     return bench, *found
@@ -29,7 +29,7 @@ def rises(bench, pin, start=None):
 
 # -------------------------------------------------------------------------------------------------------- one data bus
 @pytest.mark.fact("CIRCUIT-BUS-1")
-def test_i_o_request_selects_one_of_several_chips_on_a_bus(circuit):
+def test_i_o_request_selects_one_of_several_chips_on_a_bus():
     bench, x, y, z = chips("x", "y", "z")
     host = bench.host(x, y, z)
     bench.record("x.instrobe", "y.instrobe", "z.instrobe", "y.io_request")
@@ -48,7 +48,7 @@ def test_i_o_request_selects_one_of_several_chips_on_a_bus(circuit):
 
 
 @pytest.mark.fact("CIRCUIT-BUS-1")
-def test_each_ready_is_watched_apart(circuit):
+def test_each_ready_is_watched_apart():
     bench, x, y = chips("x", "y")
     host = bench.host(x, y)
     bench.record("y.instrobe", "x.motion_complete")
@@ -62,7 +62,7 @@ def test_each_ready_is_watched_apart(circuit):
 
 
 @pytest.mark.fact("CIRCUIT-BUS-2")
-def test_a_position_on_the_fly_collides_with_a_command_on_the_same_bus(circuit):
+def test_a_position_on_the_fly_collides_with_a_command_on_the_same_bus():
     bench, x, y = chips("x", "y")
     host = bench.host(x, y)
     bench.run(0)
@@ -82,7 +82,7 @@ def test_a_position_on_the_fly_collides_with_a_command_on_the_same_bus(circuit):
 
 # ---------------------------------------------------------------------------------------------------------- co-routines
 @pytest.mark.fact("PROG-9", "CIRCUIT-COROUTINE")
-def test_a_host_that_waits_for_run_runs_three_programs_in_turn(circuit):
+def test_a_host_that_waits_for_run_runs_three_programs_in_turn():
     bench, x = chips("x")
     host = bench.host(x)
     bench.record("x.run")
@@ -99,7 +99,7 @@ def test_a_host_that_waits_for_run_runs_three_programs_in_turn(circuit):
 
 
 @pytest.mark.fact("CIRCUIT-COROUTINE", "PROG-9")
-def test_one_host_serves_two_chips_that_finish_independently(circuit):
+def test_one_host_serves_two_chips_that_finish_independently():
     bench, x, y = chips("x", "y")
     host = bench.host(x, y)
     bench.record("x.run", "y.run")
@@ -124,7 +124,7 @@ def test_one_host_serves_two_chips_that_finish_independently(circuit):
     assert bench.findings == []
 
 
-# -------------------------------------------------------------------------------------------------------- in step (s.10)
+# ------------------------------------------------------------------------------------------------------ in step (s.10)
 PROGRAM = "A 0\r" + MOVE + "N 20\rE\rC\rU\rG\r0\rQ"  # C: I am here; U: so is the other
 INSTRUCTION, POLL = 40 * US, 8 * US
 
@@ -144,7 +144,7 @@ def in_step(start="0 us", masters=PROGRAM, slaves=PROGRAM, **options):
 
 
 @pytest.mark.fact("CIRCUIT-SYNC-1", "CON-SYNC-WAIT")
-def test_the_slave_waits_until_the_master_clears_its_output(circuit):
+def test_the_slave_waits_until_the_master_clears_its_output():
     bench, master, slave, host = in_step()
     bench.run("1 s")
     assert slave.waiting.startswith("slave: U: wait=0")
@@ -158,7 +158,7 @@ def test_the_slave_waits_until_the_master_clears_its_output(circuit):
 
 
 @pytest.mark.fact("CIRCUIT-SYNC-1", "CON-SYNC-WAIT")
-def test_a_slave_that_waits_for_high_would_not_wait_at_all(circuit):
+def test_a_slave_that_waits_for_high_would_not_wait_at_all():
     bench, _, slave = chips("master", "slave")
     bench.wire("master.programmable_output", "slave.wait")
     bench.host(slave).send(PROGRAM.replace("U", "W") + "X\r")
@@ -176,7 +176,7 @@ def apart(bench, one, two):
 
 @pytest.mark.fact("CIRCUIT-SYNC-2")
 @pytest.mark.parametrize("start", [f"{n} us" for n in range(0, 24, 3)])
-def test_a_slave_that_waits_where_the_master_clears_steps_within_one_poll(circuit, start):
+def test_a_slave_that_waits_where_the_master_clears_steps_within_one_poll(start):
     bench, _, _, host = in_step(start, PROGRAM.replace("U\r", ""), PROGRAM.replace("C\r", ""))
     host.send("X\r")
     bench.run_until_idle()
@@ -185,7 +185,7 @@ def test_a_slave_that_waits_where_the_master_clears_steps_within_one_poll(circui
 
 @pytest.mark.fact("CIRCUIT-SYNC-2")
 @pytest.mark.parametrize("start", ["0 us", "5 us"])
-def test_with_the_same_program_the_slave_leads_by_the_master_s_own_wait(circuit, start):
+def test_with_the_same_program_the_slave_leads_by_the_master_s_own_wait(start):
     bench, _, _, host = in_step(start)
     host.send("X\r")
     bench.run_until_idle()
@@ -194,7 +194,7 @@ def test_with_the_same_program_the_slave_leads_by_the_master_s_own_wait(circuit,
 
 @pytest.mark.fact("CIRCUIT-SYNC-3")
 @pytest.mark.parametrize(("x_steps", "y_steps"), [(50, 5), (5, 50)])
-def test_two_programs_wait_for_each_other_whichever_comes_first(circuit, x_steps, y_steps):
+def test_two_programs_wait_for_each_other_whichever_comes_first(x_steps, y_steps):
     bench, x, y = chips("x", "y")
     bench.wire("x.programmable_output", "y.wait")
     bench.wire("y.programmable_output", "x.wait")
@@ -227,7 +227,7 @@ def follower(stepwise=False, shuffle=None, moves=(7, 3, 12)):
 
 
 @pytest.mark.fact("INHIBIT-4")
-def test_a_follower_steps_only_as_the_pulse_of_the_leader_lets_it(circuit):
+def test_a_follower_steps_only_as_the_pulse_of_the_leader_lets_it():
     bench, lead, follow = follower()
     assert lead.position == 22
     recorder = bench.recorder
@@ -251,7 +251,7 @@ def test_a_follower_steps_only_as_the_pulse_of_the_leader_lets_it(circuit):
 
 
 @pytest.mark.fact("INHIBIT-4")
-def test_the_follower_is_the_same_step_by_step_and_with_ties_shuffled(circuit):
+def test_the_follower_is_the_same_step_by_step_and_with_ties_shuffled():
     runs = []
     for stepwise, shuffle in ((False, None), (True, None), (False, 1), (False, 2), (True, 3)):
         bench, lead, follow = follower(stepwise, shuffle)

@@ -41,9 +41,10 @@ def test_velocity_is_a_line_of_runs_and_the_last_step_lasts_as_long_as_the_one_b
 
 def test_velocity_has_the_sign_of_the_direction_and_rests_between_moves():
     times = [10, 12, 14, 40, 42, 44]
-    move = steps([t * MS for t in times], [1, 1, 1, -1, -1, -1])
-    expected = [(0, 0), (10, 500), (16, 0), (40, -500), (46, 0), (50, 0)]
-    assert pairs(outlines.velocity(move, 0, 50 * MS)) == [(t * MS, v) for t, v in expected]
+    for back in (-1, 1):
+        move = steps([t * MS for t in times], [1, 1, 1, back, back, back])
+        expected = [(0, 0), (10, 500), (16, 0), (40, back * 500), (46, 0), (50, 0)]
+        assert pairs(outlines.velocity(move, 0, 50 * MS)) == [(t * MS, v) for t, v in expected]
 
 
 def test_velocity_that_turns_without_a_pause():
@@ -105,6 +106,11 @@ def test_many_steps_are_straight_in_each_run():
     down = [(2000, 300), (2000, 299), (2199, 100), (2300, 100)]
     outline = outlines.position(steps(times, signs), 0, 0, 2_300_000)
     assert pairs(outline) == [(at * 1000, where) for at, where in (*up, *down)]
+
+
+def test_position_that_turns_in_full_flight():
+    outline = outlines.position(steps(range(1000, 401_000, 1000), [1] * 200 + [-1] * 200), 0, 0, 500_000)
+    assert pairs(outline) == [(0, 0), (1000, 0), (1000, 1), (200_000, 200), (400_000, 0), (500_000, 0)]
 
 
 def test_position_that_was_set_is_a_jump():
@@ -194,7 +200,9 @@ def test_svg_says_what_it_shows_and_is_small(rig, tmp_path):
 def test_same_bytes_every_time_whatever_the_configuration(rig, tmp_path, suffix):
     shown = tracks(rig)
     plot(tmp_path / f"a.{suffix}", "x", *shown, start=0, stop=200 * MS)
-    with matplotlib.rc_context({"lines.linewidth": 9, "font.size": 30, "svg.hashsalt": None, "axes.grid": False}):
+    with matplotlib.rc_context(
+        {"axes.facecolor": "red", "xtick.major.pad": 40, "font.size": 30, "svg.hashsalt": None, "axes.grid": False}
+    ):
         plot(tmp_path / f"b.{suffix}", "x", *shown, start=0, stop=200 * MS)
         assert matplotlib.rcParams["font.size"] == 30
     assert (tmp_path / f"a.{suffix}").read_bytes() == (tmp_path / f"b.{suffix}").read_bytes()

@@ -154,6 +154,22 @@ def test_two_drivers_with_a_promise_of_which_nobody_is_told(rig):
     assert rig.edges("x.pulse", 2_000_000) == [(n * 1_000_000, n in (9, 19, 29)) for n in (9, 11, 19, 21, 29)]
 
 
+def test_recording_that_begins_while_a_promise_is_held_down(rig):
+    net = rig.net("x.pulse", pull=1)
+    second = Driver(net, "second")
+    rig.on(0, x_pulse=rig.pulses(MHZ, 1, (10, 3), high=2))
+    second.drive(0)
+    rig.kernel.settle()
+    rig.kernel.run(9_500_000)  # the promise is high
+    rig.recorder.record(net)
+    rig.kernel.run(25_000_000)
+    assert rig.edges("x.pulse", 9_500_000) == []
+    assert rig.recorder.level_at(net, 9_500_000) == 0
+    second.drive(None)
+    rig.kernel.run(40_000_000)
+    assert rig.edges("x.pulse", 9_500_000) == [(29_000_000, 1)]
+
+
 def test_promise_that_lets_go_rests_on_the_pull(rig):
     rig.recorder.record(rig.net("x.wait", pull=1))
     rig.recorder.record(rig.net("x.prog", tie=0))

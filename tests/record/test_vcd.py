@@ -262,6 +262,18 @@ def test_stream_that_comes_too_late_says_so_and_leaves_nothing(rig, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_stream_may_be_closed_twice_and_asks_at_once(rig, tmp_path):
+    small(rig)
+    with VcdStream(tmp_path / "a.vcd", rig.nets, rig.recorder, start=1_000) as stream:
+        stream.write_until(12_000)
+        stream.close()
+        assert (tmp_path / "a.vcd").read_bytes() == SMALL
+    assert (tmp_path / "a.vcd").read_bytes() == SMALL
+    with pytest.raises(NotRecorded):
+        VcdStream(tmp_path / "b.vcd", {"x.run": rig.net("x.run")}, rig.recorder)
+    assert list(tmp_path.iterdir()) == [tmp_path / "a.vcd"]
+
+
 def test_stream_that_is_dropped_leaves_nothing(rig, tmp_path):
     rig.recorder.record(rig.net("x.slew", pull=1))
     stream = VcdStream(tmp_path / "a.vcd", rig.nets, rig.recorder)

@@ -223,6 +223,10 @@ class Bench(Recording):
             if chip.bus is two:
                 chip.bus = one  # type: ignore[assignment]
             chip.rewired()
+        for name, net in self.recorded.items():
+            if net is two:
+                self.recorder.record(one, two.log.keep_ps)  # type: ignore[union-attr]
+                self.recorded[name] = one
 
     # ------------------------------------------------------------------------------------------------------ running
     @property

@@ -221,8 +221,9 @@ class BenchFile:
         if missing:
             return self.error(place, f"needs the key {missing[1]}; its keys: {', '.join(_keys(place))}")
         found, key = self.value(place), str(next((part for part in reversed(place) if isinstance(part, str)), ""))
-        if len(place) == 1 and isinstance(found, dict):
-            return self.error(place, f"found a single table; write [[{key}]], with two brackets")
+        if len(place) == 1 and key != "bench":
+            single = "a single table" if isinstance(found, dict) else repr(found)
+            return self.error(place, f"found {single}; write [[{key}]], with two brackets")
         expected = re.findall(r"\w+", (re.match(r"Expected `(.*?)`", says) or [""])[0])[1:]
         allowed = ALLOWED.get(key) or " or ".join(ALLOWED[kind] for kind in expected if kind in ALLOWED) or says
         return self.error(place, f"found {found!r}; allowed {allowed}")

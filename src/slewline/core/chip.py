@@ -76,6 +76,8 @@ class Terminal:
         kernel = self.net.kernel
         if self.row.way in ("power", "none"):
             raise WiringError(f"{self.name} (pin {self.row.number}: {self.row.says}) carries no signal")
+        if isinstance(self.net, Bus) and self.bit is None:
+            raise WiringError(f"{self.name} is a bus of eight wires; drive db0 to db7 of a chip that is wired to it")
         if at is not None:
             ps = picoseconds(at)
             if ps < kernel.now:

@@ -39,13 +39,12 @@ class Shuffler(Protocol):
 class Task:
     """A coroutine on the kernel.  `value` is what its next resumption returns: the net that woke it, or None for time."""
 
-    __slots__ = ("alive", "coroutine", "name", "send", "token", "value")
-    is_net = False
+    __slots__ = ("alive", "coroutine", "is_net", "name", "send", "token", "value")
 
     def __init__(self, coroutine: Coroutine[Any, Any, None], name: str) -> None:
         self.coroutine, self.name = coroutine, name
         self.send = coroutine.send
-        self.token, self.alive, self.value = 0, True, None
+        self.token, self.alive, self.value, self.is_net = 0, True, None, False
 
     def kill(self) -> None:
         """End the task where it waits; its `finally` blocks run."""
@@ -60,12 +59,10 @@ class Task:
 class Call:
     """A plain function to be called at an instant, in round 1."""
 
-    __slots__ = ("function", "token", "value")
-    is_net = False
-    alive = True
+    __slots__ = ("alive", "function", "is_net", "token", "value")
 
     def __init__(self, function: Callable[[], object]) -> None:
-        self.function, self.token, self.value = function, 0, None
+        self.function, self.token, self.value, self.alive, self.is_net = function, 0, None, True, False
 
     def send(self, _value: None) -> None:
         self.function()
@@ -219,7 +216,7 @@ class Kernel:
             driver.pending = False
             net = driver.net
             told = driver.next
-            if net.told == 1 and net.plain is driver and (told.__class__ is int or told.__class__ is tuple):
+            if net.told == 1 and net.plain is driver and ((kind := type(told)) is int or kind is tuple):
                 net.told = 0
                 driver.level = told  # the only driver puts a level after a level, and nobody records: most of the time
                 if told != net.value:

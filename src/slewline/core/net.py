@@ -87,7 +87,9 @@ class Inverted:
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Edges at start < t <= stop."""
         times, levels = self.of.edges(start, stop)
-        return times, [None if level is None else 1 - level for level in levels]
+        if isinstance(levels, list):
+            return times, [None if level is None else 1 - level for level in levels]
+        return times, 1 - levels  # of a train: an array of 0 and 1
 
 
 class Driver:
@@ -122,18 +124,17 @@ class Driver:
         Nobody can see them yet, so the promise takes effect at once.
         """
         net = self.net
-        promise = Wave(before, times, levels)
+        promise = self.promise
         if self.pending or net._log is not None:
-            self.drive(promise)
-            return
-        self.promise = promise
-        if len(net.active) == 1 and net.active[0] is self:
-            net.promise, net.plain = promise, None
+            self.drive(Wave(before, times, levels))
+        elif type(promise) is Wave and not (net.waiters or net.observers or net.latched):
+            promise.before, promise.times, promise.levels = before, times, levels  # nobody holds the old one
         else:
+            self.promise = Wave(before, times, levels)
             net.sort_drivers()
-        net.token += 1
-        if net.waiters or net.observers or net.latched:
-            net.follow()
+            net.token += 1
+            if net.waiters or net.observers or net.latched:
+                net.follow()
 
     def renew(self) -> None:
         """`until` of the promise has moved: whoever watches the net must hear of it."""
@@ -144,7 +145,7 @@ class Driver:
     def take(self) -> None:
         """Commit what was told (called by the kernel)."""
         told = self.next
-        if told is None or told.__class__ is int or told.__class__ is tuple:
+        if told is None or type(told) is int or type(told) is tuple:
             if self.promise is None and (self.level is None) is (told is None):
                 self.level = told
                 return
@@ -163,14 +164,13 @@ class Net:
     """A wire.  `level` is what a reader sees now; `changes` and `changed_at` latch the edges of a watched net."""
 
     __slots__ = (
-        "_log", "active", "changed_at", "changes", "clash", "drivers", "kernel", "latched", "name",
+        "_log", "active", "changed_at", "changes", "clash", "drivers", "is_net", "kernel", "latched", "name",
         "observers", "on_conflict", "plain", "promise", "pull", "tie", "token", "told", "value", "waiters",
     )  # fmt: skip
-    is_net = True
     width = 1
 
     def __init__(self, kernel: Kernel, name: str, pull: Level = None, tie: Level = None) -> None:
-        self.kernel, self.name, self.pull, self.tie = kernel, name, pull, tie
+        self.kernel, self.name, self.pull, self.tie, self.is_net = kernel, name, pull, tie, True
         self.drivers: list[Driver] = []
         self.promise: Promise | None = None  # the promise of the first driver that has one
         self.value: Level = tie if tie is not None else pull
@@ -246,7 +246,7 @@ class Net:
         if self._log is not None:
             self._keep(ps, new)
         if promise is not None:
-            if promise.__class__ is Wave and self._log is None and len(active) == 1 and ps >= promise.times[-1]:
+            if type(promise) is Wave and self._log is None and len(active) == 1 and ps >= promise.times[-1]:
                 active[0].level, active[0].promise = promise.levels[-1], None  # the wave is over
                 self.promise, self.plain = None, active[0]
                 if promise.levels[-1] is None:

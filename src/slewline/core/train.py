@@ -196,10 +196,12 @@ class PulseView:
         last_begin = np.append(ends, train.length) if b + 1 > train.steps else ends
         rises = clock.ps_array(last_begin[1 : b - first + 1] - self.high, train.origin)
         rises = rises[(rises > start) & (rises <= stop)]
-        times = np.concatenate([falls, rises])
-        levels = np.concatenate([np.zeros(len(falls), np.int8), np.ones(len(rises), np.int8)])
-        order = np.argsort(times, kind="stable")
-        return times[order], levels[order]
+        times = np.empty(len(falls) + len(rises), np.int64)
+        levels = np.empty(len(times), np.int8)
+        rise_first = int(len(rises) > 0 and (len(falls) == 0 or rises[0] < falls[0]))  # from there on they alternate
+        times[1 - rise_first :: 2], times[rise_first::2] = rises, falls
+        levels[1 - rise_first :: 2], levels[rise_first::2] = 1, 0
+        return times, levels
 
 
 class PatternView:

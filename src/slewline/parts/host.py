@@ -99,7 +99,8 @@ class Host(Part):
         if isinstance(data, str):
             if not data.isascii():
                 at = next(i for i, c in enumerate(data) if ord(c) > 127)
-                raise UsageError(f"{self.name}: {data[at]!r} at character {at + 1} is not ASCII; send bytes for raw values")
+                where = f"{data[at]!r} at character {at + 1}"
+                raise UsageError(f"{self.name}: {where} is not ASCII; send bytes for raw values")
             data = data.encode("ascii")
         self._journal("send", [self.port.chip, bytes(data).hex()])
         if data:
@@ -230,7 +231,7 @@ class Host(Part):
         return self._call("verify", [group, number], action, timeout)  # type: ignore[no-any-return]
 
     def change_rate(self, rate: int, timeout: str = "5 s") -> None:
-        """Request a new rate on the fly (s.7): wait for SLEW low, rate on the bus, I/O REQUEST low until SLEW is high."""
+        """Request a new rate on the fly (s.7): SLEW low, rate on the bus, I/O REQUEST low until SLEW is high."""
         if not 0 <= rate <= 255:
             raise UsageError(f"{self.name}: rate {rate}; allowed 0 to 127 (a byte goes out as it is)")
 

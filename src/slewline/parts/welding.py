@@ -36,8 +36,8 @@ class Workpieces(Part):
         self.add_pin("in_place", "out", "high: a workpiece lies ready", initial=0)
         self.add_pin("last", "out", "low: another one is to come", initial=int(pieces == 0))
         self.add_pin("torch", "in", "a weld is done when it falls", pull=1)
-        self.finished = self.done = 0
-        self.ready = False
+        self.finished = 0
+        self.left = 0  # welds that the workpiece in place still needs
 
     def rewired(self) -> None:
         self.pin("torch").net.watch(self._welded)
@@ -48,15 +48,14 @@ class Workpieces(Part):
             self.kernel.call_at(self.kernel.now + self.change_ps, self._arrive)
 
     def _arrive(self) -> None:
-        self.ready, self.done = True, 0
+        self.left = self.welds
         self.drivers["in_place"].drive(1)
         self.drivers["last"].drive(int(self.finished == self.pieces - 1))
 
     def _welded(self, net: Net) -> None:
-        if net.level == 0 and self.ready:
-            self.done += 1
-            if self.done == self.welds:
-                self.ready = False
+        if net.level == 0 and self.left:
+            self.left -= 1
+            if not self.left:
                 self.finished += 1
                 self.drivers["in_place"].drive(0)
                 self._next()

@@ -49,14 +49,13 @@ def velocity(steps: Steps, start: int, stop: int) -> Outline:
     between = intervals(times)
     if not len(between):
         return np.array([start, stop]), np.zeros(2)
-    ends = np.append(pauses(between), True)  # last steps of moves
+    ends = np.append(pauses(between), True)  # last steps of moves; no two in succession
     lasts = np.append(between, 0)
     lasts[1:][ends[1:]] = between[ends[1:]]
-    lone = ends & np.append(True, ends[:-1])
-    speed = np.where(lone, 0.0, PS_PER_S * signs / np.maximum(lasts, 1))
-    other = (np.abs(np.diff(lasts)) > ROUNDING_PS) | (speed[1:] != speed[:-1]) & (speed[1:] * speed[:-1] <= 0)
+    speed = PS_PER_S * signs / lasts
+    other = (np.abs(np.diff(lasts)) > ROUNDING_PS) | (signs[1:] != signs[:-1])
     changed = np.append(True, other | ends[:-1])
-    stops = (times + lasts)[ends & ~lone]
+    stops = (times + lasts)[ends]
     at = np.concatenate([[min(start, times[0] - 1)], times[changed], stops])
     what = np.concatenate([[0.0], speed[changed], np.zeros(len(stops))])
     order = np.argsort(at, kind="stable")

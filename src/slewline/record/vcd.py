@@ -86,6 +86,7 @@ class VcdStream:
         end = self._reached // self._unit
         if end > self._said:
             self._file.write(b"#%d\n" % end)
+            self._said = end
         self._file.commit()
 
     def discard(self) -> None:

@@ -62,9 +62,14 @@ class Transcript:
             if "pulse" in chip.pins and "ready" in chip.pins:
                 self.bench.kernel.spawn(self.motions(chip), f"transcript of {chip.name}")
 
+    @property
+    def now(self) -> int:
+        """Virtual time, picoseconds."""
+        return self.bench.now_ps
+
     def tell(self, who: str, kind: str, text: str) -> None:
         """An event of this instant."""
-        self.say(self.bench.now_ps, who, kind, text)
+        self.say(self.now, who, kind, text)
 
     def finding(self, found: Finding) -> None:
         """Something that a host did wrong."""
@@ -104,12 +109,13 @@ class Transcript:
             await level(pulse, 0)
             steps = chip.travel - before
             if steps:
-                begun, way = self.bench.now_ps, "cw" if steps > 0 else "ccw"
+                begun, way = self.now, "cw" if steps > 0 else "ccw"
                 self.seldom(chip.name, "motion", f"steps {way} from {(chip.position - steps) % axis.modulus}", about)
                 await level(ready, 1)
-                took = readable(chip.pins["motion_complete"].net.changed_at - begun)
-                taken = counted(abs(chip.travel - before), "step")
-                self.seldom(chip.name, "motion", f"stands at {chip.position} after {taken} {way} in {took}", about)
+                complete = chip.pins["motion_complete"].net
+                ended, over = ("MOTION COMPLETE", complete.changed_at) if complete.level == 0 else ("cut off", self.now)
+                taken = f"{counted(abs(chip.travel - before), 'step')} {way} in {readable(over - begun)}"
+                self.seldom(chip.name, "motion", f"{ended} at {chip.position}: {taken}", about)
             await level(pulse, 1)
 
 

@@ -279,7 +279,7 @@ class Cy525(Chip):
         if self.pc is not None:
             self.request.observers.remove(self._on_request)
         self.motion.killed()
-        self.ended_wait = -1
+        self.accepted = self.ended_wait = -1
         self.decoder.reset()
         self.reset_registers()
         if self.powered:
@@ -308,7 +308,7 @@ class Cy525(Chip):
         while True:
             if request.value != 0:
                 self.idle = self.pc is None
-                text = "a live command" if self.live else "a command" if self.decoder.at_letter else "the rest of a command"
+                text = "the rest of a command" if not self.decoder.at_letter else "a live command" if self.live else "a command"
                 self._waiting = (text, kernel.now)
                 await level(request, 0)
                 request = self.request  # before the first run, wiring may have made it another net
@@ -411,15 +411,13 @@ class Cy525(Chip):
             if decoder.notes:
                 for note in decoder.take_notes():
                     self.finding(note.code, note.text)
-            if found.__class__ is Command:
-                assert isinstance(found, Command)
+            if type(found) is Command:
                 if not self.entering or found.row.form == "Q":
                     return found
                 self.store(found)
                 await self.finish(self.busy_from + T["store"] + found.digits * T["digit"])
                 continue
-            if found.__class__ is Label:
-                assert isinstance(found, Label)
+            if type(found) is Label:
                 self.mark(found.letter)
             await self.finish(self.requested + LETTER)
 
@@ -497,6 +495,7 @@ class Cy525(Chip):
         if row is None:
             self.finding("unknown-opcode", f"byte {at} of the program, {code:02X}: skipped")
             self.pc = self.following = at + 1
+            self.waits(f"byte {at}, {code:02X}, is skipped")
             await self.ticks(40 * TICKS_PER_US)
             return
         values = row.unpack(bytes(self.buffer[at + 1 : at + row.size]))

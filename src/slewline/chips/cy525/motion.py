@@ -56,8 +56,9 @@ class Motion:
         if number:
             await self.uninhibited()
             self.abortable = chip.abort.level == 1
+            plan = self.planned()
             chip.waits(self.progress)
-            await self.play(self.planned())
+            await self.play(plan)
         elif text == "G":
             chip.finding("no-steps", "G with N 0: no step to take")
         await self.end()
@@ -248,15 +249,19 @@ class Motion:
     @property
     def progress(self) -> str:
         """What a running motion waits for."""
-        return f"{self.text} runs until abort=0" if self.continuous else f"{self.text} in motion, {self.number} steps"
+        if self.aborted:
+            return f"{self.text} aborted: down to rate {self.first}, and on to its target unless abort=0 there"
+        if self.continuous:
+            return f"{self.text} runs until {'abort=0' if self.abortable else 'RESET, abort being low from the start'}"
+        return f"{self.text} in motion, {self.number} steps"
 
     # -------------------------------------------------------------------------- what the chip decides between two steps
     async def look(self, plan: Plan, step: int) -> Plan:
         """Look at ABORT and I/O REQUEST before a step begins; returns the plan to go on with (an empty one: stop)."""
         chip = self.chip
-        if step >= plan.steps and not self.continuous:
+        if step >= plan.steps:
             return plan  # on the target
-        over, leg = plan.leg(step - 1), plan.leg(min(step, plan.steps - 1))
+        over, leg = plan.leg(step - 1), plan.leg(step)
         if self.abortable and not self.aborted and chip.abort.level == 0:
             down = self.way_down(plan, step)
             return down if self.continuous else await self.rate_request(down, 0)
@@ -265,19 +270,16 @@ class Motion:
                 return STOP
             if self.continuous:
                 chip.finding("abort-released", "ABORT released before MOTION COMPLETE in a continuous motion: on to the nominal target at F")
-        if self.aborted and self.continuous:
-            return plan
         return await self.rate_request(plan, step)
 
     def way_down(self, plan: Plan, step: int) -> Plan:
         """ABORT has gone low: ramp down to the first rate from where the motion is; the target may lie on the way."""
         chip = self.chip
         self.aborted = True
+        chip.waits(self.progress)
         over = plan.leg(step - 1)
         if over.name == "down":
             runs = profile.tail(over.runs, step - over.first)
-        elif over.name == "crawl":
-            return STOP
         else:
             runs = profile.mirrored(self.ramp(self.first, plan.rate(step - 1)))
         if not runs:
@@ -331,7 +333,7 @@ class Motion:
         if rate < current:
             self.first = rate
             return profile.steady(rate, ("down", profile.mirrored(self.ramp(rate, current))))
-        return profile.steady(rate, ("same", ((sheet.STEP_TICKS[rate], 1),)))  # SLEW blinks for one step
+        return profile.steady(rate, ("up", ((sheet.STEP_TICKS[rate], 1),)))  # SLEW blinks for one step
 
     def taken_rate(self) -> int:
         """Read the rate byte, with one INSTROBE pulse; the request counts as served until it has been high."""
@@ -349,7 +351,7 @@ class Motion:
         chip = self.chip
         chip.slew.play(Wave(1, (chip.clock.ps(chip.tick + T["slew_blink"]),), (0,)))
         chip.motion_complete.drive(0)
-        chip.waits(f"{self.text} at rate 0: a rate above {old}, or abort=0")
+        chip.waits(f"{self.text} at rate 0: a rate above {old}{', or abort=0' if self.abortable else ''}")
         poll = T["wait_poll"]
         abort = ((chip.abort, 0),) if self.abortable else ()
         while True:

@@ -81,10 +81,7 @@ def tail(runs: Runs, first: int) -> Runs:
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """A part of a plan: "up", "slew", "down", "crawl" or "same".  The SLEW pin is low in a slew and high elsewhere.
-
-    A crawl is made at F, up to the target; a same answers a request for the present rate with one step.
-    """
+    """A part of a plan: "up", "slew", "down" or "crawl".  The SLEW pin is low in a slew and high elsewhere."""
 
     name: str
     runs: Runs

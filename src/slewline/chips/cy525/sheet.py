@@ -155,6 +155,14 @@ PHASES = ((0, 1, 0, 1), (1, 0, 0, 1), (1, 0, 1, 0), (0, 1, 1, 0))
 # Verify groups (T.VI): bytes that have a meaning
 VERIFY_BYTES = {0: 5, 1: 48, 2: 6, 3: 6}
 
+# Electrical limits (T.VIII; s.9).  Nothing computes with them: the model knows 0, 1 and floating.
+NOTES = MappingProxyType({
+    "input levels": "high from 2.0 V (XTAL and RESET 3.8 V), low up to 0.8 V (XTAL and RESET 0.6 V)",
+    "output levels": "high at least 2.4 V at 40 uA, low at most 0.45 V at 1.6 mA; open bus lines leak up to 10 uA",
+    "supply": "5 V +/- 10 %, up to 100 mA; at most 1.5 W",
+    "limits": "-0.5 to 7 V at any pin, 0 to 70 degrees C in operation, -65 to 150 in storage",
+})
+
 SHEET = Sheet(
     part="cy525",
     title="CY525 intelligent ramping stepper motor controller",
@@ -169,4 +177,5 @@ SHEET = Sheet(
     buffer_bytes=BUFFER_BYTES,
     labels=LABELS,
     suffix=".cy525",
+    notes=NOTES,
 )

@@ -1,0 +1,256 @@
+"""Bench files: what they furnish, and what they say about mistakes: file, line, key, what is allowed."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+import slewline
+from slewline.bench import file as file_module
+from slewline.bench.file import BenchFile, load_bench
+
+X = '[[chip]]\npart = "cy525"\nname = "x"\n'
+Y = '[[chip]]\npart = "cy525"\nname = "y"\n'
+
+
+@pytest.fixture
+def bench_of(tmp_path):
+    """A bench from the text of a bench file."""
+
+    def load(*tables, **options):
+        path = tmp_path / "bench.toml"
+        path.write_text("\n".join(tables))
+        return slewline.load(path, **options)
+
+    return load
+
+
+# ----------------------------------------------------------------------------------------------------------- furnishing
+def test_the_example_in_the_docstring_is_a_bench(bench_of, tmp_path):
+    (tmp_path / "weld.cy525").write_text("A 7\n")
+    text = re.search(r"^    \[bench\].*keep = \"10 s\"", file_module.__doc__, re.DOTALL | re.MULTILINE)[0]
+    bench = bench_of(text)
+    assert (list(bench.chips), list(bench.parts)) == (["x"], ["not", "host"])
+    bench.run("20 ms")
+    assert (bench["x"].registers["rate"], bench["x"].pin("abort").level, list(bench.recorded)) == (80, 0, ["x.slew"])
+
+
+def test_chips_are_what_the_file_says(bench_of):
+    bench = bench_of(
+        '[[chip]]\npart = "cy525"\n',
+        '[[chip]]\npart = "CY525"\nname = "z"\ncrystal = "6 MHz"\nstraps = { wait = 0 }',
+        "options = { rate = 90, position = 5 }\n",
+        '[[chip]]\npart = "cy525"\nname = "b"\nbare = true\n',
+    )
+    plain, other, bare = bench.chips.values()
+    assert (plain.name, plain.crystal_hz, plain.pin("wait").level) == ("cy525", 11_000_000, 1)
+    assert (other.crystal_hz, other.pin("wait").level) == (6_000_000, 0)
+    assert (other.registers["rate"], other.position) == (90, 5)
+    assert (plain.pin("step_inhibit").level, bare.pin("step_inhibit").level) == (0, 1)
+
+
+def test_scripts_are_queued_and_play(bench_of, tmp_path):
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub" / "y.cy525").write_text("A 9\n")
+    bench = bench_of(
+        X,
+        Y,
+        '[[host]]\nchips = ["x"]\nscript = """\nA 7\nR 20"""\n',
+        '[[host]]\nname = "other"\nchips = ["y"]\nfile = "sub/y.cy525"\n',
+    )
+    assert not bench["host"].idle and not bench["other"].idle
+    bench.run_until_idle()
+    assert (bench["x"].position, bench["x"].registers["rate"], bench["y"].position) == (7, 20, 9)
+
+
+def test_a_script_may_be_a_list_and_the_only_chip_need_not_be_named(bench_of):
+    bench = bench_of(X, '[[host]]\nscript = ["A 7", "R 20"]\n')
+    bench.run_until_idle()
+    assert (bench["x"].position, bench["x"].registers["rate"]) == (7, 20)
+
+
+def test_a_host_has_its_delay_and_may_have_no_script(bench_of):
+    slow, fast = (bench_of(X, f'[[host]]\ndelay = "{delay}"\n') for delay in ("1 ms", "0 s"))
+    for bench in (slow, fast):
+        assert bench["host"].idle
+        bench["host"].send("A 7\r")
+        bench.run_until_idle()
+    assert slow.now_ps - fast.now_ps == 4 * 10**9, "1 ms before each of four bytes"
+
+
+def test_a_host_may_serve_several_chips(bench_of):
+    bench = bench_of(X, Y, '[[host]]\nchips = ["x", "y"]\nscript = ["A 1", "@to y", "A 2"]\n')
+    bench.run_until_idle()
+    assert (bench["x"].position, bench["y"].position) == (1, 2)
+
+
+@pytest.mark.parametrize(("invert", "level"), [("false", 0), ("true", 1)])
+def test_wires(bench_of, invert, level):
+    wire = f'[[wire]]\nfrom = "x.programmable_output"\nto = "y.wait"\ninvert = {invert}\n'
+    bench = bench_of(X, Y, wire, '[[host]]\nchips = ["x"]\nscript = "C"\n')
+    bench.run_until_idle()
+    assert bench["y"].pin("wait").level == level
+
+
+def test_parts_take_their_options_from_their_table(bench_of):
+    part = '[[part]]\nkind = "workpieces"\nname = "table"\nto = "x"\npieces = 1\nchange = "3 ms"\n'
+    bench = bench_of(X, part)
+    levels = []
+    bench["x"].pin("wait").net.watch(lambda net: levels.append((bench.now_ps, net.level)))
+    bench.run("10 ms")
+    assert levels[-1] == (3 * 10**9, 1), "wired, and with the time of the file"
+    assert bench["x"].pin("dowhile").level == 1, "the only piece is the last one"
+
+
+def test_drives_now_and_later(bench_of):
+    bench = bench_of(
+        X,
+        '[[drive]]\npin = "x.wait"\nlevel = 0\n',
+        '[[drive]]\npin = "x.wait"\nlevel = 1\nat = "2 ms"\n',
+        '[[drive]]\npin = "x.abort"\nlevel = 0\nat = 3_000_000_000\n',
+    )
+    levels = []
+    for name in ("wait", "abort"):
+        bench["x"].pin(name).net.watch(lambda net, name=name: levels.append((bench.now_ps, name, net.level)))
+    assert bench["x"].pin("wait").level == 0
+    bench.run("10 ms")
+    assert levels == [(2 * 10**9, "wait", 1), (3 * 10**9, "abort", 0)]
+
+
+def test_recorders(bench_of):
+    bench = bench_of(
+        X,
+        '[[record]]\npins = ["x.programmable_output"]\nkeep = "1 ms"\n',
+        '[[host]]\nscript = ["C", "@wait 5 ms", "B"]\n',
+    )
+    bench.run_until_idle()
+    times, levels = bench.edges("x.programmable_output")
+    assert list(levels) == [1] and len(times) == 1, "what is older than a millisecond is forgotten"
+    assert len(bench_of(X, "[[record]]\n").recorded) == 23, "all pins, the bus in one"
+
+
+def test_seed_and_options_of_the_bench(bench_of, tmp_path):
+    bench = bench_of("[bench]\nseed = 7\n", X, journal=tmp_path / "j", shuffle=3)
+    assert (bench.seed, bench.kernel.shuffle is None) == (7, False)
+    assert '"seed":7' in (tmp_path / "j").read_text()
+
+
+def test_how_long_to_run_is_for_the_command_line(tmp_path):
+    path = tmp_path / "b.toml"
+    path.write_text('[bench]\nuntil = "2 s"\n' + X)
+    assert (BenchFile(path).tables.bench.until, BenchFile(path).tables.bench.timeout) == ("2 s", "60 s")
+
+
+def test_prepare_is_called_before_the_scripts_are_queued(tmp_path):
+    path = tmp_path / "b.toml"
+    path.write_text(X + '[[host]]\nscript = "A 7"\n')
+    seen = []
+    BenchFile(path).load(lambda bench: seen.append((list(bench.parts), bench["host"].idle))).run_until_idle()
+    assert seen == [(["host"], True)]
+
+
+# ------------------------------------------------------------------------------------------------------------- mistakes
+BAD = [
+    ("[[chip]\n", "bench.toml: not TOML: Expected ']]'"),
+    ("a = " + "[" * 5000, "bench.toml: not TOML"),
+    ("part = 3", "bench.toml: [part]: found 3; write [[part]], with two brackets"),
+    ('[chip]\npart = "cy525"', "line 1: [chip]: found a single table; write [[chip]], with two brackets"),
+    ("chips = 3", "[chips]: unknown key; allowed bench, chip, part, wire, host, drive, record; did you mean chip?"),
+    (
+        '[[chip]]\n\ncristal = "11 MHz"\npart = "cy525"',
+        "line 3: [[chip]] 1, cristal: unknown key; allowed part, name, crystal",
+    ),
+    (X + '[[chip]]\nname = "y"', "line 4: [[chip]] 2: needs the key part; its keys: part, name, crystal"),
+    (X + "crystal = 5.5", 'line 4: [[chip]] 1, crystal: found 5.5; allowed a frequency such as "11 MHz"'),
+    (X + 'crystal = "99 MHz"', "line 1: [[chip]] 1: crystal '99 MHz': CY525 takes 1 to 11 MHz"),
+    (X + "straps = { abort = 2 }", "line 4: [[chip]] 1, straps: found {'abort': 2}; allowed 0, 1 for a pin"),
+    (X + "straps = { bell = 1 }", "line 1: [[chip]] 1: x (cy525) has no pin 'bell'; its pins: io_request"),
+    (X + "bare = 1", "line 4: [[chip]] 1, bare: found 1; allowed true, false"),
+    (X + "options = { rates = 3 }", "line 1: [[chip]] 1: x: no option or register 'rates'; registers: number"),
+    (X + "options = { rate = 300 }", "line 1: [[chip]] 1: x: rate 300; allowed 0..255"),
+    (X + 'options = { rate = "fast" }', "line 1: [[chip]] 1: x: rate 'fast'; allowed 0..255"),
+    (X + X, "line 4: [[chip]] 2: the bench has a 'x' already; names are unique"),
+    ('[[chip]]\npart = "cy999"', "line 1: [[chip]] 1: no chip 'cy999'; there are: cy525"),
+    ('[bench]\nseed = "a"', "line 2: [bench] seed: found 'a'; allowed a whole number"),
+    ("[bench]\nuntil = 0.5", 'line 2: [bench] until: found 0.5; allowed a time such as "25 us"; text, because'),
+    ('[bench]\ntimeout = "-3 s"', "line 2: [bench] timeout: time '-3 s': virtual time does not run backwards"),
+    (X + '[[wire]]\nfrom = "x.slew"', "line 4: [[wire]] 1: needs the key to; its keys: from, to, invert"),
+    (X + '[[wire]]\nfrom = "x.slew"\nto = "x.bell"', "line 4: [[wire]] 1: x (cy525) has no pin 'bell'"),
+    (X + '[[wire]]\nfrom = "x.slew"\nto = "x.vcc"', "line 4: [[wire]] 1: x.vcc (pin 40: +5 V) carries no signal"),
+    (X + '[[drive]]\npin = "x.abort"\nlevel = 3', "line 6: [[drive]] 1, level: found 3; allowed 0, 1"),
+    (X + '[[drive]]\npin = "abort"\nlevel = 1', "line 4: [[drive]] 1: pin 'abort': give owner and pin"),
+    (X + '[[drive]]\npin = "x.abort"\nlevel = 1\nat = 1.5', "line 7: [[drive]] 1, at: found 1.5; allowed a time"),
+    (X + '[[record]]\npins = ["x.bell"]', "line 4: [[record]] 1: x (cy525) has no pin 'bell'"),
+    (X + '[[record]]\nkeep = "soon"', "line 4: [[record]] 1: time 'soon': expected a number and a unit"),
+    (X + '[[part]]\nname = "u"', 'line 4: [[part]] 1: needs the key kind, such as kind = "inverter"'),
+    (X + '[[part]]\nkind = "uhu"', "line 4: [[part]] 1: no part 'uhu'; there are: inverter, and, or"),
+    (X + '[[part]]\nkind = "inverter"\nto = 5', "line 4: [[part]] 1: to: found 5; allowed text"),
+    (
+        X + '[[part]]\nkind = "nand"\ngates = 5',
+        "line 4: [[part]] 1: nand: a nand has no option 'gates'; its options: inputs",
+    ),
+    (X + '[[part]]\nkind = "nand"\ninputs = "two"', "line 4: [[part]] 1: "),
+    (X + '[[host]]\nfile = "nix.cy525"', "line 5: [[host]] 1, file: "),
+    (X + '[[host]]\nchips = ["y"]', "line 5: [[host]] 1, chips: no chip 'y' on the bench; there are: x"),
+    (X + Y + '[[host]]\nscript = "A 0"', 'line 7: [[host]] 1: which chip? chips = ["x"]'),
+    (X + "[[host]]\nscript = 5", "line 5: [[host]] 1, script: found 5; allowed text, or a list of lines"),
+    (X + '[[host]]\nscript = "A 0"\nfile = "a"', "line 6: [[host]] 1, file: beside script; give one of the two"),
+    (X + '[[host]]\ndelay = "long"', "line 4: [[host]] 1: time 'long'"),
+    (X + '[[host]]\nscript = ["A 0", "@foo"]', "bench.toml, [[host]] 1, script, line 2, column 1: no directive @foo"),
+    (
+        X + '[[host]]\nscript = "@until bell=1"',
+        "bench.toml, [[host]] 1, script, line 1, column 1: x (cy525) has no pin 'bell'",
+    ),
+]
+
+
+@pytest.mark.parametrize(("text", "says"), BAD, ids=[re.sub(r"\W+", " ", says)[:60] for _, says in BAD])
+def test_mistakes_are_told_with_file_line_and_key(bench_of, tmp_path, text, says):
+    with pytest.raises((slewline.errors.BenchFileError, slewline.ProgramError)) as raised:
+        bench_of(text)
+    assert str(raised.value).startswith(str(tmp_path / "bench.toml"))
+    assert says in str(raised.value)
+    assert len(str(raised.value)) < 700
+
+
+def test_the_file_of_a_script_is_named_with_its_line(bench_of, tmp_path):
+    (tmp_path / "w.cy525").write_text("A 0\n@foo\n")
+    with pytest.raises(slewline.ProgramError) as raised:
+        bench_of(X, '[[host]]\nfile = "w.cy525"\n')
+    assert str(raised.value).startswith(f"{tmp_path / 'w.cy525'}, line 2, column 1: no directive @foo")
+
+
+def test_no_script_is_queued_when_another_one_is_refused(bench_of):
+    with pytest.raises(slewline.ProgramError):
+        bench_of(X, Y, '[[host]]\nchips = ["x"]\nscript = "A 0"\n[[host]]\nchips = ["y"]\nscript = "@foo"\n')
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "says"),
+    [
+        ("missing.toml", None, "cannot be read: No such file or directory"),
+        (".", None, "cannot be read: Is a directory"),
+        ("garbage.toml", b"\xff\xfe\x00", "byte FF in line 1 is not UTF-8 text; is it the right file?"),
+        ("zero.toml", b"a = 1\n\0", "holds zero bytes, so it is no text"),
+        ("late.toml", b"a = 1\n\n b = \xe4", "byte E4 in line 3 is not UTF-8 text"),
+        ("big.toml", b"#" * 10_000_001, "10000001 bytes; allowed 10000000"),
+    ],
+)
+def test_files_that_cannot_be_read(tmp_path, name, data, says):
+    if data is not None:
+        (tmp_path / name).write_bytes(data)
+    with pytest.raises(slewline.errors.BenchFileError, match=re.escape(says)) as raised:
+        load_bench(tmp_path / name)
+    assert str(raised.value).startswith(str(tmp_path / name))
+
+
+def test_a_name_that_the_system_refuses():
+    with pytest.raises(slewline.errors.BenchFileError, match="cannot be read"):
+        load_bench(Path("a\0b"))
+
+
+def test_keys_written_in_another_way_have_no_line_but_a_name(bench_of):
+    with pytest.raises(slewline.errors.BenchFileError, match=r"bench\.toml: \[\[chip\]\] 1, crystal: found 5\.5"):
+        bench_of('chip = [{ part = "cy525", crystal = 5.5 }]')

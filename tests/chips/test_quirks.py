@@ -1,0 +1,41 @@
+"""Every decision that the manual leaves to us names a test, and that test names the decision."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from slewline.chips.cy525.quirks import QUIRKS
+
+TESTS = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="module")
+def marked() -> dict[str, set[str]]:
+    """Of each test function, all texts in its decorators."""
+    found: dict[str, set[str]] = {}
+    for path in TESTS.rglob("test_*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
+                texts = {
+                    inner.value
+                    for decorator in node.decorator_list
+                    for inner in ast.walk(decorator)
+                    if isinstance(inner, ast.Constant) and isinstance(inner.value, str)
+                }
+                found.setdefault(node.name, set()).update(texts)
+    return found
+
+
+@pytest.mark.parametrize("quirk", QUIRKS, ids=lambda quirk: quirk.id)
+def test_a_quirk_is_pinned_by_a_test_that_names_it(quirk, marked: dict[str, set[str]]) -> None:
+    assert quirk.test in marked, f"{quirk.test} does not exist"
+    assert quirk.id in marked[quirk.test], f"{quirk.test} does not carry {quirk.id}"
+
+
+def test_quirks_are_told_once_and_whole() -> None:
+    ids = [quirk.id for quirk in QUIRKS]
+    assert len(ids) == len(set(ids))
+    assert all(quirk.id.startswith(("UND-", "CON-")) and all(quirk) for quirk in QUIRKS)

@@ -1,0 +1,121 @@
+"""Runs the code blocks of a page, in their order, in the current directory.
+
+    python    is executed; blocks of a page share their names, and what one prints is kept.  If the first line is a
+              comment with a file name (`# test_it.py`), it is written to that file instead
+    toml      is written to the file that its first line names (`# drill.toml`)
+    text      is written likewise (`; go.cy525`); without a name it is what the Python block before it printed
+    console   `$ slewline ...` is called, and must print what follows; a line `...` stands for any lines
+
+A block in another language fails: nothing on a page that is tested stays untried.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+import sys
+from contextlib import redirect_stderr, redirect_stdout
+from io import BytesIO, StringIO, TextIOWrapper
+from pathlib import Path
+
+from sybil import Example, Sybil
+from sybil.evaluators.python import PythonEvaluator
+from sybil.parsers.markdown import CodeBlockParser
+from sybil.parsers.markdown.lexers import FencedCodeBlockLexer
+
+from slewline.tools.main import invoke
+
+ROOT = Path(__file__).parents[2]
+NAMED = re.compile(r"(?:#|;) ([\w/]+\.\w+)\b.*\n")
+execute = PythonEvaluator()
+
+
+def python(example: Example) -> str | None:
+    """Execute, or write to a file."""
+    if written(example):
+        return None
+    with redirect_stdout(StringIO()) as out:
+        failure = execute(example)
+    example.namespace["__printed__"] = out.getvalue()
+    return failure
+
+
+def text(example: Example) -> str | None:
+    """Write to a file, or compare with what was printed."""
+    if written(example):
+        return None
+    return differs(example.parsed, example.namespace.pop("__printed__", "(no Python block before)"))
+
+
+def toml(example: Example) -> str | None:
+    """Write to a file."""
+    return None if written(example) else "the first line names no file"
+
+
+def written(example: Example) -> bool:
+    """Write the block to the file that its first line names, if it does."""
+    named = NAMED.match(example.parsed)
+    if named:
+        Path(named[1]).write_text(example.parsed, "utf-8")
+    return bool(named)
+
+
+def console(example: Example) -> str | None:
+    """Call every command, and compare what it prints."""
+    calls = re.split(r"^\$ ", example.parsed, flags=re.MULTILINE)
+    if calls[0]:
+        return "a console block begins with $"
+    for call in calls[1:]:
+        command, _, shown = call.partition("\n")
+        failure = differs(shown, called(shlex.split(command, comments=True)))
+        if failure:
+            return f"$ {command}\n{failure}"
+    return None
+
+
+def called(words: list[str]) -> str:
+    """What a command prints."""
+    if words[0] == "make":  # not run here: it would set up an environment
+        assert re.search(rf"^{words[1]}:", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE)
+        return ""
+    if words == [".", ".venv/bin/activate"]:
+        return ""
+    if words[0] == "pytest":
+        command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *words[1:]]
+        ran = subprocess.run(command, capture_output=True, text=True)
+        return re.sub(r" in [\d.]+s", "", ran.stdout)
+    assert words[0] == "slewline", words
+    out = TextIOWrapper(BytesIO(), "utf-8", write_through=True)
+    with redirect_stdout(out), redirect_stderr(out):
+        invoke(words[1:])
+    return out.buffer.getvalue().decode("utf-8")
+
+
+def differs(shown: str, printed: str) -> str | None:
+    """What is wrong, if the page does not show what was printed."""
+    pattern = "".join(r"(?:.*\n)*?" if line == "..." else re.escape(line.rstrip()) + r" *\n" for line in shown.splitlines())
+    if re.fullmatch(pattern, printed):
+        return None
+    return f"the page shows\n\n{shown}\nbut this was printed\n\n{printed}"
+
+
+EVALUATORS = {"python": python, "text": text, "toml": toml, "console": console}
+SYBIL = Sybil([CodeBlockParser(language, evaluate) for language, evaluate in EVALUATORS.items()])
+
+
+def run_page(path: Path, languages: tuple[str, ...] = tuple(EVALUATORS)) -> int:
+    """Run the blocks of a page in some languages; returns how many there were."""
+    document = SYBIL.parse(path)
+    count = 0
+    for example in document.examples():
+        if example.region.lexemes["arguments"] in languages:
+            example.evaluate()
+            count += 1
+    return count
+
+
+def languages_of(path: Path) -> set[str]:
+    """The languages of all blocks of a page."""
+    document = SYBIL.parse(path)
+    return {region.lexemes["language"] for region in FencedCodeBlockLexer(r"[^\n]*")(document)}

@@ -1,0 +1,28 @@
+"""The code on the pages runs as it stands, and prints what the pages say."""
+
+from __future__ import annotations
+
+import pytest
+
+from .blocks import EVALUATORS, ROOT, languages_of, run_page
+
+TRIED = [ROOT / "README.md", *sorted((ROOT / "docs/tutorial").glob("*.md")), *sorted((ROOT / "docs/howto").glob("*.md"))]
+EXPLAINED = [*sorted((ROOT / "docs/explanation").glob("*.md")), ROOT / "docs/reference/api.md"]
+
+
+def name(path):
+    return path.relative_to(ROOT).as_posix()
+
+
+@pytest.mark.parametrize("page", TRIED, ids=name)
+def test_every_block_of_a_page_runs_and_prints_what_is_shown(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert languages_of(page) <= set(EVALUATORS)
+    assert run_page(page) >= 3
+
+
+@pytest.mark.parametrize("page", EXPLAINED, ids=name)
+def test_python_and_commands_on_the_other_pages_run(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert languages_of(page) <= {*EVALUATORS}
+    run_page(page, ("python", "console"))

@@ -1,0 +1,204 @@
+"""The command line as such: what it loads, how it ends, and what it says to bad input."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import slewline
+
+COMMANDS = ("chips", "run", "asm", "dis", "lint", "describe", "demo")
+PYTHON = [sys.executable, "-W", "error", "-c"]
+
+
+def python(code, *arguments, **options):
+    """Run Python code in a process of its own, with `invoke` at hand."""
+    code = f"import sys; from slewline.tools.main import invoke; {code}"
+    return subprocess.run([*PYTHON, code, *arguments], check=False, capture_output=True, text=True, **options)
+
+
+def loaded_by(arguments):
+    """The modules that a command line loads."""
+    ran = python(f"assert invoke({arguments!r}) == 0; print(*sys.modules, file=sys.stderr)")
+    assert ran.returncode == 0, ran.stderr
+    return set(ran.stderr.split())
+
+
+def test_help_loads_click_and_nothing_heavy():
+    loaded = loaded_by(["--help"])
+    assert "click" in loaded
+    assert not loaded & {"numpy", "rich", "matplotlib", "msgspec", "slewline.bench", "slewline.core.kernel"}
+
+
+@pytest.mark.parametrize("arguments", [["run", "--help"], ["demo", "--help"], ["chips"], ["describe", "cy525", "G"]])
+def test_what_needs_no_arrays_loads_none(arguments):
+    assert not loaded_by(arguments) & {"numpy", "rich", "matplotlib"}
+
+
+def test_every_command_has_help_that_says_how_it_ends(call):
+    shown = call("--help")
+    for command in COMMANDS:
+        assert f"\n  {command} " in shown.out
+        help_ = call(command, "--help")
+        assert (help_.status, help_.err) == (0, "")
+        assert "Exit status: 0 all is well, 1 a problem" in " ".join(help_.out.split())
+
+
+def test_the_help_of_run_holds_the_guide_to_scripts(call):
+    from slewline.bench import script
+
+    assert script.__doc__ in call("run", "--help").out
+
+
+def test_version(call):
+    assert call("--version").out.split()[-1] == slewline.__version__
+
+
+def test_without_click_the_message_says_what_to_install():
+    ran = python("sys.modules['click'] = None; sys.exit(invoke(['chips']))")
+    assert (ran.returncode, ran.stdout) == (2, "")
+    assert ran.stderr == "slewline: the command line needs click and rich: pip install 'slewline[cli]'\n"
+
+
+def test_without_msgspec_programs_run_and_bench_files_say_what_to_install(five, write):
+    write("bench.toml", "[[chip]]", 'part = "cy525"')
+    code = "sys.modules['msgspec'] = None; sys.exit(invoke(['run', sys.argv[1]]))"
+    assert python(code, five).returncode == 0
+    ran = python(code, "bench.toml")
+    assert (ran.returncode, ran.stderr) == (2, "slewline: bench files need msgspec: pip install 'slewline[bench]'\n")
+
+
+# ------------------------------------------------------------------------------------------------------- closed outputs
+def test_a_closed_pipe_ends_the_run_quietly_and_leaves_no_file(endless, folder):
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = "import sys; from slewline.tools.main import main; main()"
+    arguments = ["run", endless, "--until", "1 s", "--vcd", "x.vcd", "--journal", "j"]
+    ran = subprocess.run([*PYTHON, command, *arguments], stdout=writer, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(writer)
+    assert (ran.returncode, ran.stderr) == (1, "")
+    assert [path.name for path in folder.iterdir()] == [endless]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_a_full_disk_behind_the_standard_output(five):
+    command = "import sys; from slewline.tools.main import main; main()"
+    with open("/dev/full", "w") as full:
+        ran = subprocess.run(
+            [*PYTHON, command, "run", five], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert (ran.returncode, ran.stderr) == (1, "slewline: output: No space left on device\n")
+
+
+def test_an_interrupt_leaves_no_file(call, five, folder, monkeypatch):
+    def interrupt(bench, _timeout):
+        bench.run("1 ms")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(slewline.Bench, "run_until_idle", interrupt)
+    ran = call("run", five, "--journal", "j", "--vcd", "x.vcd", "--json", "x.json")
+    assert (ran.status, ran.err.split("\n")[-2]) == (1, "slewline: interrupted; no file was written")
+    assert [path.name for path in folder.iterdir()] == [five]
+
+
+# ------------------------------------------------------------------------------------------------------------ bad input
+BAD_FILES = {
+    "empty.cy525": b"",
+    "comment.cy525": b"; nothing else\n\n",
+    "garbage.cy525": bytes(range(128, 256)) * 20,
+    "zeros.cy525": b"A 0\nR 20\0\n",
+    "long.cy525": b"A 0\n" + b"9" * 1_000_000,
+    "umlaut.cy525": "A 0\n  R \u00e4\n".encode(),
+    "directive.cy525": b"A 0\n @wiat 20 ms\n",
+    "good.cy525": b"A 0\nN 5\nG\n",
+    "good.txt": b"A 0\n",
+    "odd.hex": b"43 00\n4\n",
+    "big.hex": b"43 " * 61,
+}
+BAD = {  # what is called: (exit status, what the message holds: place, and remedy)
+    "run missing.cy525": (2, "missing.cy525: cannot be read: No such file"),
+    "run .": (2, ".: cannot be read: Is a directory"),
+    "run empty.cy525": (2, "empty.cy525: empty, no command in it; a program has a command a line, such as R 100"),
+    "run comment.cy525": (2, "comment.cy525: empty"),
+    "run garbage.cy525": (2, "garbage.cy525: byte 80 in line 1 is not UTF-8 text; is it the right file?"),
+    "run zeros.cy525": (2, "zeros.cy525: holds zero bytes"),
+    "run long.cy525": (2, "long.cy525, line 2: 1000000 characters; allowed 1000"),
+    "run umlaut.cy525": (
+        2,
+        "umlaut.cy525, line 2, column 3: '\u00e4' at character 3 is not printable ASCII; @bytes",
+    ),
+    "run directive.cy525": (2, "directive.cy525, line 2, column 2: no directive @wiat; there are @wait @until"),
+    "run good.txt": (2, "good.txt: for which chip? Give --chip cy525, or a file name ending in .cy525"),
+    "run good.txt --chip|cy999": (2, "no chip 'cy999'; there are: cy525"),
+    "run good.cy525 --chip|cy999": (2, "no chip 'cy999'; there are: cy525"),
+    "run odd.hex --chip|cy525": (2, "odd.hex, line 2, column 1: '4': bytes are pairs of hexadecimal digits"),
+    "run good.cy525 --crystal|99 MHz": (2, "crystal '99 MHz': CY525 takes 1 to 11 MHz"),
+    "run good.cy525 --crystal|fast": (2, "'--crystal': frequency 'fast': expected a number and a unit"),
+    "run good.cy525 --until|-3 s": (2, "'--until': time '-3 s': virtual time does not run backwards; give 0 or more"),
+    "run good.cy525 --until|0.5": (2, "'--until': time '0.5': expected a number and a unit (ps, ns, us"),
+    "run good.cy525 --timeout|3 parsecs": (2, "'--timeout': time '3 parsecs': expected a number and a unit"),
+    "run good.cy525 --drive|abort": (2, "'--drive': 'abort': give pin, level and instant, such as 'abort=0@12 ms'"),
+    "run good.cy525 --drive|abort=2": (2, "'--drive': 'abort=2': give pin, level"),
+    "run good.cy525 --drive|abort=0@-1 s": (2, "'--drive': time '-1 s': virtual time does not run backwards"),
+    "run good.cy525 --drive|bell=0": (2, "has no pin 'bell'; its pins: io_request"),
+    "run good.cy525 --vcd|.": (2, ".: is a directory"),
+    "run good.cy525 --vcd|no/x.vcd": (2, "no/x.vcd: there is no directory 'no'"),
+    "run good.cy525 --journal|good.txt/x": (2, "good.txt/x: "),
+    "run good.cy525 --plot|x.txt": (2, "x.txt: give a name that ends in .svg or .png"),
+    "run good.cy525 --json|x --steps|./x": (2, "./x: this command uses that file already"),
+    "run good.cy525 --json|good.cy525": (2, "good.cy525: this command uses that file already"),
+    "run": (2, "give a program, a bench file, or --replay JOURNAL"),
+    "run good.cy525 --replay|good.txt": (2, "and only one of them"),
+    "run --replay|good.txt": (2, "journal good.txt, line 1: not a journal entry"),
+    "run --replay|missing": (2, "journal missing: No such file"),
+    "run --replay|good.txt --until|1 s": (2, "--replay repeats a run as it was; leave out --until"),
+    "run good.cy525 --jason": (2, "No such option '--jason'"),
+    "asm missing.cy525": (2, "missing.cy525: cannot be read"),
+    "asm umlaut.cy525": (1, "umlaut.cy525, line 2, column 5: RATE \u00e4: allowed 0..127 (CY525 manual, T.V)"),
+    "asm good.cy525 --output|.": (2, ".: is a directory"),
+    "asm good.cy525 --output|good.cy525": (2, "good.cy525: this command uses that file already"),
+    "dis missing.hex --chip|cy525": (2, "missing.hex: cannot be read"),
+    "dis odd.hex --chip|cy525": (2, "odd.hex, line 2: '4': bytes are pairs of hexadecimal digits"),
+    "dis big.hex --chip|cy525": (2, "big.hex: 61 bytes; the program buffer has 60; if a host sends it, give --stream"),
+    "dis empty.cy525": (2, "empty.cy525: empty, no bytes in it"),
+    "lint missing.cy525": (2, "missing.cy525: cannot be read"),
+    "lint long.cy525": (2, "long.cy525, line 2: 1000000 characters"),
+    "lint": (2, "Missing argument 'FILE...'"),
+    "describe cy999": (2, "no chip 'cy999'; there are: cy525"),
+    "describe cy525 K": (2, "cy525 has no command 'K'; it has A (ABSOLUTE)"),
+    "demo --output|good.txt": (
+        2,
+        "good.txt: no folder can be made there (File exists); give another one",
+    ),
+    "frobnicate": (2, "No such command 'frobnicate'"),
+    "chips extra": (2, "unexpected extra argument (extra)"),
+}
+
+
+@pytest.mark.parametrize("line", BAD)
+def test_bad_input_gets_a_message_with_place_and_remedy(line, call, folder):
+    for name, data in BAD_FILES.items():
+        (folder / name).write_bytes(data)
+    status, message = BAD[line]
+    ran = call(*(word for part in line.split(" --") for word in split(part, line)))
+    assert (ran.status, ran.out) == (status, "")
+    assert message in ran.err
+    assert "Traceback" not in ran.err and len(ran.err) < 1500
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == BAD_FILES
+
+
+def split(part, line):
+    """The words of "run good.cy525", and of "drive|abort=0@12 ms", which lost its dashes."""
+    if line.startswith(part):
+        return part.split()
+    name, *value = part.split("|")
+    return [f"--{name}", *value]
+
+
+def test_refused_lines_leave_no_warning_of_the_interpreter(five):
+    ran = python("sys.exit(invoke(sys.argv[1:]))", "run", five, "--drive", "bell=0")
+    assert (ran.returncode, ran.stderr.count("\n")) == (2, 1)

@@ -1,0 +1,61 @@
+"""slewline demo: the welding machine, what it prints and what it leaves behind."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from slewline.chips.cy525.sheet import SHEET
+from slewline.language.assemble import assemble
+from slewline.tools.demo import HERE, MACHINE, PROGRAM
+
+FILES = ["weld.cy525", "weld.png", "weld.svg", "weld.toml", "weld.vcd"]
+
+
+@pytest.fixture
+def ran(call):
+    return call("demo")
+
+
+def test_six_spots_on_each_of_two_workpieces(ran):
+    assert (ran.status, ran.err) == (0, "")
+    spots = re.findall(r"^ +([\d.]+) +(\d+) +spot (\d)", ran.out, re.MULTILINE)
+    assert [int(position) for _, position, _ in spots] == [700 * n for n in range(6)] * 2
+    assert [int(number) for *_, number in spots] == [1, 2, 3, 4, 5, 6] * 2
+    times = [float(time) for time, *_ in spots]
+    assert times == sorted(times)
+    assert "12 spots, 16,800 steps, up to 5,978 steps/s; 6." in ran.out
+    assert ran.out.index("workpiece 1 lies ready") < ran.out.index("spot 6") < ran.out.index("workpiece 2 lies ready")
+    assert ran.out.index("workpiece 2 lies ready") < ran.out.index("no other workpiece: the program ends")
+
+
+def test_the_files_are_where_it_says(ran):
+    assert sorted(path.name for path in Path("build/demo").iterdir()) == FILES
+    assert all(f"build/demo/{name} " in ran.out for name in FILES)
+    assert Path("build/demo/weld.png").read_bytes().startswith(b"\x89PNG")
+    svg = Path("build/demo/weld.svg").read_text()
+    assert all(word in svg for word in ("R = 80", "F = 5", "S = 240", "N = 700", "x.programmable_output"))
+    assert "$scope module x" in Path("build/demo/weld.vcd").read_text()
+
+
+def test_the_machine_can_be_changed_and_run(ran, call):
+    machine = Path("build/demo/weld.toml")
+    machine.write_text(machine.read_text().replace("pieces = 2", "pieces = 3"))
+    found = call("run", str(machine), "--json").json["chips"]["x"]
+    assert (found["steps"]["count"], found["position"], found["findings"]) == (3 * 2 * 4200, 0, [])
+
+
+def test_another_folder(call):
+    assert call("demo", "--output", "here/and there").status == 0
+    assert sorted(path.name for path in Path("here/and there").iterdir()) == FILES
+
+
+def test_the_program_is_the_one_of_the_manual_with_other_numbers(call):
+    stored = assemble((HERE / PROGRAM).read_text(), SHEET).stored
+    assert len(stored) == 20
+    assert (stored[0:2] + stored[5:6] + stored[9:12] + stored[14:15]).decode() == "W+BCGLP"
+    ran = call("lint", str(HERE / PROGRAM), "--strict")
+    assert ran.out.endswith("nothing to complain about\n")
+    assert f'file = "{PROGRAM}"' in (HERE / MACHINE).read_text()

@@ -1,0 +1,125 @@
+"""The transcript: every event with its instant, in order, and no influence on what it tells about."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+import pytest
+
+import slewline
+from slewline.bench.script import run_script
+from slewline.tools.transcript import MOST, Transcript, counted, seconds
+
+SET_UP = "F 3\nR 40\nS 255\nZ 1\nA 0\n"
+
+
+def told(script, drive=(), timeout="60 s", **options):
+    """The events (ps, who, kind, text) of a script, and the chip."""
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x", **options)
+    events = []
+    for pin, level, at in drive:
+        x.pin(pin).drive(level, at)
+    Transcript(bench, lambda *event: events.append(event)).attach()
+    run_script(bench, bench.host(x), script)
+    host = bench["host"]
+    host.on_event = lambda text: events.append((bench.now_ps, "host", "host", text))
+    with suppress(slewline.Timeout):
+        bench.run_until_idle(timeout)
+    return events, x
+
+
+def texts(events, *kinds):
+    return [text for _, _, kind, text in events if kind in kinds]
+
+
+def test_a_motion_is_told_when_it_begins_and_when_it_is_complete():
+    events, x = told(SET_UP + "N 300\nG\n-\nN 1\nG\n")
+    motions = [event for event in events if event[2] == "motion"]
+    times = [int(time) for time in x.steps().times_ps]
+    assert [text.split(":")[0] for _, _, _, text in motions] == [
+        "steps cw from 0",
+        "MOTION COMPLETE at 300",
+        "steps ccw from 300",
+        "MOTION COMPLETE at 299",
+    ]
+    assert [motions[0][0], motions[2][0]] == [times[0], times[300]]
+    assert "300 steps cw in" in motions[1][3] and "1 step ccw in 3.333363 ms" in motions[3][3]
+    assert [time for time, *_ in events] == sorted(time for time, *_ in events)
+
+
+def test_pins_are_told_with_their_meaning():
+    events, _ = told("E\nC\nB\n0\nQX\n")
+    assert texts(events, "pin") == [
+        "PROG low: program entry, or live commands",
+        "PROG high",
+        "RUN low: the program runs",
+        "PROGRAMMABLE OUTPUT low",
+        "PROGRAMMABLE OUTPUT high",
+        "RUN high: the program has ended",
+    ]
+
+
+def test_slew_is_told_once_at_each_end():
+    events, _ = told(SET_UP + "N 1000\nG\n")
+    assert texts(events, "pin") == ["SLEW low: at a steady rate", "SLEW high"]
+
+
+def test_what_a_waiting_chip_waited_for_is_told_when_the_pin_changes():
+    events, _ = told("W\n", drive=[("wait", 0, None), ("abort", 0, "3 ms"), ("wait", 1, "5 ms")])
+    assert [event for event in events if event[2] == "pin"] == [
+        (3 * 10**9, "x", "pin", "ABORT low: stop the motion"),
+        (5 * 10**9, "x", "pin", "WAIT high (W: wait=1 since 380 us)"),
+    ]
+
+
+def test_a_pulse_without_a_step_is_no_motion():
+    events, x = told("O 255\n" + SET_UP + "N 2\nG\n")
+    assert [text.split(":")[0] for text in texts(events, "motion")] == ["steps cw from 0", "MOTION COMPLETE at 2"]
+    assert x.travel == 2
+
+
+def test_a_motion_that_reset_cuts_off_is_not_complete():
+    events, x = told(SET_UP + "N 3000\nG\n@wait 50 ms\n@reset\n")
+    (text,) = [text for text in texts(events, "motion") if "from" not in text]
+    steps = x.travel
+    assert 0 < steps < 3000 and text.startswith(f"cut off at {steps}: {steps} steps cw in")
+
+
+@pytest.mark.parametrize("directive", ["@rate 0", "@read position"])
+def test_motion_complete_in_the_middle_of_a_motion_is_not_its_end(directive):
+    more = "@wait 5 ms\n@rate 50\n" if "rate" in directive else ""
+    script = SET_UP + f"N 60000\nH\nG\n@until slew=0\n{directive}\n{more}@wait 5 ms\n@drive abort=0\n"
+    events, _ = told(script)
+    assert [text.split(" at")[0].split(" from")[0] for text in texts(events, "motion")] == [
+        "steps cw",
+        "MOTION COMPLETE",
+    ]
+
+
+def test_findings_are_told_those_from_before_included():
+    events, _ = told("R 200\n", crystal="12 MHz")
+    assert [text.split(":")[0] for text in texts(events, "finding")] == ["crystal", "range"]
+
+
+def test_an_endless_program_comes_to_an_end_in_the_transcript():
+    events, _ = told("E\nC\nB\nJ 0\nQX\n", timeout="100 ms")
+    output = [text for text in texts(events, "pin") if "output" in text.lower()]
+    assert len(output) == MOST + 1
+    assert output[-1] == "x.programmable_output goes on like this; no more of it is shown"
+
+
+def test_a_transcript_changes_nothing():
+    script = SET_UP + "E\nN 300\nG\n-\nN 100\nG\n0\nQX\n@until run=1\nO 200\nN 20\nG\n"
+    quiet = slewline.Bench()
+    x = quiet.add("cy525", name="x")
+    run_script(quiet, quiet.host(x), script)
+    quiet.run_until_idle()
+    _, y = told(script)
+    assert quiet.now_ps == y.kernel.now
+    assert (x.steps().times_ps == y.steps().times_ps).all()
+
+
+def test_columns():
+    assert seconds(12_000_345_999_999) == "12.000345"
+    assert [counted(number, "step") for number in (0, 1, 2)] == ["0 steps", "1 step", "2 steps"]
