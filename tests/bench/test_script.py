@@ -158,7 +158,7 @@ def test_until_a_position_that_a_new_rate_brings_earlier():
 def test_until_a_position_that_an_abort_puts_out_of_reach(rate):
     text = SET_UP.replace("R 20", f"R {rate}") + "N 1000\nG\n@drive abort=0@100 ms\n@until position=900"
     with pytest.raises(slewline.Timeout, match=r"host: at '@until position=900' \(script, line 9\)"):
-        Played(text, timeout="2 s")
+        Played(text, timeout="5 s")
 
 
 def test_drive_acts_before_the_next_line():

@@ -270,6 +270,22 @@ class Mover(Hand):
         """Let time pass until the chip is idle again."""
         self.bench.run_until_idle(timeout)
 
+    def endless(self, setup: str) -> int:
+        """Begin a continuous motion; the clock at which it begins to slew."""
+        self.send(f"{setup}N 60000\r")
+        self.begin("H\rG\r")
+        self.until(slew=0)
+        return self.now - self.origin
+
+    def ask(self, rate: int) -> int:
+        """Ask for a rate as a host does, until SLEW is high; the clock of the motion at which it rose."""
+        self.data(self.now, rate)
+        self.put(self.now, "io_request", 0)
+        self.until(slew=1)
+        self.put(self.now, "io_request", 1)
+        self.data(self.now, None)
+        return self.now - self.origin
+
     def begins(self) -> list[int]:
         """Clocks at which steps of the motion began, so far."""
         times = self.x.steps(self.x.clock.ps(self.origin)).times_ps.tolist()
@@ -281,6 +297,10 @@ class Mover(Hand):
         if self.x.pin("motion_complete").level == 0:
             begins.append(self.changes("motion_complete")[-1][0])
         return [after - before for before, after in pairwise(begins)]
+
+    def periods_from(self, clock: int) -> list[int]:
+        """Clocks of the steps that began at a clock of the motion or later."""
+        return self.periods()[sum(begin < clock for begin in self.begins()) :]
 
     def changes(self, pin: str) -> list[tuple[int, int]]:
         """(clock of the motion, level) of every change of a recorded pin since the first step began, that included."""

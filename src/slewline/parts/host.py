@@ -112,6 +112,19 @@ class Host(Part):
         self.queue.append((self.port, action))
         self._wake()
 
+    def clear(self) -> None:
+        """Forget what is queued, and let go of the bus and of PROG/LIVE: the host's program has been started anew."""
+        self._journal("clear", [])
+        self.queue.clear()
+        if self.task is not None:
+            self.task.kill()
+        for port in self.ports.values():
+            port.request.drive(1)
+            port.select.drive(0)
+            port.prog.drive(None)
+            port.bus.drive(None)
+        self.kernel.settle()
+
     def _wake(self) -> None:
         if self.queue and (self.task is None or not self.task.alive):
             self.task = self.kernel.spawn(self._run(), self.name)
