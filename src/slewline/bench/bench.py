@@ -131,6 +131,10 @@ class Bench(Recording):
         for terminal in owner.pins.values():
             terminal.on_input = self._pin_input
 
+    def _owners(self) -> list[Chip | Part]:
+        """Everything that stands on the bench."""
+        return [*self.parts.values(), *self.chips.values()]
+
     def _new_name(self, name: str | None, stem: str) -> str:
         taken = {**self.chips, **self.parts}
         if name is None:
@@ -215,7 +219,7 @@ class Bench(Recording):
     def _join(self, one: Net, two: Net) -> None:
         """Two nets become one; whoever had the second has the first."""
         one.merge(two)
-        for owner in [*self.chips.values(), *self.parts.values()]:
+        for owner in self._owners():
             for terminal in owner.pins.values():
                 if terminal.net is two:
                     terminal.net = one
@@ -272,7 +276,7 @@ class Bench(Recording):
     def _all_idle(self) -> bool:
         if self._busy is not None and not self._busy.idle:  # ask first who was busy last time
             return False
-        for owner in (*self.parts.values(), *self.chips.values()):
+        for owner in self._owners():
             if not owner.idle:
                 self._busy = owner
                 return False
@@ -335,8 +339,7 @@ class Bench(Recording):
     @property
     def findings(self) -> list[Finding]:
         """What hosts did wrong, of all chips and parts, in order of time."""
-        owners: Sequence[Chip | Part] = [*self.chips.values(), *self.parts.values()]
-        return sorted((found for owner in owners for found in owner.findings), key=lambda found: found.time_ps)
+        return sorted((found for owner in self._owners() for found in owner.findings), key=lambda found: found.time_ps)
 
     def _power_input(self, chip: Chip, on: bool) -> None:
         if self.journal is not None:

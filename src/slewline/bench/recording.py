@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.chip import Chip, Terminal
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ..record.recorder import Recorder
 
 Time = str | int
-Path = str | PathLike[str]
+FilePath = str | Path
 SLICE_PS = 100_000_000_000  # while a VCD file is streamed, time passes in slices of 100 ms
 QUIET = ("clk15",)  # clocks are recorded only when asked for by name
 
@@ -105,7 +105,7 @@ class Recording:
 
     def save_vcd(
         self,
-        path: Path,
+        path: FilePath,
         pins: Sequence[str] | None = None,
         start: Time | None = None,
         stop: Time | None = None,
@@ -118,7 +118,7 @@ class Recording:
         write_vcd(path, nets, self.recorder, *self._window_of(nets, start, stop), timescale)
 
     def save_csv(
-        self, path: Path, pins: Sequence[str] | None = None, start: Time | None = None, stop: Time | None = None
+        self, path: FilePath, pins: Sequence[str] | None = None, start: Time | None = None, stop: Time | None = None
     ) -> None:
         """Write the changes of recorded pins as CSV: time_ps, net, level."""
         from ..record.export_csv import save_edges
@@ -126,7 +126,7 @@ class Recording:
         nets = self._chosen(pins)
         save_edges(path, nets, self.recorder, *self._window_of(nets, start, stop))
 
-    def save_steps(self, path: Path, start: Time | None = None, stop: Time | None = None) -> None:
+    def save_steps(self, path: FilePath, start: Time | None = None, stop: Time | None = None) -> None:
         """Write the steps of all chips as CSV: time_ps, chip, axis, direction, position."""
         from ..record.export_csv import save_steps
 
@@ -134,7 +134,7 @@ class Recording:
         save_steps(path, [(chip.name, 1, chip.steps(first, last)) for chip in self.chips.values()])
 
     @contextmanager
-    def stream_vcd(self, path: Path, pins: Sequence[str] | None = None, timescale: str = "1 ns") -> Iterator[None]:
+    def stream_vcd(self, path: FilePath, pins: Sequence[str] | None = None, timescale: str = "1 ns") -> Iterator[None]:
         """Write recorded pins to a VCD file while time passes, so that a long window needs no memory."""
         from ..record.vcd import VcdStream
 
@@ -157,7 +157,7 @@ class Recording:
 
     def plot(
         self,
-        path: Path,
+        path: FilePath,
         title: str | None = None,
         pins: Sequence[str] | None = None,
         start: Time | None = None,

@@ -44,7 +44,8 @@ class Task:
     def __init__(self, coroutine: Coroutine[Any, Any, None], name: str) -> None:
         self.coroutine, self.name = coroutine, name
         self.send = coroutine.send
-        self.token, self.alive, self.value, self.is_net = 0, True, None, False
+        self.token, self.alive, self.is_net = 0, True, False
+        self.value: Any = None
 
     def kill(self) -> None:
         """End the task where it waits; its `finally` blocks run."""

@@ -362,7 +362,7 @@ class Bus(Net):
     def byte(self) -> int:
         """The byte that a reader sees."""
         level = self.level
-        return 0xFF if level is None else level[1] | ~level[0] & 0xFF  # type: ignore[no-any-return]
+        return 0xFF if level is None else int(level[1] | ~level[0] & 0xFF)
 
     def bit(self, number: int) -> int | None:
         """The level of one wire, None while nobody drives it."""

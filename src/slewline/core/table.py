@@ -148,7 +148,7 @@ class Table(Sequence[Row]):
         if len(self.by_form) != len(rows) or len(self.by_code) != sum(row.stored for row in rows):
             raise SheetError("two command rows share a form or an opcode")
 
-    def __getitem__(self, key):  # type: ignore[no-untyped-def,override]
+    def __getitem__(self, key):  # type: ignore[no-untyped-def]
         return self.by_form[key] if isinstance(key, str) else self.rows[key]
 
     def __len__(self) -> int:

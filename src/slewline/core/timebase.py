@@ -27,7 +27,7 @@ def _scaled(text: str, units: dict[str, int], what: str, example: str) -> int:
     if match is None or unit is None:
         raise TimeError(f"{what} {text!r}: expected a number and a unit ({', '.join(units)}), for example {example!r}")
     decimals = match[3] or ""
-    value, rest = divmod(int(match[2] + decimals) * unit, 10 ** len(decimals))
+    value, rest = divmod(int(match[2] + decimals) * unit, int(10 ** len(decimals)))
     if rest:
         raise TimeError(f"{what} {text!r}: finer than the unit of the house; give a multiple of 1 {next(iter(units))}")
     return -value if match[1] == "-" else value

@@ -1,0 +1,79 @@
+"""The reference pages name everything that there is, and nothing else."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import re
+
+import pytest
+
+import slewline
+from slewline.core.chip import Chip, Finding, Steps, Terminal
+from slewline.parts.host import Host
+
+from .blocks import ROOT
+
+SOURCES = sorted((ROOT / "src/slewline").rglob("*.py"))
+
+
+# ------------------------------------------------------------------------------------------------------------- findings
+def codes_of(path):
+    """The first arguments of all calls that make a finding, or in the decoder a note that becomes one."""
+    tree = ast.parse(path.read_text("utf-8"))
+    makes = "_note" if path.name == "dialects.py" else "finding"
+    loops = [node for node in ast.walk(tree) if isinstance(node, ast.For)]
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and ast.unparse(node.func).split(".")[-1] == makes and node.args:
+            first = node.args[0]
+            if isinstance(first, ast.Constant):
+                yield first.value
+            elif isinstance(first, ast.Name) and first.id == "code":  # the column of a table that is walked through
+                (loop,) = (loop for loop in loops if node in ast.walk(loop))
+                column = [ast.unparse(name) for name in loop.target.elts].index("code")
+                yield from (row.elts[column].value for row in loop.iter.elts)
+            else:
+                yield {"note.code": None, "found": None}[ast.unparse(first)]  # passed on: made elsewhere
+
+
+def test_every_finding_has_a_line_on_its_page():
+    made = {code for path in SOURCES for code in codes_of(path)} - {None}
+    page = (ROOT / "docs/reference/findings.md").read_text("utf-8")
+    listed = re.findall(r"`([a-z0-9-]+)`", "\n".join(re.findall(r"^\| (`.*?) \|", page, re.MULTILINE)))
+    assert len(made) > 50
+    assert sorted(listed) == sorted(made)
+
+
+# ------------------------------------------------------------------------------------------------------------------ api
+API = (ROOT / "docs/reference/api.md").read_text("utf-8")
+OWNERS = {"bench": slewline.Bench(), "x": slewline.Bench().add("cy525"), "pin": Terminal, "steps": Steps, "finding": Finding}
+OWNERS["host"] = slewline.Bench().host(OWNERS["x"])
+
+
+@pytest.mark.parametrize("owner", OWNERS)
+def test_what_the_api_page_names_exists(owner):
+    named = set(re.findall(rf"`{owner}\.(\w+)", API))
+    assert named
+    assert [name for name in named if not (hasattr(OWNERS[owner], name) or name in fields(OWNERS[owner]))] == []
+
+
+def fields(cls):
+    return getattr(cls, "__annotations__", {})
+
+
+def test_the_api_page_names_every_method_of_a_bench_and_everything_in_the_package():
+    methods = [name for name, _ in inspect.getmembers(slewline.Bench, inspect.isfunction) if not name.startswith("_")]
+    assert [name for name in methods if f"`bench.{name}(" not in API] == ["place"]  # of parts of one's own making
+    assert [name for name in slewline.__all__ if f"`slewline.{name}" not in API] == []
+
+
+@pytest.mark.parametrize(("owner", "cls"), [("bench", slewline.Bench), ("x", Chip), ("host", Host), ("pin", Terminal)])
+def test_the_signatures_on_the_api_page_are_those_of_the_code(owner, cls):
+    for call in re.findall(rf"`({owner}\.\w+\(.*?\))`", API):
+        shown = ast.parse(call, mode="eval").body
+        parameters = list(inspect.signature(getattr(cls, shown.func.attr)).parameters.values())[1:]
+        names = [ast.unparse(argument).lstrip("*") for argument in shown.args]
+        names += [keyword.arg or ast.unparse(keyword.value) for keyword in shown.keywords]
+        defaults = {keyword.arg: ast.literal_eval(keyword.value) for keyword in shown.keywords if keyword.arg}
+        assert names == [parameter.name for parameter in parameters][: len(names)], call
+        assert defaults.items() <= {parameter.name: parameter.default for parameter in parameters}.items(), call

@@ -1,0 +1,184 @@
+"""Write the pages and the picture of the documentation that are made from the code.
+
+    python tools/describe_docs.py            write them
+    python tools/describe_docs.py --check    fail where a committed one differs from what the code says
+
+    docs/reference/cy525.md         the data sheet, the rates and the quirks
+    docs/reference/cli.md           commands and options
+    docs/reference/parts.md         what stands around a chip
+    docs/reference/conformance.md   facts and their tests
+    docs/images/weld.svg            the first workpiece of `slewline demo`
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+import tempfile
+from collections.abc import Iterator
+from inspect import Parameter, signature
+from pathlib import Path
+
+import click
+import conformance
+
+import slewline
+from slewline.chips import sheet_of
+from slewline.chips.cy525.quirks import QUIRKS
+from slewline.chips.cy525.sheet import STEPS_PER_SECOND
+from slewline.core.kernel import Kernel
+from slewline.language.describe import describe, table
+from slewline.parts import KINDS, part_class
+from slewline.tools import demo
+from slewline.tools.commands import cli
+
+DOCS = Path(__file__).resolve().parent.parent / "docs"
+NOTE = "<!-- Written by tools/describe_docs.py; change the code, not this page. -->\n\n"
+NEAR = 0.02  # two numbers of a picture that differ by less (points) look the same
+
+
+# ------------------------------------------------------------------------------------------------------------ data sheet
+def chip_page() -> str:
+    """The data sheet of the CY525, its rates, and its quirks."""
+    rates = ((f"**{first}**", *STEPS_PER_SECOND[first : first + 8]) for first in range(0, 128, 8))
+    quirks = ((quirk.id, quirk.where, quirk.says, quirk.why) for quirk in QUIRKS)
+    return "\n".join(
+        [
+            NOTE + describe(sheet_of("cy525")),
+            "## Rates\n",
+            "Steps per second at 11 MHz for every rate parameter; they scale with the crystal.\n",
+            table(("", *(f"+{n}" for n in range(8))), rates),
+            "\n## Quirks\n",
+            "Where the manual is silent (UND) or contradicts itself (CON): what the model does, and why. Times hold at 11 MHz.",
+            "The [conformance page](conformance.md) names the tests.\n",
+            table(("id", "manual", "what the chip does", "because"), quirks) + "\n",
+        ]
+    )
+
+
+# ---------------------------------------------------------------------------------------------------------- command line
+def cli_page() -> str:
+    """Every command with its arguments and options."""
+    return NOTE + "# Command line\n\n" + "\n".join(cli_lines()) + "\n"
+
+
+def cli_lines() -> Iterator[str]:
+    context = click.Context(cli, info_name="slewline")
+    yield from (paragraph(cli.help), "", paragraph(cli.epilog), "")
+    for name, command in cli.commands.items():
+        own = click.Context(command, info_name=name, parent=context)
+        yield from (f"## {name}", "", f"`{' '.join([own.command_path, *command.collect_usage_pieces(own)])}`", "")
+        yield from (paragraph(command.help), "")
+        yield table(("option", ""), [f"`{record[0]}` | {record[1]}".split(" | ") for record in options(command, own)])
+        yield ""
+    yield from ("## Run scripts", "", *script_guide())
+
+
+def options(command: click.Command, context: click.Context) -> Iterator[tuple[str, str]]:
+    """How an option is written, and what it does."""
+    for parameter in command.get_params(context):
+        record = parameter.get_help_record(context)
+        if record and parameter.name != "help":
+            yield record
+
+
+def script_guide() -> list[str]:
+    """The guide to run scripts, as `slewline run --help` ends with it."""
+    from slewline.bench import script
+
+    lines = (script.__doc__ or "").splitlines()
+    return ["```text", *lines, "```"]
+
+
+def paragraph(text: str | None) -> str:
+    """A help text as running text."""
+    return re.sub(r"(?<!\n)\n(?!\n)", " ", text or "").strip()
+
+
+# ----------------------------------------------------------------------------------------------------------------- parts
+def parts_page() -> str:
+    """Every kind of part, with its options and pins."""
+    rows = []
+    for kind, (_, _, says) in KINDS.items():
+        cls = part_class(kind)
+        parameters = list(signature(cls).parameters.values())[2:]
+        part = cls(Kernel(), kind, **{parameter.name: b"" for parameter in parameters if parameter.default is Parameter.empty})
+        pins = (f"{pin} → {cls.wiring[pin]}" if pin in cls.wiring else pin for pin in part.pins)
+        rows.append((f"`{kind}`", says, "<br>".join(f"`{spelled(parameter)}`" for parameter in parameters), ", ".join(pins)))
+    text = (
+        "What stands around a chip: `bench.part(kind, to=x, ...)` in Python, `[[part]]` in a bench file. With `to`, the pins\n"
+        "that have an arrow are wired to those of the neighbour. Figures are those of the CY525 manual. What a part can be\n"
+        "told from Python stands in its class in `src/slewline/parts`.\n"
+    )
+    return f"{NOTE}# Parts\n\n{text}\n{table(('kind', 'what it is', 'options', 'pins'), rows)}\n"
+
+
+def spelled(parameter: Parameter) -> str:
+    """An option with its default."""
+    return parameter.name if parameter.default is Parameter.empty else f"{parameter.name} = {parameter.default!r}"
+
+
+# ----------------------------------------------------------------------------------------------------------- conformance
+def conformance_page() -> str:
+    """Facts and choices, with the tests that carry them."""
+    facts, choices = conformance.table("cy525")
+    return NOTE + conformance.page("cy525", facts, choices, conformance.markers())
+
+
+# --------------------------------------------------------------------------------------------------------------- picture
+def picture() -> str:
+    """The first workpiece of the demo; two decimals are enough, and leave a smaller file."""
+    bench = slewline.load(str(demo.HERE / demo.MACHINE))
+    bench.record(*demo.PINS)
+    bench.run_until_idle()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "weld.svg")
+        bench.plot(path, "CY525: six welds on a workpiece, and back", ["x.wait", "x.programmable_output", "x.slew"], "0.9 s", "3.7 s")
+        return re.sub(r"(\.\d\d)\d+", r"\1", path.read_text("utf-8"))
+
+
+def same_picture(one: str, two: str) -> bool:
+    """Do two SVG texts look the same?  The last digit of a number may depend on the machine."""
+    number = re.compile(r"-?\d+\.\d+")
+    pairs = zip(number.findall(one), number.findall(two), strict=False)
+    return number.sub("", one) == number.sub("", two) and all(abs(float(a) - float(b)) < NEAR for a, b in pairs)
+
+
+FILES = {
+    "reference/cy525.md": chip_page,
+    "reference/cli.md": cli_page,
+    "reference/parts.md": parts_page,
+    "reference/conformance.md": conformance_page,
+    "images/weld.svg": picture,
+}
+
+
+def outdated() -> list[str]:
+    """The files that differ from what the code says."""
+    found = []
+    for name, make in FILES.items():
+        path = DOCS / name
+        committed = path.read_text("utf-8") if path.exists() else ""
+        made = make()
+        if not (same_picture(committed, made) if path.suffix == ".svg" else committed == made):
+            found.append(name)
+    return found
+
+
+def main() -> int:
+    """Write, or check."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--check", action="store_true")
+    if parser.parse_args().check:
+        found = outdated()
+        for name in found:
+            print(f"docs/{name} is not what the code says; run: python tools/describe_docs.py")
+        return int(bool(found))
+    for name, make in FILES.items():
+        (DOCS / name).write_text(make(), "utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
