@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .bench import Bench, load, replay
-    from .core.chip import Chip, Finding, Steps
+    from .core.axis import Steps
+    from .core.chip import Chip, Finding
     from .errors import ChecksumError, ProgramError, SlewlineError, Timeout, UsageError, WiringError
 
 __version__ = "0.1.0"
@@ -28,7 +29,7 @@ _WHERE = {  # loaded when first asked for (PEP 562), so that `import slewline` c
     "replay": "bench",
     "Chip": "core.chip",
     "Finding": "core.chip",
-    "Steps": "core.chip",
+    "Steps": "core.axis",
     "ChecksumError": "errors",
     "ProgramError": "errors",
     "SlewlineError": "errors",

@@ -1,9 +1,9 @@
 """The two-line handshake, wire by wire.  Clocks are crystal clocks, 11 to the microsecond at 11 MHz.
 
-    clock        0         165 176      286                       2057
-    I/O REQUEST  \\______________________________/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾
-    INSTROBE     ‾‾‾‾‾‾‾‾‾‾\\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾
-    READY        ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\\________________________/‾‾‾
+clock        0         165 176      286                       2057
+I/O REQUEST  \\______________________________/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾
+INSTROBE     ‾‾‾‾‾‾‾‾‾‾\\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾
+READY        ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\\________________________/‾‾‾
 """
 
 from __future__ import annotations
@@ -123,7 +123,9 @@ def test_a_byte_whose_request_is_over_before_instrobe_is_lost(hand, up):
 
 
 @pytest.mark.fact("HS-6", "UND-HS-SHORT")
-@pytest.mark.parametrize(("up", "short"), [(SAMPLE, True), (SAMPLE + 1, True), (BUSY - 1, True), (BUSY, False), (BUSY + 1, False)])
+@pytest.mark.parametrize(
+    ("up", "short"), [(SAMPLE, True), (SAMPLE + 1, True), (BUSY - 1, True), (BUSY, False), (BUSY + 1, False)]
+)
 def test_a_request_that_ends_between_instrobe_and_busy_counts_and_is_reported(hand, up, short):
     h = hand(*LINES)
     h.strobe(0, ord("C"), up=up)
@@ -345,7 +347,9 @@ def test_ready_stays_low_through_the_whole_motion(hand, crystal):
     assert h.edges("motion_complete", start) == [(end, 0)]
     assert after(h, "ready", start) == [(BUSY, 0), (end + READY_BACK, 1)]
     # 30 us at 6 MHz
-    assert (h.x.clock.ps(start + end + READY_BACK) - h.x.clock.ps(start + end)) // 1_000_000 == (30 if crystal == "6 MHz" else 16)
+    assert (h.x.clock.ps(start + end + READY_BACK) - h.x.clock.ps(start + end)) // 1_000_000 == (
+        30 if crystal == "6 MHz" else 16
+    )
 
 
 @pytest.mark.fact("HS-12", "UND-HS-RUN-READY", "CON-READY-RUN", "PIN-27")

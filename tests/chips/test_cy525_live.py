@@ -1,11 +1,13 @@
 """Live commands: PROG/LIVE low stops a program between two instructions.  Clocks count from the fall of RUN.
 
-    RUN         ‾‾\\______________________________________________
-    looks          |187     |660      |660+...        (PROG/LIVE: before the first instruction, then behind each)
-    program        |        first instruction acts
+RUN         ‾‾\\______________________________________________
+looks          |187     |660      |660+...        (PROG/LIVE: before the first instruction, then behind each)
+program        |        first instruction acts
 """
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 import pytest
 
@@ -49,7 +51,7 @@ class Program:
         return self.h.now - self.start
 
     def send_last(self, data, release=None):
-        """The last live command; PROG/LIVE is released before its last byte, or so many clocks after that byte's request."""
+        """The last live command; PROG/LIVE rises so many clocks after the request of its last byte, or before it."""
         self.h.send(data[:-1])
         start = self.h.now
         self.h.put(start + (release or 0), "prog", None)
@@ -120,7 +122,8 @@ def test_a_low_between_two_looks_is_not_seen(hand, low, high):
 
 @pytest.mark.fact("LIVE-3", "UND-LIVE-BINARY")
 @pytest.mark.parametrize(
-    ("ascii_binary", "first", "last"), [(1, "C\rB\rR 50\r", "Z 1\r"), (0, bytes.fromhex("43 00 42 00 52 01 32"), b"Z\x01\x01")]
+    ("ascii_binary", "first", "last"),
+    [(1, "C\rB\rR 50\r", "Z 1\r"), (0, bytes.fromhex("43 00 42 00 52 01 32"), b"Z\x01\x01")],
 )
 @pytest.mark.parametrize("late", [-1, 0])
 def test_the_line_is_looked_at_again_as_ready_returns_behind_each_command(hand, ascii_binary, first, last, late):
@@ -241,7 +244,7 @@ def test_parameters_given_live_count_for_the_next_motion(hand):
     p.send_last("R 20\r")
     p.run_to(FIRST + 80 * STEP)
     begins = p.falls("pulse")
-    periods = [b - a for a, b in zip(begins, begins[1:], strict=False)]
+    periods = [after - before for before, after in pairwise(begins)]
     assert periods[:2] == [STEP, STEP]
     assert periods[3:5] == [5500, 5500]
 

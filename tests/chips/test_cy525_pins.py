@@ -18,8 +18,8 @@ OUTPUTS = tuple(pin.name for pin in SHEET.pins if pin.reset is not None and pin.
 SIGNALS = {
     1: "io_request", 4: "reset", 6: "abort", 8: "instrobe", 10: "outstrobe", 11: "clk15",
     **{12 + bit: f"db{bit}" for bit in range(8)}, **{20 + n: f"phase{n}" for n in (1, 2, 3, 4)},
-    27: "ready", 28: "dowhile", 29: "slew", 30: "step_inhibit", 31: "prog", 32: "run", 33: "direction", 34: "programmable_output",
-    35: "pulse", 36: "ascii_binary", 37: "motion_complete", 38: "wait", 39: "io_select",
+    27: "ready", 28: "dowhile", 29: "slew", 30: "step_inhibit", 31: "prog", 32: "run", 33: "direction",
+    34: "programmable_output", 35: "pulse", 36: "ascii_binary", 37: "motion_complete", 38: "wait", 39: "io_select",
 }  # fmt: skip
 MUTE = {2: "xtal1", 3: "xtal2", 5: "nc5", 7: "vss7", 9: "nc9", 20: "vss20", 25: "nc25", 26: "vdd", 40: "vcc"}
 OPEN_LOW = {1: "io_request", 6: "abort", 39: "io_select"}
@@ -59,7 +59,9 @@ def test_supply_crystal_and_unconnected_pins_carry_no_signal(name):
 def test_a_pin_that_there_is_not_is_answered_with_those_there_are():
     bench = slewline.Bench()
     bench.add("cy525", name="x")
-    with pytest.raises(UnknownName, match="x .cy525. has no pin 'strobe'; its pins: io_request, reset, abort, instrobe"):
+    with pytest.raises(
+        UnknownName, match=r"x .cy525. has no pin 'strobe'; its pins: io_request, reset, abort, instrobe"
+    ):
         bench.pin("x.strobe")
 
 
@@ -168,7 +170,12 @@ def test_dowhile_low_branches(hand):
 @pytest.mark.fact("PIN-DC")
 def test_levels_are_logic_and_volts_only_a_note(hand):
     assert set(SHEET.notes) == {"input levels", "output levels", "supply", "limits"}
-    for text, numbers in (("input levels", "2.0 3.8 0.8 0.6"), ("output levels", "2.4 40 0.45 1.6 10"), ("supply", "5 10 100 1.5"), ("limits", "-0.5 7 0 70")):
+    for text, numbers in (
+        ("input levels", "2.0 3.8 0.8 0.6"),
+        ("output levels", "2.4 40 0.45 1.6 10"),
+        ("supply", "5 10 100 1.5"),
+        ("limits", "-0.5 7 0 70"),
+    ):
         assert all(number in SHEET.notes[text] for number in numbers.split())
     h = hand(number=3, **KNOWN)
     seen = set()
@@ -180,7 +187,7 @@ def test_levels_are_logic_and_volts_only_a_note(hand):
     h.put(h.now, "io_select", 0)
     h.send("G\r")
     assert seen == {0, 1, None}
-    with pytest.raises(UsageError, match="level 0.8; allowed 0, 1"):
+    with pytest.raises(UsageError, match=r"level 0\.8; allowed 0, 1"):
         h.x.pin("abort").drive(0.8)
 
 
@@ -276,7 +283,9 @@ def test_clk15_runs_on_through_a_reset(hand):
     h.put(1003, "reset", 0)
     h.put(1303, "reset", None)
     h.run_to(3000)
-    assert h.edges("clk15", 1) == [(clock - 1, level) for clock in range(1, 3001) for at, level in ((0, 0), (5, 1)) if clock % 15 == at]
+    assert h.edges("clk15", 1) == [
+        (clock - 1, level) for clock in range(1, 3001) for at, level in ((0, 0), (5, 1)) if clock % 15 == at
+    ]
 
 
 @pytest.mark.fact("PIN-PHASE")
@@ -313,7 +322,10 @@ def test_run_is_low_from_the_start_of_a_program_to_its_end(hand):
     assert h.edges("run") == []
     h.send("X\r")
     h.run(100_000)
-    (fall, rise), (low, high) = [clock for clock, _ in h.edges("run")], [clock for clock, _ in h.edges("programmable_output")]
+    (fall, rise), (low, high) = (
+        [clock for clock, _ in h.edges("run")],
+        [clock for clock, _ in h.edges("programmable_output")],
+    )
     assert fall < low < high < rise
 
 
@@ -330,7 +342,9 @@ def test_direction_follows_p_plus_and_minus(hand, crystal):
     assert seen == [1, 0, 1, 0]
     assert h.x.travel == 0
     first_fall = h.falls("direction")[0]
-    assert first_fall == next(clock for clock in h.falls("pulse") if clock >= first_fall)  # set just before the first step
+    assert first_fall == next(
+        clock for clock in h.falls("pulse") if clock >= first_fall
+    )  # set just before the first step
 
 
 @pytest.mark.fact("PIN-34")
@@ -341,8 +355,8 @@ def test_only_b_and_c_move_the_programmable_output(hand, level):
     h.send("CB"[level] + "\r")
     since = h.now
     for line in (
-        "A 5", "D 1", "F 10", "G", "H", "I", "N 2", "O 2", "O 200", "P 7", "R 10", "S 9", "T 0", "V 0", "W", "Z 1", "+", "-", "0",
-        "L 1,0", "E", "0",
+        "A 5", "D 1", "F 10", "G", "H", "I", "N 2", "O 2", "O 200", "P 7", "R 10", "S 9", "T 0", "V 0", "W", "Z 1",
+        "+", "-", "0", "L 1,0", "E", "0",
     ):  # fmt: skip
         h.send(line + "\r")
     h.send("QX\r")

@@ -74,7 +74,7 @@ class Rig:
     def begins(self, clocks: int) -> list[int]:
         """Begins of the steps in the first so many clocks."""
         start = self.chip.clock.ps(self.origin)
-        times = self.chip.axis_.steps(start, self.chip.clock.ps(self.origin + clocks)).times_ps
+        times = self.chip.axis1.steps(start, self.chip.clock.ps(self.origin + clocks)).times_ps
         return [self.chip.clock.ticks_until(int(time)) - self.origin for time in times]
 
     def periods(self, clocks: int) -> list[int]:

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import slewline
-from slewline.core.chip import Axis, Chip
+from slewline.core.axis import Axis
+from slewline.core.chip import Chip
 from slewline.core.kernel import Kernel
 from slewline.core.net import Driver
 from slewline.core.table import Pin, Sheet, Table
@@ -146,7 +147,9 @@ def test_outputs_that_disagree_are_one_finding():
     toy.drivers["out"].drive(1)
     toy.pin("out").drive(0)
     assert toy.pin("out").level == 0
-    assert [(found.code, found.text) for found in toy.findings] == [("conflict", "two outputs disagree on toy.out; the low one wins")]
+    assert [(found.code, found.text) for found in toy.findings] == [
+        ("conflict", "two outputs disagree on toy.out; the low one wins")
+    ]
 
 
 # ----------------------------------------------------------------------------------------------- waits of a firmware
@@ -340,7 +343,9 @@ def test_every_window_of_steps_is_a_slice_of_the_list(seed):
     done = [(when, sign) for when, sign in travel.steps if when <= travel.kernel.now]
     times = [when for when, _ in done]
     for _ in range(60):
-        start, stop = sorted(travel.random.choice([*times, travel.random.randrange(travel.kernel.now)]) for _ in range(2))
+        start, stop = sorted(
+            travel.random.choice([*times, travel.random.randrange(travel.kernel.now)]) for _ in range(2)
+        )
         window = travel.axis.steps(start, stop)
         inside = [(when, sign) for when, sign in done if start <= when <= stop]
         assert window.times_ps.tolist() == [when for when, _ in inside]

@@ -80,7 +80,9 @@ def test_promised_edges_and_changes_of_round_one_commit_together(seed):
     for name in "abc":
         kernel.spawn(woken_by(name), name)
     kernel.run(200)
-    assert sorted(wires.log) == sorted((100, f"{what} {name}", 0, 1, 1) for what in ("told", "woken by") for name in "abc")
+    assert sorted(wires.log) == sorted(
+        (100, f"{what} {name}", 0, 1, 1) for what in ("told", "woken by") for name in "abc"
+    )
 
 
 @pytest.mark.parametrize("seed", SEEDS)

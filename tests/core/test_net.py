@@ -29,7 +29,9 @@ def net_with(*levels, pull=None, tie=None, kind=Net):
 # ------------------------------------------------------------------------------------------------------- who drives
 
 
-@pytest.mark.parametrize(("pull", "tie", "expected"), [(None, None, None), (1, None, 1), (0, None, 0), (1, 0, 0), (0, 1, 1), (None, 1, 1)])
+@pytest.mark.parametrize(
+    ("pull", "tie", "expected"), [(None, None, None), (1, None, 1), (0, None, 0), (1, 0, 0), (0, 1, 1), (None, 1, 1)]
+)
 def test_a_net_that_nobody_drives_takes_its_tie_then_its_pull(pull, tie, expected):
     assert net_with(pull=pull, tie=tie)[0].level == expected
     assert net_with(None, None, pull=pull, tie=tie)[0].level == expected
@@ -59,7 +61,7 @@ def test_open_collectors_share_a_wire_without_a_clash():
 
 
 def test_a_clash_is_reported_when_it_begins_however_often_the_net_is_read():
-    net, (one, two), clashes = net_with(0, None)
+    net, (_, two), clashes = net_with(0, None)
     kernel = net.kernel
     two.play(Wave(None, (100, 200, 300), (1, None, 1)))
     net.watch(lambda _: None)
@@ -72,18 +74,16 @@ def test_a_clash_is_reported_when_it_begins_however_often_the_net_is_read():
 @pytest.mark.parametrize("told", list(product([0, 1, None], repeat=4)))
 @pytest.mark.parametrize("kind", [Net, Bus])
 def test_what_two_drivers_are_told_in_one_round_takes_effect_as_one_change(kind, told):
-    one_was, two_was, one_is, two_is = (None if level is None or kind is Net else (1, level) for level in told)
-    if kind is Net:
-        one_was, two_was, one_is, two_is = told
+    one_was, two_was, one_is, two_is = (value if value is None or kind is Net else (1, value) for value in told)
     for swapped in (False, True):
         net, (one, two), _ = net_with(one_was, two_was, kind=kind)
         before, changes, seen = net.level, net.changes, []
         net.watch(lambda net, seen=seen: seen.append(net.level))
         orders = [(one, one_is), (two, two_is)]
-        for driver, level in reversed(orders) if swapped else orders:
-            driver.drive(level)
+        for driver, value in reversed(orders) if swapped else orders:
+            driver.drive(value)
         net.kernel.settle()
-        strong = [level for level in (one_is, two_is) if level is not None]
+        strong = [value for value in (one_is, two_is) if value is not None]
         assert net.level == (min(strong) if strong else None)
         assert seen == [net.level] * (net.level != before)
         assert net.changes - changes == len(seen)
@@ -330,7 +330,10 @@ def test_wired_pins_have_one_level_and_lose_their_tie():
 
 
 def test_wiring_is_transitive_in_any_order():
-    for wires in (["x.abort y.abort", "y.abort x.wait", "x.wait y.wait"], ["x.wait y.wait", "x.abort y.abort", "y.wait y.abort"]):
+    for wires in (
+        ["x.abort y.abort", "y.abort x.wait", "x.wait y.wait"],
+        ["x.wait y.wait", "x.abort y.abort", "y.wait y.abort"],
+    ):
         bench, x, y = bench_with_two()
         for wire in wires:
             bench.wire(*wire.split())
@@ -360,7 +363,9 @@ def test_an_inverter_of_a_promise_follows_each_edge():
     y.pin("wait").net.watch(lambda net: edges.append((bench.now_ps, net.level)))
     bench.run("3 us")
     clock = x.clock
-    expected = [(clock.ps(tick), level) for n in range(3) for tick, level in ((15 * n, 1), (15 * n + 5, 0)) if tick <= 33]
+    expected = [
+        (clock.ps(tick), level) for n in range(3) for tick, level in ((15 * n, 1), (15 * n + 5, 0)) if tick <= 33
+    ]
     assert edges in (expected, expected[1:])
 
 

@@ -1,4 +1,4 @@
-"""The journal: the same inputs at the same instants give the same run, to the bit, whatever the order inside a round."""
+"""The journal: the same inputs at the same instants give the same run, to the bit, in any order inside a round."""
 
 from __future__ import annotations
 
@@ -85,7 +85,17 @@ def recorded(tmp_path_factory):
 def test_the_recorded_run_has_inputs_of_every_kind(recorded):
     path, told = recorded
     entries = [json.loads(line) for line in path.read_text().splitlines()]
-    assert {entry["do"] for entry in entries} == {"journal", "add", "host", "wire", "drive", "power", "send", "call", "run"}
+    assert {entry["do"] for entry in entries} == {
+        "journal",
+        "add",
+        "host",
+        "wire",
+        "drive",
+        "power",
+        "send",
+        "call",
+        "run",
+    }
     early = [entry["do"] for entry in entries if entry.get("round") == 1]
     assert {"drive", "power", "send"} <= set(early)
     assert told["chips"]["x"][1] != 0
@@ -125,8 +135,14 @@ def test_a_journal_that_was_cut_off_is_good_up_to_its_last_whole_line(recorded, 
     [
         ("", "does not begin as a journal"),
         ('{"do":"journal","t":0,"version":99,"seed":0}\n', "does not begin as a journal"),
-        ('{"do":"journal","t":0,"version":1,"seed":0}\nnonsense\n{"do":"run","t":0,"to":5}\n', "line 2: not a journal entry"),
-        ('{"do":"journal","t":0,"version":1,"seed":0}\n{"do":"drive","t":0,"pin":"x.abort","level":0}\n', "line 2: .*no 'x'"),
+        (
+            '{"do":"journal","t":0,"version":1,"seed":0}\nnonsense\n{"do":"run","t":0,"to":5}\n',
+            "line 2: not a journal entry",
+        ),
+        (
+            '{"do":"journal","t":0,"version":1,"seed":0}\n{"do":"drive","t":0,"pin":"x.abort","level":0}\n',
+            "line 2: .*no 'x'",
+        ),
         ('{"do":"journal","t":0,"version":1,"seed":0}\n{"do":"dance","t":0}\n', "unknown entry 'dance'"),
     ],
 )

@@ -43,7 +43,21 @@ def test_a_time_is_read_exactly(text, ps):
 
 @pytest.mark.parametrize(
     "text",
-    ["25", "us", "", "25 parsecs", "2,5 ms", "1e3 us", "0.0001 ns", "0.5 ps", "-3 ms", "1 2 us", ".5 ms", "+-1 s", "nan s"],
+    [
+        "25",
+        "us",
+        "",
+        "25 parsecs",
+        "2,5 ms",
+        "1e3 us",
+        "0.0001 ns",
+        "0.5 ps",
+        "-3 ms",
+        "1 2 us",
+        ".5 ms",
+        "+-1 s",
+        "nan s",
+    ],
 )
 def test_a_time_that_says_nothing_exact_is_refused(text):
     with pytest.raises(TimeError):
@@ -70,7 +84,14 @@ def test_a_refused_time_says_what_was_found_and_what_would_do():
 
 @pytest.mark.parametrize(
     ("text", "hz"),
-    [("11 MHz", 11_000_000), ("3.579545 MHz", 3_579_545), ("6000 kHz", 6_000_000), ("7 Hz", 7), ("11 mhz", 11_000_000), (5, 5)],
+    [
+        ("11 MHz", 11_000_000),
+        ("3.579545 MHz", 3_579_545),
+        ("6000 kHz", 6_000_000),
+        ("7 Hz", 7),
+        ("11 mhz", 11_000_000),
+        (5, 5),
+    ],
 )
 def test_a_frequency_is_read_exactly(text, hz):
     assert hertz(text) == hz

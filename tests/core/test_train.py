@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from itertools import pairwise
 from random import Random
 
 import numpy as np
@@ -50,7 +51,9 @@ def test_steps_begun_are_counted_at_every_tick_and_every_picosecond_around_it(hz
         for tick in range(ticks[0] - 3, ticks[-1] + 40):
             assert train.begun_by(tick) == bisect_right(begins, tick)
         instants = [clock.ps(tick) for tick in begins]
-        asked = [ps + d for ps in instants for d in (-1, 0, 1)] + [random.randrange(clock.ps(ticks[-1]) + 10**6) for _ in range(30)]
+        asked = [ps + d for ps in instants for d in (-1, 0, 1)] + [
+            random.randrange(clock.ps(ticks[-1]) + 10**6) for _ in range(30)
+        ]
         expected = [bisect_right(instants, ps) for ps in asked]
         assert [train.begun(ps) for ps in asked] == expected
         if train.steps:
@@ -62,7 +65,7 @@ def test_steps_begun_are_counted_at_every_tick_and_every_picosecond_around_it(hz
 def test_steps_begun_after_a_hundred_days_are_exact(hz):
     clock = Clock(hz)
     origin = 9 * 10**6 * hz + 12_347  # 104 days
-    train = StepTrain(clock, origin, ((17, 1000), (11, 1000)))
+    train = StepTrain(clock, origin, ((17, 1000), (11, 960), (1_000_003, 40)))  # the last ones span seconds
     begins = [clock.ps(train.begin(k)) for k in range(2000)]
     asked = np.array([ps + d for ps in begins for d in (-1, 0, 1)], np.int64)
     assert train.begun_many(asked).tolist() == [train.begun(int(ps)) for ps in asked]
@@ -77,7 +80,9 @@ def test_every_window_of_begins_is_a_slice_of_the_list(hz):
         for first in range(train.steps + 2):
             for last in [None, *range(train.steps + 3)]:
                 assert train.begins(first, last).tolist() == begins[first:last]
-                assert train.begin_ticks(first, last).tolist() == [tick - train.origin for tick in ticks[:-1][first:last]]
+                assert train.begin_ticks(first, last).tolist() == [
+                    tick - train.origin for tick in ticks[:-1][first:last]
+                ]
 
 
 def test_windows_of_long_runs_are_slices_of_the_list():
@@ -120,7 +125,7 @@ def bounds(random: Random, ticks: list[int], clock: Clock) -> list[int | None]:
 
 
 def check_promise(view, first: int, last: int, plain, until) -> None:
-    """`level`, `after` and `edges` of a promise against a plain function of the instant; `until` bounds it, exclusive."""
+    """`level`, `after` and `edges` of a promise against a plain function of the instant; `until` bounds it."""
 
     def level(ps):
         return plain(ps if until is None or ps < until else until - 1)
@@ -151,7 +156,7 @@ def small_trains():
 def test_pulse_is_low_from_the_begin_of_a_step_to_shortly_before_its_end():
     for random, train, ticks in small_trains():
         clock = train.clock
-        lows = [(clock.ps(a), clock.ps(b - HIGH)) for a, b in zip(ticks, ticks[1:], strict=False)]
+        lows = [(clock.ps(a), clock.ps(b - HIGH)) for a, b in pairwise(ticks)]
         for until in bounds(random, ticks, clock):
             view = PulseView(Playing(train, until), HIGH)
             last = clock.ps(ticks[-1]) + 5

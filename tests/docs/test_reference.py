@@ -9,7 +9,9 @@ import re
 import pytest
 
 import slewline
-from slewline.core.chip import Chip, Finding, Steps, Terminal
+from slewline.core.axis import Steps
+from slewline.core.chip import Chip, Finding
+from slewline.core.pin import Terminal
 from slewline.parts.host import Host
 
 from .blocks import ROOT

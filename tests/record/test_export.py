@@ -7,7 +7,7 @@ import os
 import numpy as np
 import pytest
 
-from slewline.core.chip import Steps
+from slewline.core.axis import Steps
 from slewline.errors import NotRecorded, UsageError
 from slewline.record.export_csv import save_edges, save_steps
 from slewline.record.export_npz import edge_columns, save_npz

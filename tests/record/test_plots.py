@@ -12,7 +12,7 @@ import matplotlib
 import numpy as np
 import pytest
 
-from slewline.core.chip import Steps
+from slewline.core.axis import Steps
 from slewline.core.timebase import Clock
 from slewline.core.train import StepTrain
 from slewline.errors import NotRecorded, UsageError
@@ -220,7 +220,7 @@ def test_plot_of_one_kind_of_track(rig, tmp_path):
 
 def test_plot_does_not_load_pyplot(tmp_path):
     code = (
-        "import sys, numpy as np; from slewline.core.chip import Steps; from slewline.record.plots import *; "
+        "import sys, numpy as np; from slewline.core.axis import Steps; from slewline.record.plots import *; "
         "z = np.array([1, 2, 3]); "
         f"plot({str(tmp_path / 'a.svg')!r}, 't', Motion('x', Steps(z, z, z)), start=0, stop=9); "
         "print('matplotlib.pyplot' in sys.modules)"

@@ -10,7 +10,7 @@ from random import Random
 import numpy as np
 import pytest
 
-from slewline.core.chip import Terminal
+from slewline.core.pin import Terminal
 from slewline.core.net import Driver, Net, Wave
 from slewline.core.table import Pin
 from slewline.core.timebase import Clock

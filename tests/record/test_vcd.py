@@ -11,7 +11,7 @@ import pytest
 from vcd.reader import TokenKind, tokenize
 from vcd.writer import VCDWriter
 
-from slewline.core.chip import Terminal
+from slewline.core.pin import Terminal
 from slewline.core.table import Pin
 from slewline.core.timebase import Clock
 from slewline.errors import NotRecorded, UsageError

@@ -14,7 +14,8 @@ from random import Random
 from typing import TYPE_CHECKING, Any
 
 from ..chips import chip_class
-from ..core.chip import Chip, Condition, Finding, Terminal
+from ..core.chip import Chip, Finding
+from ..core.pin import Condition, Terminal
 from ..core.kernel import Kernel
 from ..core.net import Bus, Driver, Net
 from ..core.timebase import hertz, picoseconds, readable

@@ -7,7 +7,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..core.chip import Chip, Terminal
+from ..core.chip import Chip
+from ..core.pin import Terminal
 from ..core.kernel import Kernel
 from ..core.net import Bus, Net
 from ..core.timebase import picoseconds

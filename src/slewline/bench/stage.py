@@ -15,7 +15,8 @@ from ..language.dialects import Command, Decoder, encode_binary
 from ..language.problems import Problem
 
 if TYPE_CHECKING:
-    from ..core.chip import Chip, Terminal
+    from ..core.chip import Chip
+    from ..core.pin import Terminal
     from ..core.table import Sheet
     from ..parts.host import Host, Port
     from .bench import Bench

@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Awaitable, Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..core.chip import Condition
+from ..core.pin import Condition
 from ..core.kernel import Kernel, Task
 from ..core.net import Driver
 from ..core.table import Sheet

@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ..core.chip import Finding, Terminal
+from ..core.chip import Finding
+from ..core.pin import Terminal
 from ..core.kernel import Kernel
 from ..core.net import Bus, Driver, Net
 from ..core.table import Pin

@@ -15,7 +15,7 @@ from io import StringIO
 from pathlib import Path
 from typing import Any
 
-from ..core.chip import Steps
+from ..core.axis import Steps
 from .recorder import FLOATING, Probe, Recorder, chunks
 from .whole_file import WholeFile
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..core.chip import Steps
+from ..core.axis import Steps
 from ..core.timebase import PS_PER_S
 from .measure import ROUNDING_PS, intervals
 

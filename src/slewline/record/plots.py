@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..core.chip import Steps
+from ..core.axis import Steps
 from ..core.timebase import UNITS, readable
 from ..errors import UsageError
 from . import outlines

@@ -18,7 +18,7 @@ from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from ..core.chip import Terminal
+from ..core.pin import Terminal
 from ..core.net import Bus, Net
 from ..core.timebase import readable
 from ..errors import NotRecorded, TimeError

@@ -168,7 +168,7 @@ class Motion:
             runs = ((runs[0][0] + stretch, 1), *profile.tail(runs, 1))
         self.train = StepTrain(chip.clock, chip.tick, runs)
         self.playing = Playing(self.train)
-        chip.axis_.follow(self.playing, self.sign)
+        chip.axis1.follow(self.playing, self.sign)
         chip.pulse.play(PulseView(self.playing, HIGH))
         for levels, driver in zip(PHASE_LEVELS, chip.phases, strict=True):
             driver.play(PatternView(self.playing, levels, chip.phase, self.sign, driver.at(chip.kernel.seen)))

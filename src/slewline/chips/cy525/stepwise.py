@@ -145,7 +145,7 @@ class Stepwise:
         chip.phase = (chip.phase + self.sign) % len(sheet.PHASES)
         for driver, level in zip(chip.phases, sheet.PHASES[chip.phase], strict=True):
             driver.drive(level)
-        chip.axis_.follow(Playing(StepTrain(chip.clock, begin, ((period, 1),)), until=None), self.sign)
+        chip.axis1.follow(Playing(StepTrain(chip.clock, begin, ((period, 1),)), until=None), self.sign)
         self.made += 1
         await chip.at_tick(begin + period - T["pulse_high"])
         await chip.polled(chip.inhibit, 0, T["inhibit_poll"])

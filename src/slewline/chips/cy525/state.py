@@ -1,0 +1,167 @@
+"""What a CY525 is made of: pins by name, registers, the program buffer, flags.  The firmware in the other files acts on it.
+
+The firmware is one program in chapters, each a class that knows those before it:
+
+    state.py         pins, registers, flags                      (this file)
+    supply.py        power, RESET
+    port.py          a byte in, a verify byte out                (fig. 7.3, 7.1)
+    instructions.py  what each command does, one method a row of the sheet
+    firmware.py      commands, the stored program, live commands
+
+and motion.py plays what profile.py plans.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+from ...core.axis import Axis
+from ...core.chip import Chip
+from ...core.kernel import Kernel
+from ...core.net import Net
+from ...core.train import OPEN, Playing, PulseView, StepTrain
+from ...errors import UsageError
+from ...language.dialects import Decoder
+from . import sheet
+
+if TYPE_CHECKING:
+    from .motion import Motion
+    from .stepwise import Stepwise
+
+T = {name: time.ticks for name, time in sheet.TIMES.items()}
+TICKS_PER_US = sheet.REFERENCE_HZ // 1_000_000
+
+
+class State(Chip):
+    """Pins, registers and flags of a CY525."""
+
+    sheet = sheet.SHEET
+    motion: Motion | Stepwise
+
+    def __init__(
+        self,
+        kernel: Kernel,
+        name: str,
+        crystal_hz: int | None,
+        bare: bool,
+        straps: Mapping[str, int] | None,
+        registers: Mapping[str, int],
+    ) -> None:
+        super().__init__(kernel, name, crystal_hz, bare=bare, straps=straps)
+        self.defaults = {register.name: register.default for register in sheet.REGISTERS}
+        for key, value in registers.items():
+            self._check_register(key, value)
+            self.defaults[key] = value
+        self.reg = dict(self.defaults)
+        self.axis1 = Axis(kernel, 16, self.reg.pop("position"))
+        self.axes = (self.axis1,)
+        self.unset = set(self.defaults)  # registers that no command has loaded since power-up
+        self.said: set[str] = set()  # findings that are reported once
+        self.decoder = Decoder(sheet.SHEET)
+        self.accepted = self.ended_wait = -1  # changes of I/O REQUEST: with the last byte, when it ended U or W
+        self.requested = self.busy_from = self.busy_ps = 0  # of the byte in work: its request, READY low
+        self.run_fell = 0  # tick at which RUN fell
+        self.at = self.following = 0  # addresses of the running instruction and of the one behind it
+        self.ascii = True  # pin 36, as it was with the command letter
+        self._name_pins()
+        self.reset_registers()
+
+    def _check_register(self, key: str, value: object) -> None:
+        row = next((row for row in sheet.REGISTERS if row.name == key), None)
+        if row is None:
+            raise UsageError(f"{self.name}: no option or register {key!r}; registers: {', '.join(self.defaults)}")
+        top = (1 << row.bits) - 1
+        if not isinstance(value, int) or not 0 <= value <= top:
+            raise UsageError(f"{self.name}: {key} {value!r}; allowed 0..{top}")
+
+    def _name_pins(self) -> None:
+        net: Callable[[str], Net] = lambda name: self.pins[name].net  # noqa: E731
+        self.request, self.select, self.abort = net("io_request"), net("io_select"), net("abort")
+        self.inhibit, self.wait, self.dowhile = net("step_inhibit"), net("wait"), net("dowhile")
+        self.prog_in, self.mode, self.reset_net = net("prog"), net("ascii_binary"), net("reset")
+        drivers = self.drivers
+        self.ready, self.instrobe, self.outstrobe = drivers["ready"], drivers["instrobe"], drivers["outstrobe"]
+        self.slew, self.run_pin, self.prog = drivers["slew"], drivers["run"], drivers["prog"]
+        self.direction, self.pulse = drivers["direction"], drivers["pulse"]
+        self.programmable_output, self.motion_complete = drivers["programmable_output"], drivers["motion_complete"]
+        self.phases = tuple(drivers[f"phase{n}"] for n in (1, 2, 3, 4))
+
+    def rewired(self) -> None:
+        """Pins have been joined with others: take their nets anew (called by the bench before the first run)."""
+        self._name_pins()
+        self.watch_inputs()
+
+    def watch_inputs(self) -> None:
+        """Put on the observers that an input needs besides the looks of the firmware."""
+        self.request.latched = True
+
+    def reset_registers(self) -> None:
+        """What power-up, RESET and I have in common: flags and pointers, not the parameters (s.4)."""
+        self.buffer = bytearray()
+        self.labels: dict[str, int] = {}
+        self.overflowed = False
+        self.continuous = False
+        self.clockwise = True
+        self.phase = 0
+        self.loop: tuple[int, int] | None = None  # (address of the L that counts, what is left)
+        self.pc: int | None = None  # None: no program runs
+        self.entering = False
+        self.live = False
+        self.label: str | None = None
+        self.group: tuple[int, bool] | None = None  # V: group, and whether V was given in ASCII
+        self.output: bytes | None = None  # the group as captured at its first fetch
+        self.fetched = 0
+        self.waiting_pin = False
+
+    def outputs_high(self) -> None:
+        """Every output to 1 (s.13)."""
+        for row in self.sheet.pins:
+            if row.way == "out" and row.reset == 1:
+                self.drivers[row.name].drive(1)
+        self.prog.drive(None)
+        self.bus_driver.drive(None)
+
+    def outputs_off(self) -> None:
+        """Without supply no output drives its pin."""
+        for driver in (*self.drivers.values(), self.bus_driver):
+            driver.drive(None)
+
+    def clock_runs(self) -> None:
+        """CLK/15 runs from power-up on, whatever else happens (s.13)."""
+        clock = Playing(StepTrain(self.clock, self.clock.ticks_from(self.kernel.now), ((15, OPEN),)))
+        self.drivers["clk15"].play(PulseView(clock, 10))  # 5 of 15 clocks low: 0.45 us at 11 MHz
+
+    @property
+    def registers(self) -> dict[str, int]:
+        """The manual's registers: number, slope, rate, firstrate, divisor, position."""
+        return {**self.reg, "position": self.position}
+
+    def parameters(self) -> tuple[dict[str, float], dict[str, object]]:
+        """What a plot names: the rates of F and R in steps/s at this crystal, and S, Z, N."""
+        rates = {
+            f"{letter} = {self.reg[name]}": self.crystal_hz / sheet.STEP_TICKS[min(self.reg[name], sheet.RATE_TOP)]
+            for letter, name in (("F", "firstrate"), ("R", "rate"))
+        }
+        return rates, {"S": self.reg["slope"], "Z": self.reg["divisor"], "N": self.reg["number"]}
+
+    @property
+    def program(self) -> bytes:
+        """The program buffer in use, as stored."""
+        return bytes(self.buffer)
+
+    def listing(self) -> str:
+        """The stored program as text, with addresses."""
+        from ...language.disassemble import listing
+
+        return listing(bytes(self.buffer), self.sheet)
+
+    def in_program(self) -> bool:
+        """Is the running instruction one of the program (not a command of the host)?"""
+        return self.pc is not None and not self.live
+
+    def renew_outputs(self) -> None:
+        """The bound of the train has moved: whoever watches PULSE or a phase must hear of it."""
+        self.pulse.renew()
+        for driver in self.phases:
+            driver.renew()

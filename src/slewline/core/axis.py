@@ -1,0 +1,160 @@
+"""Where a motor is: the position register of one axis, exact at every instant, and its whole past.
+
+The past is a list of stretches, each following one train; undisturbed travel of any length is one stretch.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from .kernel import Kernel
+from .train import Playing
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Steps of a chip: instants (n,) int64 ps, directions (n,) int8 +1/-1, positions after each step (n,) int64."""
+
+    times_ps: NDArray[np.int64]
+    directions: NDArray[np.int8]
+    positions: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.times_ps)
+
+
+@dataclass(slots=True)
+class Stretch:
+    """A stretch of travel: from an instant on, `playing` moves the axis by `sign` a step, starting from `travel`."""
+
+    start: int
+    travel: int
+    sign: int
+    playing: Playing | None
+
+
+class Axis:
+    """Position of one motor: exact at every instant, through the bounded promise, and its whole past.
+
+    `travel` counts steps without wrap-around; `position` is the register.
+    """
+
+    def __init__(self, kernel: Kernel, bits: int, position: int) -> None:
+        self.kernel, self.modulus = kernel, 1 << bits
+        self.offset = position  # position = offset + travel, modulo
+        self.past = [Stretch(0, 0, 1, None)]
+        self.offsets = [(0, position)]
+        self.watchers: list[Callable[[], object]] = []  # called when a plan or the register changes
+
+    @property
+    def travel(self) -> int:
+        """Steps clockwise minus steps counter-clockwise, at the last committed instant."""
+        now = self.past[-1]
+        return now.travel + (now.sign * now.playing.begun(self.kernel.seen) if now.playing is not None else 0)
+
+    @property
+    def position(self) -> int:
+        """The position register at the last committed instant."""
+        return (self.offset + self.travel) % self.modulus
+
+    def load(self, position: int) -> None:
+        """Declare the present position."""
+        self.offset = (position - self.travel) % self.modulus
+        if self.offsets[-1][0] == self.kernel.now:
+            self.offsets[-1] = (self.kernel.now, self.offset)
+        else:
+            self.offsets.append((self.kernel.now, self.offset))
+        for watcher in self.watchers:
+            watcher()
+
+    def follow(self, playing: Playing | None, sign: int) -> None:
+        """From this instant on, the axis follows a train; what was played before stays as it is."""
+        self.past.append(Stretch(self.kernel.now, self.travel, sign, playing))
+        for watcher in self.watchers:
+            watcher()
+
+    def arrives(self, position: int) -> int | None:
+        """When the present promise reaches a position; None if it does not."""
+        time, playing = self.would_arrive(position), self.past[-1].playing
+        if time is None or playing is None or (playing.until is not None and time >= playing.until):
+            return None
+        return time
+
+    def would_arrive(self, position: int) -> int | None:
+        """When the present train reaches a position if nothing interferes; None if it does not."""
+        now = self.past[-1]
+        if now.playing is None:
+            return None
+        train = now.playing.train
+        begun = now.playing.begun(self.kernel.seen)
+        missing = (position - self.position) * now.sign % self.modulus or self.modulus
+        step = begun + missing - 1
+        return train.clock.ps(train.begin(step)) if step < train.steps else None
+
+    def forget(self, before: int) -> None:
+        """Drop the past before an instant."""
+        keep = next((i for i in range(len(self.past) - 1, 0, -1) if self.past[i].start <= before), 0)
+        del self.past[:keep]
+
+    def _windows(self, start: int, stop: int) -> Iterator[tuple[Stretch, int, int]]:
+        """Stretches that overlap start <= t <= stop, with the part of the window that each covers (inclusive)."""
+        for i, stretch in enumerate(self.past):
+            end = self.past[i + 1].start if i + 1 < len(self.past) else stop
+            if stretch.playing is not None and stretch.start <= stop and end >= start:
+                bound = stretch.playing.until
+                last = min(stop, bound - 1 if bound is not None else stop)
+                yield stretch, start, last
+
+    def steps(self, start: int, stop: int) -> Steps:
+        """Steps at start <= t <= stop."""
+        import numpy as np
+
+        times, signs, positions = [], [], []
+        for stretch, first, last in self._windows(start, stop):
+            playing = stretch.playing
+            assert playing is not None
+            a, b = playing.train.begun(first - 1), playing.train.begun(last)
+            if b > a:
+                begins = playing.train.begins(a, b)
+                times.append(begins)
+                signs.append(np.full(b - a, stretch.sign, np.int8))
+                positions.append(stretch.travel + stretch.sign * np.arange(a + 1, b + 1) + self._offsets_at(begins))
+        if not times:
+            return Steps(np.empty(0, np.int64), np.empty(0, np.int8), np.empty(0, np.int64))
+        return Steps(np.concatenate(times), np.concatenate(signs), np.concatenate(positions) % self.modulus)
+
+    def _offsets_at(self, times: NDArray[np.int64]) -> NDArray[np.int64]:
+        import numpy as np
+
+        since = np.array([since for since, _ in self.offsets], np.int64)
+        values = np.array([value for _, value in self.offsets], np.int64)
+        return values[np.maximum(np.searchsorted(since, times, side="right") - 1, 0)]
+
+    def position_at(self, ps: int) -> int:
+        """The position register at one instant of the past."""
+        stretch = self.past[max(bisect_right(self.past, ps, key=lambda stretch: stretch.start) - 1, 0)]
+        travel = stretch.travel + (stretch.sign * stretch.playing.begun(ps) if stretch.playing is not None else 0)
+        since = max(bisect_right(self.offsets, ps, key=lambda offset: offset[0]) - 1, 0)
+        return (self.offsets[since][1] + travel) % self.modulus
+
+    def positions_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
+        """The position register at many instants of the past: (n,) int64, shape as `times`."""
+        import numpy as np
+
+        at = np.asarray(times, np.int64)
+        starts = np.array([stretch.start for stretch in self.past], np.int64)
+        which = np.maximum(np.searchsorted(starts, at, side="right") - 1, 0)
+        out = np.empty(at.shape, np.int64)
+        for index in np.unique(which):
+            stretch, chosen = self.past[index], which == index
+            out[chosen] = stretch.travel
+            if stretch.playing is not None:
+                out[chosen] += stretch.sign * stretch.playing.begun_many(at[chosen])
+        return (out + self._offsets_at(at)) % self.modulus

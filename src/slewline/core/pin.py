@@ -1,0 +1,114 @@
+"""Pins as the outside sees them, and the conditions that a run can wait for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ..errors import UsageError, WiringError
+from .net import Bus, Driver, Net
+from .table import Pin
+from .timebase import picoseconds, readable
+
+
+class Condition:
+    """Something Bench.run_until can wait for."""
+
+    text = ""
+
+    def met(self) -> bool:
+        """True when it has come about."""
+        raise NotImplementedError
+
+    def when(self) -> int | None:
+        """The instant at which it will come about under the present promises; None: no promise says so."""
+        return None
+
+
+class LevelCondition(Condition):
+    def __init__(self, pin: Terminal, level: int) -> None:
+        self.pin, self.wanted, self.text = pin, level, f"{pin.name}={level}"
+        pin.net.watch(lambda _: None)  # so that promised edges become instants
+
+    def met(self) -> bool:
+        return self.pin.level == self.wanted
+
+
+class EdgeCondition(Condition):
+    def __init__(self, pin: Terminal, number: int) -> None:
+        self.text = f"{number} edges of {pin.name}"
+        pin.net.watch(lambda _: None)
+        self.net, self.last = pin.net, pin.net.changes + number
+
+    def met(self) -> bool:
+        return self.net.changes >= self.last
+
+
+class Terminal:
+    """A pin as the outside sees it: its net, and a driver of one's own on it."""
+
+    def __init__(self, owner: str, row: Pin, net: Net) -> None:
+        self.owner, self.row, self.net = owner, row, net
+        self.name = f"{owner}.{row.name}"
+        self.bit: int | None = None  # of a bus
+        self._driver: Driver | None = None
+        self.on_input: Callable[[Terminal, int | None], object] | None = None  # the journal
+
+    @property
+    def level(self) -> int | None:
+        """0, 1, or None while the pin floats."""
+        net = self.net
+        if isinstance(net, Bus) and self.bit is not None:
+            return net.bit(self.bit)
+        return net.level  # type: ignore[no-any-return]
+
+    def drive(self, level: int, at: str | int | None = None) -> None:
+        """Drive the pin to 0 or 1 from outside, now or at an instant; overrides the standard wiring of a bare part."""
+        if level not in (0, 1):
+            raise UsageError(f"{self.name}: level {level!r}; allowed 0, 1 (release() lets go)")
+        self._put(level, at)
+
+    def release(self, at: str | int | None = None) -> None:
+        """Let go of the pin."""
+        self._put(None, at)
+
+    def pulse(self, level: int, width: str | int, at: str | int | None = None) -> None:
+        """Drive the pin for a time, then let go of it."""
+        kernel = self.net.kernel
+        start = kernel.now if at is None else picoseconds(at)
+        self.drive(level, start)
+        self.release(start + picoseconds(width))
+
+    def _put(self, level: int | None, at: str | int | None) -> None:
+        kernel = self.net.kernel
+        if self.row.way in ("power", "none"):
+            raise WiringError(f"{self.name} (pin {self.row.number}: {self.row.says}) carries no signal")
+        if isinstance(self.net, Bus) and self.bit is None:
+            raise WiringError(f"{self.name} is a bus of eight wires; drive db0 to db7 of a chip that is wired to it")
+        if at is not None:
+            ps = picoseconds(at)
+            if ps < kernel.now:
+                raise UsageError(f"{self.name}: {readable(ps)} is over; it is {readable(kernel.now)}")
+            if ps > kernel.now:
+                kernel.call_at(ps, lambda: self._put(level, None))
+                return
+        if self.on_input is not None:
+            self.on_input(self, level)
+        if self._driver is None:
+            self._driver = Driver(self.net, "outside")
+        if isinstance(self.net, Bus) and self.bit is not None:
+            self._driver.drive(None if level is None else (1 << self.bit, level << self.bit))
+        else:
+            self._driver.drive(level)
+        kernel.settle()
+
+    # conditions, for Bench.run_until
+    def is_(self, level: int) -> LevelCondition:
+        """Condition: the pin has this level."""
+        return LevelCondition(self, level)
+
+    def edges(self, number: int) -> EdgeCondition:
+        """Condition: the pin has changed this often from now on."""
+        return EdgeCondition(self, number)
+
+    def __repr__(self) -> str:
+        return f"<pin {self.name}={self.level}>"

@@ -1,0 +1,51 @@
+"""The documentation builds without a warning, asks nothing of the outside, and its made pages are up to date."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+
+import pytest
+
+from .blocks import ROOT
+
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+
+
+@pytest.fixture(scope="module")
+def html(tmp_path_factory):
+    """The built pages."""
+    out = tmp_path_factory.mktemp("html")
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "-d", str(out / ".doctrees"), str(ROOT / "docs"), str(out)]
+    built = subprocess.run(command, capture_output=True, text=True)
+    assert built.returncode == 0, built.stderr
+    return {path: path.read_text("utf-8") for path in out.rglob("*.html")}
+
+
+def test_all_pages_are_built(html):
+    built = {path.stem for path in html}
+    assert {page.stem for page in PAGES} - {"README"} <= built
+
+
+def test_no_page_fetches_anything_from_outside(html):
+    fetched = r'<(?:script|img|iframe|source|link)\b[^>]*\b(?:src|href)="((?:https?:)?//[^"]*)"'
+    assert {url for text in html.values() for url in re.findall(fetched, text)} == set()
+
+
+def test_what_is_made_from_the_code_is_up_to_date():
+    checked = subprocess.run([sys.executable, "tools/describe_docs.py", "--check"], cwd=ROOT, capture_output=True, text=True)
+    assert (checked.returncode, checked.stdout) == (0, "")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_links_between_the_pages_lead_somewhere(page):
+    for target in re.findall(r"\]\(([^)#\s]+)(?:#[\w-]*)?\)", page.read_text("utf-8")):
+        assert (page.parent / target).exists(), target
+
+
+def test_readme_example_is_short_and_the_readme_begins_with_the_two_commands():
+    text = (ROOT / "README.md").read_text("utf-8")
+    blocks = re.findall(r"```(\w+)\n(.*?)```", text, re.DOTALL)
+    assert [line.split(" #")[0].strip() for line in blocks[0][1].splitlines()] == ["$ make demo", "$ make test"]
+    assert all(len(code.splitlines()) <= 20 for language, code in blocks if language == "python")

@@ -1,0 +1,119 @@
+"""What the explaining pages say about the code is so."""
+
+from __future__ import annotations
+
+import ast
+import re
+import sys
+
+import pytest
+
+import slewline
+
+from .blocks import ROOT
+
+SRC = ROOT / "src/slewline"
+PAGES = [*sorted((ROOT / "docs/explanation").glob("*.md")), *sorted((ROOT / "docs/decisions").glob("*.md"))]
+FLOW = (ROOT / "docs/explanation/code_flow.md").read_text("utf-8")
+
+
+# ------------------------------------------------------------------------------------------------------------ code flow
+def told(heading):
+    """The calls that a chapter of the page tells, in its order: (file, qualified name)."""
+    (chapter,) = (part for part in re.split(r"^## ", FLOW, flags=re.MULTILINE) if part.startswith(heading))
+    return re.findall(r"^\| `([\w/]+\.py)` `([\w.]+)` \|", chapter, re.MULTILINE)
+
+
+def traced(action):
+    """Every call inside slewline, in order: (file, qualified name)."""
+    calls = []
+
+    def profile(frame, event, _argument):
+        if event == "call" and frame.f_code.co_filename.startswith(str(SRC)):
+            calls.append((frame.f_code.co_filename[len(str(SRC)) + 1 :], frame.f_code.co_qualname))
+
+    sys.setprofile(profile)
+    try:
+        action()
+    finally:
+        sys.setprofile(None)
+    return calls
+
+
+def in_order(wanted, calls):
+    """The first of the wanted calls that does not come, in their order; None: all do."""
+    rest = iter(calls)
+    return next((call for call in wanted if call not in rest), None)
+
+
+@pytest.fixture
+def x():
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x")
+    bench.host(x).send("A 0\rF 10\rS 240\rZ 1\rN 3000\r")
+    bench.run_until_idle()
+    x.send_and_run = lambda text: (bench["host"].send(text), bench.run_until_idle())
+    return x
+
+
+def test_a_command_flows_through_the_code_as_the_page_says(x):
+    wanted = told("`host.send")
+    assert len(wanted) > 20
+    assert in_order(wanted, traced(lambda: x.send_and_run("R 100\r"))) is None
+    assert x.registers["rate"] == 100
+
+
+def test_a_motion_flows_through_the_code_as_the_page_says(x):
+    x.send_and_run("R 100\r")
+    x.pin("abort").drive(0, at="150 ms")
+    wanted = told("`G`")
+    assert len(wanted) > 20
+    assert in_order(wanted, traced(lambda: x.send_and_run("G\r"))) is None
+    assert 0 < x.position < 3000
+
+
+def test_the_instants_of_the_first_and_the_last_byte_are_those_of_the_page(x):
+    bench, begin = x.kernel, x.kernel.now
+    seen = []
+    for pin in ("instrobe", "ready"):
+        x.pin(pin).net.watch(lambda net: seen.append((bench.now - begin) // 10**6))
+    x.send_and_run("R 100\r")
+    strobes = seen[:4], [us - seen[-4] + 15 for us in seen[-4:]]  # INSTROBE falls 15 us after the request
+    shown = [[int(us) for us in re.findall(r"\| (\d+) \|$", table, re.MULTILINE)] for table in FLOW.split("carriage return makes")]
+    assert strobes[0] == [15, *shown[0][1:]] == [15, 16, 26, 187]
+    assert (shown[1], strobes[1]) == ([0, 26, 209, 226], [15, 16, 26, 226])
+
+
+# ------------------------------------------------------------------------------------------------------ names and places
+def definitions():
+    """Every function, method, class and class attribute of the sources, by plain and by qualified name."""
+    names = set()
+    for path in SRC.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
+                names.add(node.name)
+            if isinstance(node, ast.ClassDef):
+                names |= {f"{node.name}.{inner.name}" for inner in ast.walk(node) if hasattr(inner, "name")}
+                names |= {f"{node.name}.{inner.target.id}" for inner in node.body if isinstance(inner, ast.AnnAssign)}
+    return names
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)
+def test_files_and_names_on_a_page_exist(page):
+    text = re.sub(r"```.*?```", "", page.read_text("utf-8"), flags=re.DOTALL)
+    files = {name for name in re.findall(r"`([\w/]+\.py)`", text) if "cy512" not in name}
+    places = [path.relative_to(ROOT).as_posix() for folder in ("src", "tests", "tools") for path in (ROOT / folder).rglob("*.py")]
+    assert [name for name in files if not any(f"/{place}".endswith(f"/{name}") for place in places)] == []
+    known = definitions()
+    named = set(re.findall(r"`([A-Z][a-z]\w+(?:\.\w+)?)(?:\(.*?\))?`", text))
+    assert [name for name in named - {"ValueError", "KeyError"} if name not in known] == []
+
+
+def test_the_layers_on_the_page_are_those_of_the_import_contracts():
+    import tomllib
+
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["contracts"]
+    layers = [set(re.findall(r"slewline\.(\w+)", layer)) for layer in contracts[0]["layers"]]
+    (picture,) = re.findall(r"```text\n(.*?)```", (ROOT / "docs/explanation/where.md").read_text("utf-8"), re.DOTALL)
+    rows = [re.split(r" {4,}", row.strip())[0] for row in picture.splitlines() if row.strip() not in ("|", "")]
+    assert [set(re.findall(r"\w+", row)) for row in rows] == layers
