@@ -1,13 +1,13 @@
 """Write the pages and the picture of the documentation that are made from the code.
 
-    python tools/describe_docs.py            write them
-    python tools/describe_docs.py --check    fail where a committed one differs from what the code says
+python tools/describe_docs.py            write them
+python tools/describe_docs.py --check    fail where a committed one differs from what the code says
 
-    docs/reference/cy525.md         the data sheet, the rates and the quirks
-    docs/reference/cli.md           commands and options
-    docs/reference/parts.md         what stands around a chip
-    docs/reference/conformance.md   facts and their tests
-    docs/images/weld.svg            the first workpiece of `slewline demo`
+docs/reference/cy525.md         the data sheet, the rates and the quirks
+docs/reference/cli.md           commands and options
+docs/reference/parts.md         what stands around a chip
+docs/reference/conformance.md   facts and their tests
+docs/images/weld.svg            the first workpiece of `slewline demo`
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from inspect import Parameter, cleandoc, signature
 from pathlib import Path
 
 import click
-import conformance
 
+import conformance
 import slewline
 from slewline.chips import sheet_of
 from slewline.chips.cy525.quirks import QUIRKS
@@ -38,7 +38,7 @@ NOTE = "<!-- Written by tools/describe_docs.py; change the code, not this page. 
 NEAR = 0.15  # two numbers of a picture that differ by less (points) look the same
 
 
-# ------------------------------------------------------------------------------------------------------------ data sheet
+# ----------------------------------------------------------------------------------------------------------- data sheet
 def chip_page() -> str:
     """The data sheet of the CY525, its rates, and its quirks."""
     rates = ((f"**{first}**", *STEPS_PER_SECOND[first : first + 8]) for first in range(0, 128, 8))
@@ -50,14 +50,14 @@ def chip_page() -> str:
             "Steps per second at 11 MHz for every rate parameter; they scale with the crystal.\n",
             table(("", *(f"+{n}" for n in range(8))), rates),
             "\n## Quirks\n",
-            "Where the manual is silent (UND) or contradicts itself (CON): what the model does, and why. Times hold at 11 MHz.",
-            "The [conformance page](conformance.md) names the tests.\n",
+            "Where the manual is silent (UND) or contradicts itself (CON): what the model does, and why. Times hold at",
+            "11 MHz. The [conformance page](conformance.md) names the tests.\n",
             table(("id", "manual", "what the chip does", "because"), quirks) + "\n",
         ]
     )
 
 
-# ---------------------------------------------------------------------------------------------------------- command line
+# --------------------------------------------------------------------------------------------------------- command line
 def cli_page() -> str:
     """Every command with its arguments and options."""
     return NOTE + "# Command line\n\n" + "\n".join(cli_lines()) + "\n"
@@ -96,20 +96,24 @@ def paragraph(text: str | None) -> str:
     return re.sub(r"(?<!\n)\n(?!\n)", " ", cleandoc(text or ""))
 
 
-# ----------------------------------------------------------------------------------------------------------------- parts
+# ---------------------------------------------------------------------------------------------------------------- parts
 def parts_page() -> str:
     """Every kind of part, with its options and pins."""
     rows = []
     for kind, (_, _, says) in KINDS.items():
         cls = part_class(kind)
         parameters = list(signature(cls).parameters.values())[2:]
-        part = cls(Kernel(), kind, **{parameter.name: b"" for parameter in parameters if parameter.default is Parameter.empty})
+        part = cls(
+            Kernel(), kind, **{parameter.name: b"" for parameter in parameters if parameter.default is Parameter.empty}
+        )
         pins = (f"{pin} → {cls.wiring[pin]}" if pin in cls.wiring else pin for pin in part.pins)
-        rows.append((f"`{kind}`", says, "<br>".join(f"`{spelled(parameter)}`" for parameter in parameters), ", ".join(pins)))
+        rows.append(
+            (f"`{kind}`", says, "<br>".join(f"`{spelled(parameter)}`" for parameter in parameters), ", ".join(pins))
+        )
     text = (
-        "What stands around a chip: `bench.part(kind, to=x, ...)` in Python, `[[part]]` in a bench file. With `to`, the pins\n"
-        "that have an arrow are wired to those of the neighbour. Figures are those of the CY525 manual. What a part can be\n"
-        "told from Python stands in its class in `src/slewline/parts`.\n"
+        "What stands around a chip: `bench.part(kind, to=x, ...)` in Python, `[[part]]` in a bench file. With `to`,\n"
+        "pins that have an arrow are wired to those of the neighbour. Figures are those of the CY525 manual. What a\n"
+        "part can be told from Python stands in its class in `src/slewline/parts`.\n"
     )
     return f"{NOTE}# Parts\n\n{text}\n{table(('kind', 'what it is', 'options', 'pins'), rows)}\n"
 
@@ -119,14 +123,14 @@ def spelled(parameter: Parameter) -> str:
     return parameter.name if parameter.default is Parameter.empty else f"{parameter.name} = {parameter.default!r}"
 
 
-# ----------------------------------------------------------------------------------------------------------- conformance
+# ---------------------------------------------------------------------------------------------------------- conformance
 def conformance_page() -> str:
     """Facts and choices, with the tests that carry them."""
     facts, choices = conformance.table("cy525")
     return NOTE + conformance.page("cy525", facts, choices, conformance.markers())
 
 
-# --------------------------------------------------------------------------------------------------------------- picture
+# -------------------------------------------------------------------------------------------------------------- picture
 def picture() -> str:
     """The first workpiece of the demo; one decimal is enough, and leaves a smaller file."""
     bench = slewline.load(str(demo.HERE / demo.MACHINE))
@@ -134,7 +138,13 @@ def picture() -> str:
     bench.run_until_idle()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "weld.svg")
-        bench.plot(path, "CY525: six welds on a workpiece, and back", ["x.wait", "x.programmable_output", "x.slew"], "0.9 s", "3.7 s")
+        bench.plot(
+            path,
+            "CY525: six welds on a workpiece, and back",
+            ["x.wait", "x.programmable_output", "x.slew"],
+            "0.9 s",
+            "3.7 s",
+        )
         text = re.sub(r" <metadata>.*</metadata>\n", "", path.read_text("utf-8"), flags=re.DOTALL)
         return re.sub(r"(\.\d)\d+", r"\1", text)
 

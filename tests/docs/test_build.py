@@ -18,7 +18,7 @@ def html(tmp_path_factory):
     """The built pages."""
     out = tmp_path_factory.mktemp("html")
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "-d", str(out / ".doctrees"), str(ROOT / "docs"), str(out)]
-    built = subprocess.run(command, capture_output=True, text=True)
+    built = subprocess.run(command, check=False, capture_output=True, text=True)
     assert built.returncode == 0, built.stderr
     return {path: path.read_text("utf-8") for path in out.rglob("*.html")}
 
@@ -34,7 +34,8 @@ def test_no_page_fetches_anything_from_outside(html):
 
 
 def test_what_is_made_from_the_code_is_up_to_date():
-    checked = subprocess.run([sys.executable, "tools/describe_docs.py", "--check"], cwd=ROOT, capture_output=True, text=True)
+    command = [sys.executable, "tools/describe_docs.py", "--check"]
+    checked = subprocess.run(command, check=False, cwd=ROOT, capture_output=True, text=True)
     assert (checked.returncode, checked.stdout) == (0, "")
 
 

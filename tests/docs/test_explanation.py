@@ -79,12 +79,15 @@ def test_the_instants_of_the_first_and_the_last_byte_are_those_of_the_page(x):
         x.pin(pin).net.watch(lambda net: seen.append((bench.now - begin) // 10**6))
     x.send_and_run("R 100\r")
     strobes = seen[:4], [us - seen[-4] + 15 for us in seen[-4:]]  # INSTROBE falls 15 us after the request
-    shown = [[int(us) for us in re.findall(r"\| (\d+) \|$", table, re.MULTILINE)] for table in FLOW.split("carriage return makes")]
+    shown = [
+        [int(us) for us in re.findall(r"\| (\d+) \|$", table, re.MULTILINE)]
+        for table in FLOW.split("carriage return makes")
+    ]
     assert strobes[0] == [15, *shown[0][1:]] == [15, 16, 26, 187]
     assert (shown[1], strobes[1]) == ([0, 26, 209, 226], [15, 16, 26, 226])
 
 
-# ------------------------------------------------------------------------------------------------------ names and places
+# ----------------------------------------------------------------------------------------------------- names and places
 def definitions():
     """Every function, method, class and class attribute of the sources, by plain and by qualified name."""
     names = set()
@@ -102,7 +105,11 @@ def definitions():
 def test_files_and_names_on_a_page_exist(page):
     text = re.sub(r"```.*?```", "", page.read_text("utf-8"), flags=re.DOTALL)
     files = {name for name in re.findall(r"`([\w/]+\.py)`", text) if "cy512" not in name}
-    places = [path.relative_to(ROOT).as_posix() for folder in ("src", "tests", "tools") for path in (ROOT / folder).rglob("*.py")]
+    places = [
+        path.relative_to(ROOT).as_posix()
+        for folder in ("src", "tests", "tools")
+        for path in (ROOT / folder).rglob("*.py")
+    ]
     assert [name for name in files if not any(f"/{place}".endswith(f"/{name}") for place in places)] == []
     known = definitions()
     named = set(re.findall(r"`([A-Z][a-z]\w+(?:\.\w+)?)(?:\(.*?\))?`", text))

@@ -6,7 +6,11 @@ import pytest
 
 from .blocks import EVALUATORS, ROOT, languages_of, run_page
 
-TRIED = [ROOT / "README.md", *sorted((ROOT / "docs/tutorial").glob("*.md")), *sorted((ROOT / "docs/howto").glob("*.md"))]
+TRIED = [
+    ROOT / "README.md",
+    *sorted((ROOT / "docs/tutorial").glob("*.md")),
+    *sorted((ROOT / "docs/howto").glob("*.md")),
+]
 EXPLAINED = [*sorted((ROOT / "docs/explanation").glob("*.md")), ROOT / "docs/reference/api.md"]
 
 

@@ -48,7 +48,13 @@ def test_every_finding_has_a_line_on_its_page():
 
 # ------------------------------------------------------------------------------------------------------------------ api
 API = (ROOT / "docs/reference/api.md").read_text("utf-8")
-OWNERS = {"bench": slewline.Bench(), "x": slewline.Bench().add("cy525"), "pin": Terminal, "steps": Steps, "finding": Finding}
+OWNERS = {
+    "bench": slewline.Bench(),
+    "x": slewline.Bench().add("cy525"),
+    "pin": Terminal,
+    "steps": Steps,
+    "finding": Finding,
+}
 OWNERS["host"] = slewline.Bench().host(OWNERS["x"])
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable, Mapping
 
 from ...core.kernel import Kernel
+from ...core.table import Row
 from ...language.dialects import Command, Label
 from . import sheet
 from .instructions import Instructions
@@ -19,6 +20,11 @@ from .state import TICKS_PER_US, T
 
 LETTERS = {row.code: row for row in sheet.COMMANDS if row.stored}
 LASTING = "GPDUW"  # these go on for as long as they take
+
+
+def lead(row: Row) -> int:
+    """How many clocks before its time a command begins to act: motions set READY and DIRECTION before the first step."""
+    return T["step_lead"] if row.motion else 0
 
 
 class Cy525(Instructions):
@@ -95,7 +101,7 @@ class Cy525(Instructions):
             await self.at_tick(end - T["effect_lead"])
             self.do_quit()
         elif row.form in LASTING:
-            await self.at_tick(end)
+            await self.at_tick(end - lead(row))
             await self.perform(row.code, command.values)
             end = self.tick
         else:
@@ -169,7 +175,7 @@ class Cy525(Instructions):
         self.pc = self.following = at + row.size
         self.at = at
         self.waits(f"{row.form} at byte {at} in work")
-        await self.at_tick(due if first else self.tick + row.program_us * TICKS_PER_US)
+        await self.at_tick((due if first else self.tick + row.program_us * TICKS_PER_US) - lead(row))
         await self.perform(code, values)
 
     async def live_commands(self) -> None:

@@ -57,6 +57,7 @@ class Instructions(Port):
         self.load("F", rate)
 
     def do_go(self) -> Awaitable[None]:
+        self.check_registers("G")
         return self.motion.move(self.reg["number"], 1 if self.clockwise else -1, "G")
 
     def do_haltmode(self) -> None:
@@ -109,6 +110,7 @@ class Instructions(Port):
             driver.drive(phase_level)
 
     async def do_position(self, position: int) -> None:
+        self.check_registers(f"P {position}")
         here = self.position
         clockwise = position >= here
         number = position - here if clockwise else here - position
@@ -168,15 +170,25 @@ class Instructions(Port):
         if self.pc is None:
             self.run_fell = self.tick
             self.run_pin.drive(0)
-            self.request.watch(self._on_request)
+            self.request.watch(self.on_request)
         self.pc, self.following = target, 0
 
-    def end_run(self) -> None:
-        """The program, if one runs, is over."""
-        if self.pc is not None:
-            self.pc = None
-            self.run_pin.drive(1)
-            self.request.observers.remove(self._on_request)
+    def check_registers(self, text: str) -> None:
+        """Parameters that the manual does not allow, or that nobody has set."""
+        reg = self.reg
+        used = {"slope", "rate", "firstrate", "divisor", "number" if text == "G" else "position"}
+        for name in sorted(used & self.unset):
+            self.unset.discard(name)
+            self.finding("uninitialised", f"{text} uses the {name} register, which nobody has set since power-up")
+        for bad, code, what in (
+            (reg["rate"] < reg["firstrate"], "rate-below-firstrate", "R is below F: the whole move runs at F"),
+            (min(reg["rate"], reg["firstrate"]) <= 2, "slow-rate", "rates 0, 1 and 2 are not fixed by the manual: 275, 283, 292 steps/s"),
+            (reg["slope"] == 0, "range", "S 0 is outside 1 to 255: a little slower than S 1"),
+            (reg["divisor"] == 0, "range", "Z 0 is outside 1 to 255: it divides by 256"),
+        ):
+            if bad and what not in self.said:
+                self.said.add(what)
+                self.finding(code, what)
 
     def set_direction(self, clockwise: bool) -> None:
         self.clockwise = clockwise

@@ -53,6 +53,7 @@ class Motion:
             chip.waits(f"{text}: io_request=1 before the first step")
             await chip.polled(chip.request, 1, 1)
         chip.set_direction(sign > 0)
+        await chip.ticks(T["step_lead"])
         if number:
             await self.uninhibited()
             self.abortable = chip.abort.level == 1
@@ -75,24 +76,6 @@ class Motion:
         self.served = self.pending = self.told_held = False
         chip.ready.drive(0)
         chip.motion_complete.drive(1)
-        self.check_registers()
-
-    def check_registers(self) -> None:
-        """Parameters that the manual does not allow, or that nobody has set."""
-        chip, reg = self.chip, self.chip.reg
-        used = {"slope", "rate", "firstrate", "divisor", "number" if self.text == "G" else "position"}
-        for name in sorted(used & chip.unset):
-            chip.unset.discard(name)
-            chip.finding("uninitialised", f"{self.text} uses the {name} register, which nobody has set since power-up")
-        for bad, code, text in (
-            (reg["rate"] < reg["firstrate"], "rate-below-firstrate", "R is below F: the whole move runs at F"),
-            (min(reg["rate"], reg["firstrate"]) <= 2, "slow-rate", "rates 0, 1 and 2 are not fixed by the manual: 275, 283, 292 steps/s"),
-            (reg["slope"] == 0, "range", "S 0 is outside 1 to 255: a little slower than S 1"),
-            (reg["divisor"] == 0, "range", "Z 0 is outside 1 to 255: it divides by 256"),
-        ):
-            if bad and text not in chip.said:
-                chip.said.add(text)
-                chip.finding(code, text)
 
     async def uninhibited(self) -> None:
         """Before the first step: STEP INHIBIT high holds it, with PULSE high."""

@@ -31,11 +31,6 @@ class Port(Supply):
         if self._on_select not in self.select.observers:
             self.select.watch(self._on_select)
 
-    def _on_request(self, net: Net) -> None:
-        """A running program does not see a request; only its edge can tell (watched while a program runs)."""
-        if net.level == 0 and self.prog_in.level == 1 and not (self.live or self.motion.moving or self.waiting_pin):
-            self.finding("request-while-running", "I/O REQUEST lowered in a running program without PROG/LIVE: not answered")
-
     def _on_select(self, _net: Net) -> None:
         if self.task is not None and self.ready.net.level == 0 and not self.motion.moving:
             self.finding("select-while-busy", "I/O SELECT changed while READY is low: it counts at the next READY")

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 from . import sheet
 
 if TYPE_CHECKING:
-    from .firmware import Cy525
+    from .state import State
 
 
-def group_bytes(chip: Cy525, group: int, ascii: bool) -> bytes:
+def group_bytes(chip: State, group: int, ascii: bool) -> bytes:
     """All bytes of a group as they stand now: position, program, status, parameters.
 
     The position has the form of the mode in which V was given; the other groups are binary in both modes (s.6).

@@ -116,6 +116,7 @@ TIMES = MappingProxyType({
     "wait_poll": _T(8, 11, "W and U look at WAIT", "s.10 (in step to 10 us)", "chosen"),
     "inhibit_poll": _T(3, 11, "a held step looks at STEP INHIBIT", "s.7", "chosen"),
     "pulse_high": _T(2.5, 11, "PULSE high between steps", "s.3 item 6"),
+    "step_lead": _T(10, 11, "READY low and DIRECTION set to the first step", "s.2, s.7: just before stepping", "chosen"),
     "ready_after_motion": _T(30, 6, "MOTION COMPLETE low to READY high", "s.11, fig. 11.4"),
     "readout_delay": _T(4, 11, "step start to the first OUTSTROBE low", "s.6, fig. 6.5", "chosen"),
     "readout_spacing": _T(10, 11, "between the two OUTSTROBE of a read-out; MOTION COMPLETE low", "s.6, fig. 6.5", "chosen"),

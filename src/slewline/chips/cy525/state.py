@@ -63,6 +63,7 @@ class State(Chip):
         self.requested = self.busy_from = self.busy_ps = 0  # of the byte in work: its request, READY low
         self.run_fell = 0  # tick at which RUN fell
         self.at = self.following = 0  # addresses of the running instruction and of the one behind it
+        self.pc: int | None = None  # address of the next instruction; None: no program runs
         self.ascii = True  # pin 36, as it was with the command letter
         self._name_pins()
         self.reset_registers()
@@ -92,6 +93,18 @@ class State(Chip):
         self._name_pins()
         self.watch_inputs()
 
+    def end_run(self) -> None:
+        """The program, if one runs, is over."""
+        if self.pc is not None:
+            self.pc = None
+            self.run_pin.drive(1)
+            self.request.observers.remove(self.on_request)
+
+    def on_request(self, net: Net) -> None:
+        """A running program does not see a request; only its edge can tell (watched while a program runs)."""
+        if net.level == 0 and self.prog_in.level == 1 and not (self.live or self.motion.moving or self.waiting_pin):
+            self.finding("request-while-running", "I/O REQUEST lowered in a running program without PROG/LIVE: not answered")
+
     def watch_inputs(self) -> None:
         """Put on the observers that an input needs besides the looks of the firmware."""
         self.request.latched = True
@@ -105,7 +118,7 @@ class State(Chip):
         self.clockwise = True
         self.phase = 0
         self.loop: tuple[int, int] | None = None  # (address of the L that counts, what is left)
-        self.pc: int | None = None  # None: no program runs
+        self.pc = None
         self.entering = False
         self.live = False
         self.label: str | None = None

@@ -72,6 +72,7 @@ class Stepwise:
         chip.motion_complete.drive(1)
         await chip.polled(chip.request, 1, 1)
         chip.set_direction(sign > 0)
+        await chip.ticks(T["step_lead"])
         if number > 0:
             self.prepare(number, sign)
             await chip.polled(chip.inhibit, 0, T["inhibit_poll"])

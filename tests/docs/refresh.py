@@ -1,0 +1,55 @@
+"""Write into the pages what their code prints now: `python -m tests.docs.refresh`.  Read what it changed.
+
+Where a page leaves lines out with `...`, as many lines before and behind it are kept as there were.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import tempfile
+from pathlib import Path
+
+from . import blocks
+from .test_pages import TRIED
+
+
+def renewed(shown: str, printed: str) -> str:
+    """What a page shows from now on."""
+    if blocks.differs(shown, printed) is None:
+        return shown
+    lines, new = shown.splitlines(), printed.splitlines()
+    if "..." in lines:
+        at = lines.index("...")
+        behind = len(lines) - at - 1
+        new = [*new[:at], "...", *new[len(new) - behind :]]
+    return "".join(f"{line}\n" for line in new)
+
+
+def refresh(page: Path) -> None:
+    """Run a page, and write its outputs anew."""
+    text = page.read_text("utf-8")
+    document = blocks.SYBIL.parse(page)
+    for example in document.examples():
+        shown, language = str(example.parsed), example.region.lexemes["arguments"]
+        if language == "console":
+            calls = [call.partition("\n") for call in re.split(r"^\$ ", shown, flags=re.MULTILINE)[1:]]
+            new = "".join(
+                f"$ {line}\n{renewed(rest, blocks.called(shlex.split(line, comments=True)))}" for line, _, rest in calls
+            )
+        elif language == "text" and not blocks.NAMED.match(shown):
+            new = renewed(shown, example.namespace.pop("__printed__"))
+        else:
+            example.evaluate()
+            continue
+        text = text.replace(f"```{language}\n{shown}```", f"```{language}\n{new}```", 1)
+    page.write_text(text, "utf-8")
+
+
+if __name__ == "__main__":
+    for page in TRIED:
+        with tempfile.TemporaryDirectory() as folder:
+            os.chdir(folder)
+            refresh(page)
+            os.chdir(blocks.ROOT)

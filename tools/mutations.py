@@ -1,0 +1,213 @@
+"""Break the source on purpose, one small lie at a time, and see that a test notices each.
+
+    python tools/mutations.py              all of tools/mutations.toml
+    python tools/mutations.py WORD ...     only those with one of the words in their name, old or new text, or tests
+    python tools/mutations.py --list       the list
+
+A mutation says what is wrong with it (`name`), which text becomes which (`old`, `new`), and which tests should notice
+(`tests`: files below tests/, and options such as -k).  `old` must stand exactly once in src/slewline.  Every selection
+of tests is first run on the unbroken source.  The work is done in copies; the checkout is never touched.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from itertools import count
+from pathlib import Path
+from queue import SimpleQueue
+
+ROOT = Path(__file__).resolve().parent.parent
+LIST = Path(__file__).with_suffix(".toml")
+COPIED = ("src", "tests", "examples", "conformance", "pyproject.toml")
+WORKERS = 2
+TEST_TIMEOUT, RUN_TIMEOUT = 30, 120  # seconds for one test, and for a whole selection
+FAILED = 1  # exit status of pytest when tests ran and one failed; any other says that nothing was tested
+VERDICT = re.compile(r"^FAILED (\S+?)(?: - (.*))?$", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Mutation:
+    """One lie, and who should notice it."""
+
+    name: str
+    old: str
+    new: str
+    tests: str
+
+    @property
+    def selection(self) -> tuple[str, ...]:
+        """Arguments of pytest."""
+        return tuple(f"tests/{word}" if ".py" in word else word for word in shlex.split(self.tests))
+
+
+@dataclass
+class Result:
+    """What became of a mutation."""
+
+    verdict: str  # "caught", "SURVIVED" or "LIST ERROR"
+    text: str
+
+    @property
+    def good(self) -> bool:
+        return self.verdict == "caught"
+
+
+@dataclass
+class Copy:
+    """A copy of the project in which one mutation at a time is at work."""
+
+    root: Path
+    stamps: Iterator[int] = field(default_factory=lambda: count(int(time.time())))
+
+    @classmethod
+    def made(cls, root: Path) -> Copy:
+        for name in COPIED:
+            source = ROOT / name
+            if source.is_dir():
+                shutil.copytree(source, root / name, ignore=shutil.ignore_patterns("__pycache__"))
+            else:
+                shutil.copy(source, root / name)
+        copy = cls(root)
+        found = copy.python("-c", "import slewline; print(slewline.__file__)").stdout.strip()
+        if not found or not Path(found).resolve().is_relative_to(root.resolve()):
+            sys.exit(f"the copy is not what is imported, but {found or 'nothing'}")
+        return copy
+
+    def python(self, *args: str) -> subprocess.CompletedProcess[str]:
+        """Run Python on this copy."""
+        environment = os.environ | {"PYTHONPATH": str(self.root / "src")}
+        command = [sys.executable, *args]
+        return subprocess.run(
+            command, cwd=self.root, env=environment, capture_output=True, text=True, timeout=RUN_TIMEOUT
+        )
+
+    def tested(self, selection: tuple[str, ...]) -> tuple[int | None, str]:
+        """Run tests: exit status of pytest (None: it did not come to an end), and who failed or what it said."""
+        options = ("-x", "-q", "--no-header", "--tb=no", "-p", "no:cacheprovider", "-o", f"timeout={TEST_TIMEOUT}")
+        try:
+            done = self.python("-m", "pytest", *options, *selection)
+        except subprocess.TimeoutExpired:
+            return None, f"hanging for {RUN_TIMEOUT} s"
+        failed = VERDICT.search(done.stdout)
+        if done.returncode == FAILED and failed:
+            hung = ", which hung" if "Timeout" in (failed[2] or "") else ""
+            return FAILED, failed[1].removeprefix("tests/") + hung
+        last = (done.stdout + done.stderr).strip().splitlines()[-3:]
+        return done.returncode, f"pytest ended with {done.returncode}: {' | '.join(last)}"
+
+    def place(self, old: str) -> Path | str:
+        """The file in which a text stands, or what is wrong with the text."""
+        paths = sorted((self.root / "src" / "slewline").rglob("*.py"))
+        found = [(path, times) for path in paths if (times := path.read_text("utf-8").count(old))]
+        if len(found) == 1 and found[0][1] == 1:
+            return found[0][0]
+        where = ", ".join(f"{times} times in {path.relative_to(self.root)}" for path, times in found)
+        return f"the old text stands {where or 'nowhere'}"
+
+    @contextmanager
+    def broken(self, path: Path, mutation: Mutation) -> Iterator[None]:
+        """The copy with a mutation at work."""
+        source = path.read_text("utf-8")
+        self.write(path, source.replace(mutation.old, mutation.new))
+        try:
+            yield
+        finally:
+            self.write(path, source)
+
+    def write(self, path: Path, text: str) -> None:
+        """Every version gets another time, or Python would take the compiled form of the last one."""
+        path.write_text(text, "utf-8")
+        stamp = next(self.stamps)
+        os.utime(path, (stamp, stamp))
+
+    def judged(self, mutation: Mutation) -> Result:
+        """Apply a mutation, run its tests, take it back."""
+        path = self.place(mutation.old)
+        if isinstance(path, str):
+            return Result("LIST ERROR", path)
+        if mutation.new == mutation.old:
+            return Result("LIST ERROR", "the new text is the old one")
+        with self.broken(path, mutation):
+            status, text = self.tested(mutation.selection)
+        if status == 0:
+            return Result("SURVIVED", f"{path.name}; tests: {mutation.tests}")
+        if status in (FAILED, None):
+            return Result("caught", f"by {text}")
+        return Result("LIST ERROR", text)
+
+
+def chosen(words: list[str]) -> list[Mutation]:
+    """The mutations of the list that somebody asked for."""
+    found = [Mutation(**row) for row in tomllib.loads(LIST.read_text("utf-8"))["mutation"]]
+    names = [mutation.name for mutation in found]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        sys.exit(f"{LIST.name}: twice in the list: {'; '.join(twice)}")
+    return [m for m in found if not words or any(word in "\n".join((m.name, m.old, m.new, m.tests)) for word in words)]
+
+
+def judge_all(mutations: list[Mutation], folder: Path) -> Iterator[tuple[Mutation, Result]]:
+    """The mutations with what became of them, in the order of the list."""
+    idle: SimpleQueue[Copy] = SimpleQueue()
+    for number in range(WORKERS):
+        (folder / str(number)).mkdir()
+        idle.put(Copy.made(folder / str(number)))
+
+    def unbroken(selection: tuple[str, ...]) -> str:
+        copy = idle.get()
+        try:
+            status, text = copy.tested(selection)
+            return "" if status == 0 else f"the tests fail without any mutation: {text}"
+        finally:
+            idle.put(copy)
+
+    def judged(mutation: Mutation) -> Result:
+        if fails[mutation.selection]:
+            return Result("LIST ERROR", fails[mutation.selection])
+        copy = idle.get()
+        try:
+            return copy.judged(mutation)
+        finally:
+            idle.put(copy)
+
+    with ThreadPoolExecutor(WORKERS) as pool:
+        selections = list(dict.fromkeys(mutation.selection for mutation in mutations))
+        fails = dict(zip(selections, pool.map(unbroken, selections), strict=True))
+        print(f"{len(selections)} selections of tests run without any mutation", flush=True)
+        yield from zip(mutations, pool.map(judged, mutations), strict=True)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Break the source on purpose, and see that a test notices.")
+    parser.add_argument("words", nargs="*", help="only mutations with one of these words")
+    parser.add_argument("--list", action="store_true", help="print the list")
+    options = parser.parse_args()
+    mutations = chosen(options.words)
+    if options.list:
+        for mutation in mutations:
+            print(f"{mutation.name}\n    {mutation.tests}")
+        return 0
+    began, caught = time.monotonic(), 0
+    with tempfile.TemporaryDirectory() as folder:
+        for mutation, result in judge_all(mutations, Path(folder)):
+            caught += result.good
+            print(f"{result.verdict:10}  {mutation.name}\n            {result.text}", flush=True)
+    print(f"{caught} of {len(mutations)} caught, in {time.monotonic() - began:.0f} s")
+    return 0 if mutations and caught == len(mutations) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
