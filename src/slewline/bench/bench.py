@@ -9,7 +9,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from random import Random
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +30,10 @@ if TYPE_CHECKING:
     from os import PathLike
 
 Time = str | int
+
+
+def _seen(_net: Net) -> None:
+    """An observer that only makes promised edges instants."""
 
 
 class Bench(Recording):
@@ -284,28 +288,48 @@ class Bench(Recording):
         return True
 
     def run_until(self, condition: Condition | Callable[[], bool], timeout: Time = "60 s") -> None:
-        """Run until a condition is met: x.reaches(40), pin.is_(0), pin.edges(3), host.got(b"Y"), or any callable.
+        """Run until a condition is met: x.reaches(40), pin.is_(0), pin.edges(3), host.got(b"Y"), or any of two with `|`.
+
+        A function is asked after every instant, every step of every motor being one meanwhile: exact, and slow.
 
         Raises:
             Timeout: with what everybody waits for.
         """
         if isinstance(condition, Condition):
-            self._until(condition.met, condition.when, condition.text, timeout)
+            condition.begin()
+            when = condition.when if type(condition).when is not Condition.when else None
+            self._until(condition.met, when, condition.text, timeout, condition.nets)
+        elif callable(condition):
+            what = getattr(condition, "__name__", "the condition")
+            self._until(condition, None, what, timeout, [net for chip in self.chips.values() for net in chip.step_nets()])
         else:
-            self._until(condition, None, getattr(condition, "__name__", "the condition"), timeout)
+            raise UsageError(f"run_until({condition!r}): expected a condition such as x.reaches(40), or a function")
 
     def _wait_for(self, met: Callable[[], bool], what: str, timeout: str) -> None:
         self._until(met, None, what, timeout)
 
-    def _until(self, met: Callable[[], bool], when: Callable[[], int | None] | None, what: str, timeout: Time) -> None:
-        """Instant after instant until `met`; `when` may say that it will come about between two events."""
+    def _until(
+        self,
+        met: Callable[[], bool],
+        when: Callable[[], int | None] | None,
+        what: str,
+        timeout: Time,
+        nets: Iterable[Net] = (),
+    ) -> None:
+        """Instant after instant until `met`; `when` may say that it will come about between two events.
+
+        The promised edges of `nets` are instants meanwhile.
+        """
         self._start()
         kernel = self.kernel
         limit = kernel.now + picoseconds(timeout)
-        if when is None:
-            reached = not kernel.run_while(met, limit)
-        else:
-            reached = self._predicted(met, when, limit)
+        for net in nets:
+            net.watch(_seen)
+        try:
+            reached = self._predicted(met, when, limit) if when is not None else not kernel.run_while(met, limit)
+        finally:
+            for net in nets:
+                net.unwatch(_seen)
         if not reached:
             dead = kernel.next_time() is None
             self._advance(limit)
@@ -330,7 +354,7 @@ class Bench(Recording):
 
     def _explain(self, what: str, timeout: Time, dead: bool) -> str:
         lines = [f"waited {readable(picoseconds(timeout))} for {what}; it is {readable(self.kernel.now)}"]
-        if dead:
+        if dead and not any(chip.moving for chip in self.chips.values()):
             lines.append("nothing is going to happen any more")
         lines += [f"  {chip.waiting}" for chip in self.chips.values() if not chip.idle]
         lines += [f"  {part.waiting}" for part in self.parts.values() if not part.idle]

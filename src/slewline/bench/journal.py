@@ -128,8 +128,8 @@ def apply(bench: Bench, entry: dict[str, Any]) -> None:
     elif do == "send":
         chip, data = entry["args"]
         bench[entry["host"]].to(chip).send(bytes.fromhex(data))
-    elif do == "clear":
-        bench[entry["host"]].clear()
+    elif do in ("clear", "give_up"):
+        getattr(bench[entry["host"]], do)()
     elif do == "call":
         verb, chip, *args = entry["args"]
         host = bench[entry["host"]].to(chip)

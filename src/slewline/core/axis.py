@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from ..errors import UsageError
 from .kernel import Kernel
 from .train import Playing
 
@@ -63,6 +64,12 @@ class Axis:
     def position(self) -> int:
         """The position register at the last committed instant."""
         return (self.offset + self.travel) % self.modulus
+
+    @property
+    def moving(self) -> bool:
+        """Does the present promise have steps to come?"""
+        now = self.past[-1].playing
+        return now is not None and now.begun(1 << 80) > now.begun(self.kernel.seen)
 
     def load(self, position: int) -> None:
         """Declare the present position."""
@@ -148,7 +155,9 @@ class Axis:
         """The position register at many instants of the past: (n,) int64, shape as `times`."""
         import numpy as np
 
-        at = np.asarray(times, np.int64)
+        at = np.asarray(times)
+        if at.dtype.kind not in "iu" or (at.size and int(at.max()) > self.kernel.now):
+            raise UsageError(f"instants of the past are int64 picoseconds up to {self.kernel.now}, not {at.dtype} or later ones")
         starts = np.array([stretch.start for stretch in self.past], np.int64)
         which = np.maximum(np.searchsorted(starts, at, side="right") - 1, 0)
         out = np.empty(at.shape, np.int64)

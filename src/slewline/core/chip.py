@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ..errors import UnknownName
+from ..errors import UnknownName, UsageError
 from .axis import Axis, Steps
 from .kernel import Kernel, Task
 from .net import Bus, Driver, Net
@@ -86,6 +86,8 @@ class Chip:
             self.pins[row.name] = terminal
         for strap, strap_level in straps.items():
             terminal = self.pin(strap)
+            if strap_level not in (0, 1) or terminal.row.way not in ("in", "both"):
+                raise UsageError(f"{self.name}: strap {strap}={strap_level!r}; straps put an input to 0 or 1")
             terminal.net.tie = strap_level
             terminal.net.rest()
 
@@ -120,8 +122,19 @@ class Chip:
     def position_at(self, times_ps: Sequence[int] | NDArray[np.int64] | int) -> NDArray[np.int64] | int:
         """The position register at instants of the past: an int for one, (n,) int64 for an array of picoseconds."""
         if isinstance(times_ps, int):
+            if times_ps > self.kernel.now:
+                raise UsageError(f"{self.name}: {readable(times_ps)} is still to come; it is {readable(self.kernel.now)}")
             return self.axes[0].position_at(times_ps)
         return self.axes[0].positions_at(times_ps)
+
+    @property
+    def moving(self) -> bool:
+        """Is a motor in motion?"""
+        return any(axis.moving for axis in self.axes)
+
+    def step_nets(self) -> list[Net]:
+        """Outputs that show every step of a motor."""
+        return []
 
     def reaches(self, position: int) -> Condition:
         """Condition: the position register has this value."""

@@ -313,6 +313,10 @@ class Net:
         if self.promise is not None:
             self.follow()
 
+    def unwatch(self, observer: Callable[[Net], object]) -> None:
+        """No longer call a function."""
+        self.observers.remove(observer)
+
     def merge(self, other: Net) -> None:
         """Take over everything on another net: the two are one wire from now on.  Ties end: something is wired."""
         for driver in other.drivers:

@@ -11,9 +11,16 @@ from .timebase import picoseconds, readable
 
 
 class Condition:
-    """Something Bench.run_until can wait for."""
+    """Something Bench.run_until can wait for; `a | b` waits for either.
+
+    `nets` are watched while somebody waits, so that their promised edges become instants.
+    """
 
     text = ""
+    nets: tuple[Net, ...] = ()
+
+    def begin(self) -> None:
+        """Somebody begins to wait."""
 
     def met(self) -> bool:
         """True when it has come about."""
@@ -23,11 +30,33 @@ class Condition:
         """The instant at which it will come about under the present promises; None: no promise says so."""
         return None
 
+    def __or__(self, other: Condition) -> Condition:
+        if not isinstance(other, Condition):
+            raise UsageError(f"{self.text} | {other!r}: a condition goes with a condition, such as x.reaches(40)")
+        return EitherCondition(self, other)
+
+
+class EitherCondition(Condition):
+    def __init__(self, *of: Condition) -> None:
+        self.of, self.text = of, " or ".join(condition.text for condition in of)
+        self.nets = tuple(net for condition in of for net in condition.nets)
+
+    def begin(self) -> None:
+        for condition in self.of:
+            condition.begin()
+
+    def met(self) -> bool:
+        return any(condition.met() for condition in self.of)
+
+    def when(self) -> int | None:
+        return min((time for condition in self.of if (time := condition.when()) is not None), default=None)
+
 
 class LevelCondition(Condition):
     def __init__(self, pin: Terminal, level: int) -> None:
-        self.pin, self.wanted, self.text = pin, level, f"{pin.name}={level}"
-        pin.net.watch(lambda _: None)  # so that promised edges become instants
+        if level not in (0, 1):
+            raise UsageError(f"{pin.name}: level {level!r}; allowed 0, 1")
+        self.pin, self.wanted, self.text, self.nets = pin, level, f"{pin.name}={level}", (pin.net,)
 
     def met(self) -> bool:
         return self.pin.level == self.wanted
@@ -35,9 +64,12 @@ class LevelCondition(Condition):
 
 class EdgeCondition(Condition):
     def __init__(self, pin: Terminal, number: int) -> None:
-        self.text = f"{number} edges of {pin.name}"
-        pin.net.watch(lambda _: None)
-        self.net, self.last = pin.net, pin.net.changes + number
+        if not isinstance(number, int) or number < 1:
+            raise UsageError(f"{pin.name}: {number!r} edges; allowed 1 and more")
+        self.net, self.number, self.text, self.nets = pin.net, number, f"{number} edges of {pin.name}", (pin.net,)
+
+    def begin(self) -> None:
+        self.last = self.net.changes + self.number
 
     def met(self) -> bool:
         return self.net.changes >= self.last

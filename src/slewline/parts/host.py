@@ -17,7 +17,7 @@ from ..core.net import Driver
 from ..core.table import Sheet
 from ..core.timebase import Clock, readable
 from ..core.waits import first_of, level, until
-from ..errors import UnknownName, UsageError
+from ..errors import Timeout, UnknownName, UsageError
 from .part import Part
 
 if TYPE_CHECKING:
@@ -102,6 +102,8 @@ class Host(Part):
                 where = f"{data[at]!r} at character {at + 1}"
                 raise UsageError(f"{self.name}: {where} is not ASCII; send bytes for raw values")
             data = data.encode("ascii")
+        elif not isinstance(data, (bytes, bytearray)):
+            raise UsageError(f"{self.name}: send({data!r}); expected text or bytes")
         self._journal("send", [self.port.chip, bytes(data).hex()])
         if data:
             self.queue.append((self.port, bytes(data)))
@@ -204,11 +206,26 @@ class Host(Part):
         self.do(action)
         if self.wait_for is None:
             return None
-        self.wait_for(lambda: self.idle, f"{self.name}.{verb}", timeout)
+        try:
+            self.wait_for(lambda: self.idle, f"{self.name}.{verb}", timeout)
+        except Timeout:
+            self.give_up()
+            raise
         return self.answer
+
+    def give_up(self) -> None:
+        """Take back the last call, which took too long: its lines rest, and what comes after it can go on."""
+        if len(self.queue) == 1:
+            self.clear()
+        elif self.queue:
+            self._journal("give_up", [])
+            self.queue.pop()
 
     def live(self, *commands: str, timeout: str = "5 s") -> None:
         """Give commands to a chip whose program is running, through PROG/LIVE (s.7)."""
+        for command in commands:
+            if not isinstance(command, str) or not command.isascii():
+                raise UsageError(f"{self.name}: live command {command!r}; expected text such as 'R 20'")
 
         async def action(port: Port) -> None:
             self.doing = f"live commands {', '.join(commands)} to {port.chip}"
@@ -234,6 +251,8 @@ class Host(Part):
 
     def verify(self, group: int, number: int | None = None, timeout: str = "5 s") -> bytes:
         """Read a verify group: bytes as the chip delivers them (group 0: five digits, or two bytes in binary mode)."""
+        if group not in VERIFY or (number is not None and (not isinstance(number, int) or number < 0)):
+            raise UsageError(f"{self.name}: verify({group!r}, {number!r}); allowed groups 0 to 3, and 0 or more bytes")
 
         async def action(port: Port) -> None:
             self.doing = f"reads verify group {group} of {port.chip}"
@@ -245,8 +264,8 @@ class Host(Part):
 
     def change_rate(self, rate: int, timeout: str = "5 s") -> None:
         """Request a new rate on the fly (s.7): SLEW low, rate on the bus, I/O REQUEST low until SLEW is high."""
-        if not 0 <= rate <= 255:
-            raise UsageError(f"{self.name}: rate {rate}; allowed 0 to 127 (a byte goes out as it is)")
+        if not isinstance(rate, int) or not 0 <= rate <= 255:
+            raise UsageError(f"{self.name}: rate {rate!r}; allowed 0 to 127 (a byte goes out as it is)")
 
         async def action(port: Port) -> None:
             self.doing = f"requests rate {rate} of {port.chip}"

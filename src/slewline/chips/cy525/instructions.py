@@ -32,8 +32,6 @@ class Instructions(Port):
         self.programmable_output.drive(0)
 
     async def do_delay(self, delay: int) -> None:
-        if delay == 0:
-            self.finding("range", "D 0: no delay")
         self.waits(f"D {delay} ({readable(self.clock.ps(delay * T['millisecond']))})")
         await self.ticks(delay * T["millisecond"])
 
