@@ -56,14 +56,22 @@ def markers() -> dict[str, list[str]]:
                         found[fact].append(f"{path.relative_to(ROOT).as_posix()}::{node.name}")
             elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith("pytest.param"):
                 for keyword in node.keywords:
-                    for fact in (f for call in ast.walk(keyword.value) if isinstance(call, ast.Call) for f in ids_of(call)):
+                    for fact in (
+                        f for call in ast.walk(keyword.value) if isinstance(call, ast.Call) for f in ids_of(call)
+                    ):
                         found[fact].append(f"{path.relative_to(ROOT).as_posix()}")
     return found
 
 
-def disagreements(facts: dict[str, dict[str, str]], choices: dict[str, dict[str, str]], tests: dict[str, list[str]]) -> list[str]:
+def disagreements(
+    facts: dict[str, dict[str, str]], choices: dict[str, dict[str, str]], tests: dict[str, list[str]]
+) -> list[str]:
     """Where table and tests do not fit."""
-    wrong = [f"{fact}: carried by {tests[fact][0]}, but not in the table" for fact in tests if fact not in facts and fact not in choices]
+    wrong = [
+        f"{fact}: carried by {tests[fact][0]}, but not in the table"
+        for fact in tests
+        if fact not in facts and fact not in choices
+    ]
     for fact, row in facts.items():
         if fact not in tests and "open" not in row:
             wrong.append(f"{fact}: no test carries it, and no reason says why it is open")
@@ -88,9 +96,15 @@ def shares(facts: dict[str, dict[str, str]], tests: dict[str, list[str]]) -> dic
     return {kind: (proven[kind], total[kind]) for kind in (*PROVEN, "system") if total[kind]}
 
 
-def report(chip: str, facts: dict[str, dict[str, str]], choices: dict[str, dict[str, str]], tests: dict[str, list[str]]) -> str:
+def report(
+    chip: str, facts: dict[str, dict[str, str]], choices: dict[str, dict[str, str]], tests: dict[str, list[str]]
+) -> str:
     """The table for people."""
-    lines = [f"{chip.upper()}: {len(facts)} facts, {len(choices)} choices", "", f"  {'kind':10} {'proven':>6} {'of':>5}"]
+    lines = [
+        f"{chip.upper()}: {len(facts)} facts, {len(choices)} choices",
+        "",
+        f"  {'kind':10} {'proven':>6} {'of':>5}",
+    ]
     for kind, (proven, total) in shares(facts, tests).items():
         lines.append(f"  {kind:10} {proven:6} {total:5}  {'' if proven == total else f'{proven / total:.0%}'}")
     later = sum(fact.startswith(LATER) for fact in facts)
@@ -101,11 +115,23 @@ def report(chip: str, facts: dict[str, dict[str, str]], choices: dict[str, dict[
     return "\n".join(lines)
 
 
-def page(chip: str, facts: dict[str, dict[str, str]], choices: dict[str, dict[str, str]], tests: dict[str, list[str]]) -> str:
+def page(
+    chip: str, facts: dict[str, dict[str, str]], choices: dict[str, dict[str, str]], tests: dict[str, list[str]]
+) -> str:
     """Every fact with its tests, as Markdown."""
-    lines = [f"# {chip.upper()}: conformance", "", "What the manual states, and which test proves it.", "", "| fact | kind | says | proven by |", "|---|---|---|---|"]
+    lines = [
+        f"# {chip.upper()}: conformance",
+        "",
+        "What the manual states, and which test proves it.",
+        "",
+        "| fact | kind | says | proven by |",
+        "|---|---|---|---|",
+    ]
     for fact, row in facts.items():
-        by = "<br>".join(f"`{test.split('::')[-1]}`" for test in tests.get(fact, [])[:3]) or f"*open: {row.get('open', '')}*"
+        by = (
+            "<br>".join(f"`{test.split('::')[-1]}`" for test in tests.get(fact, [])[:3])
+            or f"*open: {row.get('open', '')}*"
+        )
         lines.append(f"| {fact} | {row['kind']} | {row['says'].replace('|', '/')} | {by} |")
     lines += ["", "## What the manual leaves open", "", "| choice | what the model does | pinned by |", "|---|---|---|"]
     for choice, row in choices.items():

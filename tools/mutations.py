@@ -5,8 +5,8 @@
     python tools/mutations.py --list       the list
 
 A mutation says what is wrong with it (`name`), which text becomes which (`old`, `new`), and which tests should notice
-(`tests`: files below tests/, and options such as -k).  `old` must stand exactly once in src/slewline.  Every selection
-of tests is first run on the unbroken source.  The work is done in copies; the checkout is never touched.
+(`tests`: files below tests/, and options such as -k).  `old` must stand exactly once in src/slewline.  Every file of
+tests is first run on the unbroken source.  The work is done in copies; the checkout is never touched.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ COPIED = ("src", "tests", "examples", "conformance", "pyproject.toml")
 WORKERS = 2
 TEST_TIMEOUT, RUN_TIMEOUT = 30, 120  # seconds for one test, and for a whole selection
 FAILED = 1  # exit status of pytest when tests ran and one failed; any other says that nothing was tested
-VERDICT = re.compile(r"^FAILED (\S+?)(?: - (.*))?$", re.MULTILINE)
+VERDICT = re.compile(r"^FAILED (.*?)(?: - (.*))?$", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,12 @@ class Mutation:
     @property
     def selection(self) -> tuple[str, ...]:
         """Arguments of pytest."""
-        return tuple(f"tests/{word}" if ".py" in word else word for word in shlex.split(self.tests))
+        return tuple(f"tests/{word}" if word.endswith(".py") else word for word in shlex.split(self.tests))
+
+    @property
+    def files(self) -> list[str]:
+        """The files among them."""
+        return [word for word in self.selection if word.endswith(".py")]
 
 
 @dataclass
@@ -88,7 +93,7 @@ class Copy:
 
     def python(self, *args: str) -> subprocess.CompletedProcess[str]:
         """Run Python on this copy."""
-        environment = os.environ | {"PYTHONPATH": str(self.root / "src")}
+        environment = os.environ | {"PYTHONPATH": str(self.root / "src"), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
         command = [sys.executable, *args]
         return subprocess.run(
             command, cwd=self.root, env=environment, capture_output=True, text=True, timeout=RUN_TIMEOUT
@@ -96,9 +101,9 @@ class Copy:
 
     def tested(self, selection: tuple[str, ...]) -> tuple[int | None, str]:
         """Run tests: exit status of pytest (None: it did not come to an end), and who failed or what it said."""
-        options = ("-x", "-q", "--no-header", "--tb=no", "-p", "no:cacheprovider", "-o", f"timeout={TEST_TIMEOUT}")
+        plugins = ("-p", "no:cacheprovider", "-p", "pytest_timeout", "-o", f"timeout={TEST_TIMEOUT}")
         try:
-            done = self.python("-m", "pytest", *options, *selection)
+            done = self.python("-m", "pytest", "-x", "-q", "--no-header", "--tb=no", *plugins, *selection)
         except subprocess.TimeoutExpired:
             return None, f"hanging for {RUN_TIMEOUT} s"
         failed = VERDICT.search(done.stdout)
@@ -166,17 +171,17 @@ def judge_all(mutations: list[Mutation], folder: Path) -> Iterator[tuple[Mutatio
         (folder / str(number)).mkdir()
         idle.put(Copy.made(folder / str(number)))
 
-    def unbroken(selection: tuple[str, ...]) -> str:
+    def unbroken(file: str) -> str:
         copy = idle.get()
         try:
-            status, text = copy.tested(selection)
+            status, text = copy.tested((file,))
             return "" if status == 0 else f"the tests fail without any mutation: {text}"
         finally:
             idle.put(copy)
 
     def judged(mutation: Mutation) -> Result:
-        if fails[mutation.selection]:
-            return Result("LIST ERROR", fails[mutation.selection])
+        if wrong := next(filter(None, map(fails.get, mutation.files)), ""):
+            return Result("LIST ERROR", wrong)
         copy = idle.get()
         try:
             return copy.judged(mutation)
@@ -184,9 +189,9 @@ def judge_all(mutations: list[Mutation], folder: Path) -> Iterator[tuple[Mutatio
             idle.put(copy)
 
     with ThreadPoolExecutor(WORKERS) as pool:
-        selections = list(dict.fromkeys(mutation.selection for mutation in mutations))
-        fails = dict(zip(selections, pool.map(unbroken, selections), strict=True))
-        print(f"{len(selections)} selections of tests run without any mutation", flush=True)
+        files = list(dict.fromkeys(file for mutation in mutations for file in mutation.files))
+        fails = dict(zip(files, pool.map(unbroken, files), strict=True))
+        print(f"{len(files)} files of tests run without any mutation", flush=True)
         yield from zip(mutations, pool.map(judged, mutations), strict=True)
 
 

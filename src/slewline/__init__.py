@@ -1,13 +1,13 @@
 """slewline: programmable stepper motor controllers, as software.
 
-    import slewline
+import slewline
 
-    bench = slewline.Bench()
-    x = bench.add("cy525")
-    host = bench.host(x)
-    host.send("A 0\\rN 40\\rG\\r")
-    bench.run_until_idle()
-    print(x.position)
+bench = slewline.Bench()
+x = bench.add("cy525")
+host = bench.host(x)
+host.send("A 0\\rN 40\\rG\\r")
+bench.run_until_idle()
+print(x.position)
 """
 
 from __future__ import annotations
@@ -37,7 +37,20 @@ _WHERE = {  # loaded when first asked for (PEP 562), so that `import slewline` c
     "UsageError": "errors",
     "WiringError": "errors",
 }
-__all__ = ["Bench", "ChecksumError", "Chip", "Finding", "ProgramError", "SlewlineError", "Steps", "Timeout", "UsageError", "WiringError", "load", "replay"]
+__all__ = [
+    "Bench",
+    "ChecksumError",
+    "Chip",
+    "Finding",
+    "ProgramError",
+    "SlewlineError",
+    "Steps",
+    "Timeout",
+    "UsageError",
+    "WiringError",
+    "load",
+    "replay",
+]
 
 
 def __getattr__(name: str) -> Any:

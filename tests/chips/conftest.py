@@ -100,7 +100,7 @@ def rig() -> Callable[..., Rig]:
 
 
 class Hand:
-    """One CY525 named x without a host: pins are driven by hand, and what they do is noted.  Times are crystal clocks."""
+    """One CY525 named x without a host: pins are driven by hand, and what they do is noted, in crystal clocks."""
 
     def __init__(self, *watched: str, crystal: str = "11 MHz", shuffle: int | None = None, **options: object) -> None:
         self.bench = slewline.Bench(shuffle=shuffle)

@@ -58,7 +58,7 @@ def test_whether_abort_is_low_when_the_first_step_begins_decides(mover: Make, cl
         x.send(SMALL)
         x.put(x.now, "step_inhibit", 1)
         x.give("G\r")
-        x.run(1000)
+        x.run(10_000)  # READY has been low for long
         x.put(x.now, "step_inhibit", 0)
         return x.now  # type: ignore[no-any-return]
 

@@ -86,6 +86,18 @@ def test_a_loop_makes_as_many_passes_as_it_counts(rig, count, passes):
     assert ("loop-zero" in r.codes) == (count == 0)
 
 
+@pytest.mark.fact("CMD-L-4")
+def test_a_loop_that_has_run_out_counts_in_full_the_next_time(rig):
+    r = rig(number=1, firstrate=100, rate=100)
+    r.enter("G", "L 3,0", "T 0", "0")
+    r.drive("dowhile", 0)
+    r.start("X\r")
+    r.bench.run_until(lambda: r.x.travel == 4)
+    r.drive("dowhile", 1)
+    r.bench.run_until_idle()
+    assert r.x.travel == 6
+
+
 @pytest.mark.fact("CMD-L-3", "UND-LOOP-NEST")
 def test_there_is_one_loop_counter_and_another_loop_takes_it_over(rig):
     r = rig()

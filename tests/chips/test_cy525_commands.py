@@ -308,8 +308,8 @@ def test_an_offset_above_127_clocks_the_pattern_out_with_pulse(rig, offset):
     r.send(KNOWN + "A 9\rO 1\r")
     start = r.bench.now_ps
     r.send(f"O {offset}\r")
-    (_, low), (off, high) = r.edges("pulse", start)
-    assert (low, high) == (0, 1)
+    (fell, low), (off, high) = r.edges("pulse", start)
+    assert (low, high) == (0, 1) and off - fell == 20_000_000
     assert [r.edges(f"phase{n}", start) for n in (1, 2, 3, 4)] == [[], [(off, 1)], [(off, 1)], []]
     assert r.x.position == 9 and r.x.travel == 0 and not r.edges("motion_complete", start)
     r.send("N 1\r+\rG\r")

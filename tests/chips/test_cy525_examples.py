@@ -217,9 +217,8 @@ def test_handoff_tells_of_a_part_once_a_cycle_and_not_while_taking_one(rig):
         r.bench.run("1 ms")  # T: back to U, or on to the stop
         assert motions == [(0, 120), (14, 120), (108, 120), (122, 120), (108, 120), (0, 20), (14, 20)]
         pauses = [ticks(pair)[0] for pair in zip(r.rises("ready", start), r.falls("ready", start)[1:], strict=False)]
-        instructions = [
-            40 * 11 * number for number in (4, 2, 2, 3, 3, 1)
-        ]  # between two motions, the second P among them
+        # between two motions, the second P among them, whose READY falls 10 us before its time
+        instructions = [40 * 11 * number - 10 * 11 for number in (4, 2, 2, 3, 3, 1)]
         waits = [90 * 11_000 if n in (0, 1, 3, 4) else 0 for n in range(6)]
         assert pauses[:6] == [n + wait for n, wait in zip(instructions, waits, strict=True)]
         both = [(t, "direction", v) for t, v in r.edges("direction", start)]
@@ -229,7 +228,7 @@ def test_handoff_tells_of_a_part_once_a_cycle_and_not_while_taking_one(rig):
             pins[pin] = level
             if pins == {"direction": 0, OUT: 0}:
                 arrivals.append(r.x.position_at(time))
-                assert following - time <= 100 * US  # one instruction
+                assert ticks((time, following)) == [30 * 11]  # from - to 10 us before the first step of P 122
     assert arrivals == [108, 108]
     r.bench.run_until_idle()
     assert r.level("run") == 1 and r.x.registers["rate"] == 120

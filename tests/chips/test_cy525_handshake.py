@@ -14,6 +14,7 @@ from slewline.chips.cy525.sheet import SHEET
 
 US = 11  # clocks
 STROBE, SAMPLE, BUSY, LETTER = 165, 176, 286, 2057
+LEAD = 10 * US  # a motion sets its lines so long before its first step
 EFFECT = 17 * US  # an effect shows so long before READY returns
 LINES = ("io_request", "instrobe", "ready")
 OUTPUTS = tuple(pin.name for pin in SHEET.pins if pin.reset is not None and pin.way in ("out", "both"))
@@ -361,8 +362,8 @@ def test_in_a_program_ready_is_low_for_each_motion_and_high_between(hand):
     first = 60 * US
     second = first + 2 * STEP + READY_BACK + 40 * US + 50 * 11_000 + 40 * US
     assert h.falls("pulse", start) == [first, first + STEP, second, second + STEP]
-    assert h.edges("motion_complete", start) == [(first + 2 * STEP, 0), (second, 1), (second + 2 * STEP, 0)]
-    low = [(first, 0), (first + 2 * STEP + READY_BACK, 1), (second, 0), (second + 2 * STEP + READY_BACK, 1)]
+    assert h.edges("motion_complete", start) == [(first + 2 * STEP, 0), (second - LEAD, 1), (second + 2 * STEP, 0)]
+    low = [edge for begin in (first, second) for edge in ((begin - LEAD, 0), (begin + 2 * STEP + READY_BACK, 1))]
     accepted = [(EFFECT, 1)]  # READY returns behind the terminator of X, after RUN has fallen
     assert h.edges("ready", start) == accepted + low
     assert h.rises("run", start) == [second + 2 * STEP + READY_BACK + 36 * US]
@@ -378,20 +379,21 @@ def test_no_step_begins_before_the_request_is_over(hand, up):
     h.run_to(start + up - 10)
     assert h.x.waiting.startswith("x: G: io_request=1 before the first step since ")
     h.run_to(start + up + 10 * STEP)
-    assert h.falls("pulse", start) == [up + 1 + n * STEP for n in range(3)]  # looked at with every clock
+    assert h.falls("pulse", start) == [up + 1 + LEAD + n * STEP for n in range(3)]  # looked at with every clock
     assert h.falls("instrobe", start) == [STROBE]  # nor is it a rate request
     assert h.x.travel == -3
     assert mistakes(h) == []
 
 
-@pytest.mark.fact("HS-13")
-def test_a_request_that_ended_in_time_delays_nothing(hand):
+@pytest.mark.fact("HS-13", "UND-STEP-LEAD")
+@pytest.mark.parametrize(("up", "late"), [(-1, 0), (0, 1), (1, 2)])
+def test_a_request_that_ended_in_time_delays_nothing(hand, up, late):
     h = hand("pulse", number=1, **KNOWN)
     h.send("G")
     start, begin = h.now, 660 * US - LETTER
-    h.strobe(start, 0x0D, up=start + begin - 1)
+    h.strobe(start, 0x0D, up=start + begin - LEAD + up)
     h.run(3 * STEP)
-    assert h.falls("pulse", start) == [begin]
+    assert h.falls("pulse", start) == [begin + late]
 
 
 # --------------------------------------------------------------------------------------------------- running programs
@@ -406,12 +408,12 @@ def test_a_request_to_a_running_program_is_not_answered_and_holds_the_next_motio
     h.data(start + 5000, ord("B"))
     h.put(start + 300_000, "io_request", 1)
     h.run_to(start + 299_000)
-    due = 60 * US + 10 * 11_000 + 40 * US  # G would begin here
-    assert h.edges("ready", start + EFFECT + 1) == [(due - EFFECT - 1, 0)]
+    due = 60 * US + 10 * 11_000 + 40 * US  # G would step here
+    assert h.edges("ready", start + EFFECT + 1) == [(due - LEAD - EFFECT - 1, 0)]
     assert h.x.waiting.startswith("x: G: io_request=1 before the first step since ")
     assert mistakes(h) == ["request-while-running"]
     h.run_to(start + 300_000 + 5 * STEP)
-    assert h.falls("pulse", start) == [300_001, 300_001 + STEP]
+    assert h.falls("pulse", start) == [300_001 + LEAD, 300_001 + LEAD + STEP]
     assert h.edges("instrobe", start) == []
     assert h.x.pin("run").level == 1
 

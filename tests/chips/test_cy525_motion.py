@@ -19,6 +19,8 @@ UP = [11_000] * 5 + [10_000] * 5
 TOP = 9167
 PATTERNS = ((0, 1, 0, 1), (1, 0, 0, 1), (1, 0, 1, 0), (0, 1, 1, 0))
 PHASES = ("phase1", "phase2", "phase3", "phase4")
+LEAD = 110  # clocks from DIRECTION, and in a program READY, to the first PULSE
+MOVES = {"position": 3, "number": 2, "rate": 10, "firstrate": 10, "slope": 250, "divisor": 1}
 
 
 def phases(x: Any) -> tuple[int, ...]:
@@ -79,6 +81,15 @@ def test_a_rate_below_the_first_rate_makes_the_whole_move_at_the_first_rate(move
     assert x.periods() == [5500] * 300
     assert x.changes("slew") == [(0, 0), (300 * 5500, 1)]  # as with R equal to F
     assert x.codes.count("rate-below-firstrate") == 1
+
+
+@pytest.mark.fact("UND-R-BELOW-F")
+def test_a_continuous_motion_with_a_rate_below_the_first_rate_slews_at_the_first_rate(mover: Make) -> None:
+    x = mover()
+    x.send("F 20\rR 10\rS 100\rZ 1\rN 300\r")
+    x.begin("H\rG\r")
+    x.till(500 * 5500)
+    assert x.begins() == [5500 * step for step in range(501)]
 
 
 @pytest.mark.fact("RATE-6", "CON-SCALE-INVERSE")
@@ -296,6 +307,63 @@ def test_a_move_without_slewing_keeps_slew_high(mover: Make, number: int) -> Non
     x.finish()
     assert x.periods() == UP + UP[::-1] + [11_000] * (number - 20)
     assert x.changes("slew") == []
+
+
+# ---------------------------------------------------------------------------------------- just before the first step
+@pytest.mark.fact("CMD-P-3", "HS-12", "UND-STEP-LEAD")
+@pytest.mark.parametrize(("crystal", "lead_ps"), [("11 MHz", 10_000_000), ("6 MHz", 18_333_333)])
+@pytest.mark.parametrize("stepwise", [False, True])
+def test_in_a_program_ready_and_direction_are_set_110_clocks_before_the_first_step(
+    hand: Make, crystal: str, lead_ps: int, stepwise: bool
+) -> None:
+    x = hand("direction", "ready", "motion_complete", "pulse", crystal=crystal, stepwise=stepwise, **MOVES)
+    x.send("E\rP 0\rP 2\rG\r0\rQX\r")
+    x.trace.clear()  # READY has returned behind X
+    x.run(90_000)
+    begins = [x.falls("pulse")[n] for n in (0, 3, 5)]
+    assert x.edges("direction") == [(begins[0] - LEAD, 0), (begins[1] - LEAD, 1)]
+    assert x.falls("ready") == [begin - LEAD for begin in begins]
+    assert x.rises("motion_complete") == [begin - LEAD for begin in begins[1:]]
+    assert x.x.clock.ps(begins[0]) - x.x.clock.ps(begins[0] - LEAD) in (lead_ps, lead_ps + 1)
+    assert x.x.position == 4
+
+
+@pytest.mark.fact("CMD-P-3", "UND-STEP-LEAD")
+@pytest.mark.parametrize("crystal", ["11 MHz", "6 MHz"])
+@pytest.mark.parametrize("stepwise", [False, True])
+def test_a_commanded_motion_sets_direction_110_clocks_before_the_first_step(
+    hand: Make, crystal: str, stepwise: bool
+) -> None:
+    x = hand("direction", "ready", "pulse", crystal=crystal, stepwise=stepwise, **MOVES)
+    x.send("P 0\rP 2\rG\r")
+    begins = [x.falls("pulse")[n] for n in (0, 3, 5)]
+    assert x.edges("direction") == [(begins[0] - LEAD, 0), (begins[1] - LEAD, 1)]
+    for begin in begins:
+        clock, level = [edge for edge in x.edges("ready") if edge[0] <= begin][-1]
+        assert level == 0 and clock < begin - LEAD  # since the carriage return
+    assert x.x.position == 4
+
+
+@pytest.mark.fact("HS-13", "CMD-P-3", "UND-STEP-LEAD")
+@pytest.mark.parametrize("stepwise", [False, True])
+@pytest.mark.parametrize("program", [False, True])
+def test_held_by_io_request_a_motion_sets_direction_at_its_end_and_steps_110_clocks_later(
+    hand: Make, program: bool, stepwise: bool
+) -> None:
+    x = hand("direction", "ready", "pulse", stepwise=stepwise, **MOVES)
+    if program:
+        x.send("E\rD 1\rP 0\r0\rQX\r")
+    else:
+        x.send("P 0")
+        x.data(x.now, 0x0D)
+    x.put(x.now, "io_request", 0)
+    up = x.now + 100_000
+    x.put(up, "io_request", 1)
+    x.run_to(up)
+    assert x.x.pin("ready").level == 0  # READY does not wait
+    x.run_to(up + 4 * 11_000)
+    assert x.edges("direction") == [(up + 1, 0)]
+    assert x.falls("pulse") == [up + 1 + LEAD + n * 11_000 for n in range(3)]
 
 
 # -------------------------------------------------------------------------------------------------- MOTION COMPLETE

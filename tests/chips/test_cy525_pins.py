@@ -13,6 +13,7 @@ from slewline.errors import UnknownName, UsageError, WiringError
 US, MS = 11, 11_000
 SAMPLE, BUSY, LETTER = 176, 286, 2057
 STEP, HIGH = 11_000, 28  # a step at rate 10, and how long PULSE is high at its end
+LEAD = 10 * US  # a motion sets its lines so long before its first step
 KNOWN = {"rate": 10, "firstrate": 10, "slope": 250, "divisor": 1, "position": 0}
 OUTPUTS = tuple(pin.name for pin in SHEET.pins if pin.reset is not None and pin.way in ("out", "both"))
 SIGNALS = {
@@ -341,10 +342,11 @@ def test_direction_follows_p_plus_and_minus(hand, crystal):
             seen.append(h.x.pin("direction").level)
     assert seen == [1, 0, 1, 0]
     assert h.x.travel == 0
-    first_fall = h.falls("direction")[0]
-    assert first_fall == next(
-        clock for clock in h.falls("pulse") if clock >= first_fall
-    )  # set just before the first step
+    begins = h.falls("pulse")[::2]  # of the four motions
+    shown = h.edges("direction")  # P 0, then + and - by themselves
+    assert [level for _, level in shown] == [0, 1, 0]
+    assert shown[0][0] == begins[1] - LEAD  # just before the first step
+    assert begins[1] + 2 * STEP < shown[1][0] < begins[2] - LEAD < begins[2] + 2 * STEP < shown[2][0] < begins[3] - LEAD
 
 
 @pytest.mark.fact("PIN-34")
@@ -403,7 +405,7 @@ def test_between_two_motions_of_a_program_motion_complete_rises_with_the_second(
     h.send("E\rG\rB\rD 5\rG\r0\rQX\r")
     h.run(20 * STEP)
     begins = h.falls("pulse")
-    assert h.edges("motion_complete") == [(begins[1] + STEP, 0), (begins[2], 1), (begins[3] + STEP, 0)]
+    assert h.edges("motion_complete") == [(begins[1] + STEP, 0), (begins[2] - LEAD, 1), (begins[3] + STEP, 0)]
 
 
 @pytest.mark.fact("UND-MC-PROGRAM", "MC-1")

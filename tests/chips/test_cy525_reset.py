@@ -16,6 +16,7 @@ US, MS = 11, 11_000
 STROBE, SAMPLE, BUSY, LETTER = 165, 176, 286, 2057
 STEP, HIGH = 11_000, 28
 RESET = 90  # clocks: 15 us at 6 MHz
+LEAD = 10 * US  # a motion sets its lines so long before its first step
 KNOWN = {"rate": 10, "firstrate": 10, "slope": 250, "divisor": 1, "position": 0}
 FIVE = {"number": 5, **KNOWN}
 ZERO = "G at rate 0: a rate above 20, or abort=0"
@@ -135,6 +136,7 @@ STATES = {
     "a command is in work": ("N 300 in work", {}, lambda h: last(h, "N 300\r", 1000)),
     "Q is in work": ("Q in work", {}, lambda h: last(h, "E\rQ", 500)),
     "G is in work": ("G in work", FIVE, lambda h: last(h, "G\r", 3000)),
+    "G sets its lines": ("G in work", FIVE, lambda h: last(h, "G\r", 660 * US - LETTER - LEAD + 10)),
     "D": ("D 500 (500 ms)", {}, lambda h: last(h, "D 500\r", 100_000)),
     "O pulses": ("O 200 in work", {}, lambda h: last(h, "O 200\r", BUSY + (80 + 120 - 17) * US + 100)),
     "U, its request still low": ("U: wait=0", {}, lambda h: last(h, "U\r", 5000, up=9000)),
@@ -174,6 +176,10 @@ STATES = {
     "an unknown opcode": ("byte 1, 7F, is skipped", {}, unknown),
     "D in a program": ("D 5 (5 ms)", {}, lambda h: program(h, "D 5", "X", clocks=9000)),
     "O pulses in a program": ("O at byte 0 in work", {}, lambda h: program(h, "O 200", "X", clocks=500)),
+    "P in a program sets its lines": (
+        "P at byte 1 in work", {**KNOWN, "position": 9},
+        lambda h: (program(h, "B", "P 0", "X"), h.until(ready=0)),
+    ),
     "G in a program": ("G in motion, 5 steps", FIVE, lambda h: (program(h, "G", "X"), step_in(h))),
     "READY is due in a program": ("READY after G", FIVE, lambda h: (program(h, "G", "X"), step_in(h, 5 * STEP + 20))),
     "live": ("a live command", {}, live),

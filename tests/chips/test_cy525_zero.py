@@ -88,6 +88,19 @@ def test_the_request_of_the_zero_must_be_high_before_the_next_one(mover: Make) -
     assert len(x.begins()) > 20
 
 
+@pytest.mark.fact("FLY-ZERO-4")
+def test_abort_ends_the_zero_rate_while_its_request_is_still_low(mover: Make) -> None:
+    x = mover()
+    look = x.endless(SMALL) + 10 * TOP
+    x.byte(look - 500, 0)
+    x.on(look - 500, "io_request", 0)
+    x.on(look + 500_000, "abort", 0)
+    x.till(look + 500_000)
+    assert [x.x.pin(pin).level for pin in ("slew", "ready")] == [0, 0]
+    x.run(88 + 180 + 1)  # a poll, and READY behind the motion
+    assert [x.x.pin(pin).level for pin in ("slew", "ready")] == [1, 1]
+
+
 @pytest.mark.fact("FLY-ZERO-4", "SLEW-5")
 def test_abort_ends_the_zero_rate(rig: Make) -> None:
     x = rig(record=("motion_complete", "ready", "slew"), position=100)

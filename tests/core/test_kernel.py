@@ -223,6 +223,21 @@ def test_waits_for_what_is_there_already_return_in_the_same_round():
     assert log == [wires.net["a"], None, 0]
 
 
+def test_of_several_levels_that_are_there_the_first_in_the_list_wins():
+    kernel = Kernel()
+    wires = Wires(kernel, a=1, b=1)
+    log = []
+
+    async def task():
+        for names in ("ab", "ba"):
+            found = await first_of(kernel, 100, *((wires.net[name], 1) for name in names))
+            log.append((kernel.now, found.name))
+
+    kernel.spawn(task(), "task")
+    kernel.run(200)
+    assert log == [(0, "a"), (0, "b")]
+
+
 def test_the_first_of_several_levels_wins_and_the_others_are_forgotten():
     kernel = Kernel()
     wires = Wires(kernel, a=0, b=0)

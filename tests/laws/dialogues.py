@@ -63,7 +63,9 @@ def script(rnd: Random) -> tuple[str, int]:
         motions.append(rnd.choice("+-"))
         if rnd.random() < 0.45:
             motions.append("H")
-        motions.append(rnd.choice(("G", "G", "G", f"P {rnd.randrange(65536) if rnd.random() < 0.2 else rnd.randrange(900)}")))
+        motions.append(
+            rnd.choice(("G", "G", "G", f"P {rnd.randrange(65536) if rnd.random() < 0.2 else rnd.randrange(900)}"))
+        )
     if rnd.random() < 0.3:
         return "\r".join([*lines, "E", *motions, "0"]) + "\rQX\r", rnd.choice((60, 200, 500)) * 10**9
     return "\r".join([*lines, *motions]) + "\r", rnd.choice((60, 200, 500)) * 10**9

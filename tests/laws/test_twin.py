@@ -10,6 +10,7 @@ from pathlib import Path
 from random import Random
 
 import pytest
+
 import slewline
 
 from .dialogues import Dialogue, Played, differences, made, play
@@ -18,7 +19,8 @@ KINDS = ("abort", "inhibit", "rate", "read", "reset", "tie")
 
 
 def explained(dialogue: Dialogue, found: list[str]) -> str:
-    return f"dialogue {dialogue.seed} at {dialogue.crystal}: {found[:3]}\n  sent {dialogue.sent!r}\n  events {dialogue.events}"
+    text = f"dialogue {dialogue.seed} at {dialogue.crystal}: {found[:3]}"
+    return f"{text}\n  sent {dialogue.sent!r}\n  events {dialogue.events}"
 
 
 def compared(seed: int, shuffle: int | None = None) -> Dialogue:
@@ -61,7 +63,11 @@ def follower_bench(seed: int, stepwise: bool, shuffle: int | None = None) -> tup
 
 
 def pulses(played: Played, name: str) -> list[object]:
-    return [part.tolist() for pin in ("pulse", "slew", "ready", "motion_complete", "phase1") for part in played.bench.edges(f"{name}.{pin}")]
+    return [
+        part.tolist()
+        for pin in ("pulse", "slew", "ready", "motion_complete", "phase1")
+        for part in played.bench.edges(f"{name}.{pin}")
+    ]
 
 
 @pytest.mark.parametrize("seed", range(12))

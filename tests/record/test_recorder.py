@@ -10,8 +10,8 @@ from random import Random
 import numpy as np
 import pytest
 
-from slewline.core.pin import Terminal
 from slewline.core.net import Driver, Net, Wave
+from slewline.core.pin import Terminal
 from slewline.core.table import Pin
 from slewline.core.timebase import Clock
 from slewline.errors import NotRecorded, TimeError

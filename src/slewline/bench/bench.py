@@ -1,10 +1,10 @@
 """A bench in virtual time: chips, hosts and parts on one kernel, wired by nets.
 
-    bench = slewline.Bench()
-    x = bench.add("cy525", name="x", crystal="11 MHz")
-    host = bench.host(x)
-    host.send("R 100\\r")
-    bench.run_until_idle()
+bench = slewline.Bench()
+x = bench.add("cy525", name="x", crystal="11 MHz")
+host = bench.host(x)
+host.send("R 100\\r")
+bench.run_until_idle()
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 from ..chips import chip_class
 from ..core.chip import Chip, Finding
-from ..core.pin import Condition, Terminal
 from ..core.kernel import Kernel
 from ..core.net import Bus, Driver, Net
+from ..core.pin import Condition, Terminal
 from ..core.timebase import hertz, picoseconds, readable
 from ..errors import Timeout, UnknownName, UsageError, WiringError
 from ..parts import make_part
@@ -85,10 +85,18 @@ class Bench(Recording):
             if not low <= hz <= high:
                 raise UsageError(
                     f"crystal {crystal!r}: {cls.sheet.part.upper()} takes {cls.sheet.crystal_low_hz / 1e6:g} to "
-                    f"{cls.sheet.crystal_high_hz / 1e6:g} MHz (up to {high / 1e6:g} MHz with a finding); {cls.sheet.manual}"
+                    f"{cls.sheet.crystal_high_hz / 1e6:g} MHz (up to {high / 1e6:g} with a finding); {cls.sheet.manual}"
                 )
         if self.journal is not None:
-            self.journal.write("add", part=part.lower(), name=name, crystal_hz=hz, straps=dict(straps or {}), bare=bare, options=options)
+            self.journal.write(
+                "add",
+                part=part.lower(),
+                name=name,
+                crystal_hz=hz,
+                straps=dict(straps or {}),
+                bare=bare,
+                options=options,
+            )
         chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
         self.chips[name] = chip
         chip.on_power = self._power_input
@@ -109,7 +117,12 @@ class Bench(Recording):
             raise WiringError(f"part {kind}: time has passed already; furnish the bench before the first run")
         name = self._new_name(name, kind)
         part = make_part(kind, self.kernel, name, options)
-        self._note("part", kind=kind, name=name, options={k: list(v) if isinstance(v, bytes) else v for k, v in options.items()})
+        self._note(
+            "part",
+            kind=kind,
+            name=name,
+            options={k: list(v) if isinstance(v, bytes) else v for k, v in options.items()},
+        )
         if self.journal is not None:
             part.on_input = lambda verb, args: self._note("input", part=name, verb=verb, args=args)
         self.place(part)
@@ -179,7 +192,9 @@ class Bench(Recording):
         for owners in (self.chips, self.parts):
             if name in owners:
                 return owners[name]
-        raise UnknownName(f"the bench has no {name!r}; there are: {', '.join([*self.chips, *self.parts]) or 'none yet'}")
+        raise UnknownName(
+            f"the bench has no {name!r}; there are: {', '.join([*self.chips, *self.parts]) or 'none yet'}"
+        )
 
     def pin(self, name: str) -> Terminal:
         """A pin by its full name, for example "x.slew"."""
@@ -218,7 +233,9 @@ class Bench(Recording):
                 return owner.bus
         terminal = self.pin(name)
         if terminal.row.way in ("power", "none"):
-            raise WiringError(f"{name} (pin {terminal.row.number}: {terminal.row.says}) carries no signal and stays unconnected")
+            raise WiringError(
+                f"{name} (pin {terminal.row.number}: {terminal.row.says}) carries no signal and stays unconnected"
+            )
         return terminal.net
 
     def _join(self, one: Net, two: Net) -> None:
@@ -288,7 +305,7 @@ class Bench(Recording):
         return True
 
     def run_until(self, condition: Condition | Callable[[], bool], timeout: Time = "60 s") -> None:
-        """Run until a condition is met: x.reaches(40), pin.is_(0), pin.edges(3), host.got(b"Y"), or any of two with `|`.
+        """Run until a condition is met: x.reaches(40), pin.is_(0), pin.edges(3), host.got(b"Y"), or one of two (`|`).
 
         A function is asked after every instant, every step of every motor being one meanwhile: exact, and slow.
 
@@ -301,7 +318,9 @@ class Bench(Recording):
             self._until(condition.met, when, condition.text, timeout, condition.nets)
         elif callable(condition):
             what = getattr(condition, "__name__", "the condition")
-            self._until(condition, None, what, timeout, [net for chip in self.chips.values() for net in chip.step_nets()])
+            self._until(
+                condition, None, what, timeout, [net for chip in self.chips.values() for net in chip.step_nets()]
+            )
         else:
             raise UsageError(f"run_until({condition!r}): expected a condition such as x.reaches(40), or a function")
 
@@ -373,5 +392,3 @@ class Bench(Recording):
     def _pin_input(self, terminal: Terminal, level: int | None) -> None:
         if self.journal is not None:
             self.journal.write("drive", pin=terminal.name, level=level)
-
-

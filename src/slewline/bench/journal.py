@@ -33,7 +33,7 @@ class Journal:
     def __init__(self, path: str | PathLike[str], kernel: Kernel, seed: int) -> None:
         self.path, self.kernel = Path(path), kernel
         try:
-            self.file: TextIO = open(path, "w", encoding="ascii", buffering=1)
+            self.file: TextIO = open(path, "w", encoding="ascii", buffering=1)  # noqa: SIM115
         except OSError as error:
             raise BenchFileError(f"journal {path}: {error.strerror}; give a file that can be written") from None
         finalize(self, self.file.close)  # a bench has no end that anybody would have to announce

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.chip import Chip
-from ..core.pin import Terminal
 from ..core.kernel import Kernel
 from ..core.net import Bus, Net
+from ..core.pin import Terminal
 from ..core.timebase import picoseconds
 from ..errors import NotRecorded, UnknownName
 
@@ -68,7 +68,11 @@ class Recording:
     def _all_pins(self) -> Iterator[str]:
         for chip in self.chips.values():
             for row in chip.sheet.pins:
-                if row.way in ("in", "out", "both") and row.name not in QUIET and not isinstance(chip.pins[row.name].net, Bus):
+                if (
+                    row.way in ("in", "out", "both")
+                    and row.name not in QUIET
+                    and not isinstance(chip.pins[row.name].net, Bus)
+                ):
                     yield f"{chip.name}.{row.name}"
             yield f"{chip.name}.db"
 
@@ -81,7 +85,9 @@ class Recording:
     def _window_of(self, nets: dict[str, Net], start: Time | None, stop: Time | None) -> tuple[int, int]:
         """A window that recorded nets can be asked about: without `start`, as far back as all of them go."""
         first, last = self._window(start, stop)
-        return (max((self.recorder.since(net) for net in nets.values()), default=first) if start is None else first), last
+        return (
+            max((self.recorder.since(net) for net in nets.values()), default=first) if start is None else first
+        ), last
 
     def _chosen(self, pins: Iterable[str] | None) -> dict[str, Net]:
         if pins is None:
@@ -95,7 +101,9 @@ class Recording:
                 raise NotRecorded(f"{name} is not recorded; call bench.record({name!r}) before time passes")
         return {name: self.recorded[name] for name in names}
 
-    def edges(self, pin: str, start: Time | None = None, stop: Time | None = None) -> tuple[NDArray[np.int64], NDArray[np.int8]]:
+    def edges(
+        self, pin: str, start: Time | None = None, stop: Time | None = None
+    ) -> tuple[NDArray[np.int64], NDArray[np.int8]]:
         """Changes of a recorded pin at start <= t <= stop.
 
         Returns:
@@ -172,9 +180,16 @@ class Recording:
         first, last = self._window(start, stop)
         nets = self._chosen(pins) if pins is not None else dict(self.recorded)
         motions = [
-            Motion(chip.name, chip.steps(first, last), *chip.parameters(), before=chip.axes[0].position_at(max(first - 1, 0)))
+            Motion(
+                chip.name,
+                chip.steps(first, last),
+                *chip.parameters(),
+                before=chip.axes[0].position_at(max(first - 1, 0)),
+            )
             for chip in self.chips.values()
         ]
-        traces = [Trace.of(name, net, self.recorder, *self._window_of({name: net}, start, stop)) for name, net in nets.items()]
+        traces = [
+            Trace.of(name, net, self.recorder, *self._window_of({name: net}, start, stop)) for name, net in nets.items()
+        ]
         what = title or ", ".join(f"{chip.name}: {chip.sheet.part.upper()}" for chip in self.chips.values())
         plot(path, what, *motions, *traces, start=first, stop=last)

@@ -12,7 +12,9 @@ if TYPE_CHECKING:
     from ..core.table import Sheet
     from ..language.lint import Check
 
-PARTS = {"cy525": ("slewline.chips.cy525", "Cy525", "CY525 intelligent ramping stepper motor controller (Cybernetic, 1984)")}
+PARTS = {
+    "cy525": ("slewline.chips.cy525", "Cy525", "CY525 intelligent ramping stepper motor controller (Cybernetic, 1984)")
+}
 
 
 def _entry(part: str) -> tuple[str, str, str]:

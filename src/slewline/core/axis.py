@@ -157,7 +157,9 @@ class Axis:
 
         at = np.asarray(times)
         if at.dtype.kind not in "iu" or (at.size and int(at.max()) > self.kernel.now):
-            raise UsageError(f"instants of the past are int64 picoseconds up to {self.kernel.now}, not {at.dtype} or later ones")
+            raise UsageError(
+                f"instants of the past are int64 picoseconds up to {self.kernel.now}, not {at.dtype} or later ones"
+            )
         starts = np.array([stretch.start for stretch in self.past], np.int64)
         which = np.maximum(np.searchsorted(starts, at, side="right") - 1, 0)
         out = np.empty(at.shape, np.int64)

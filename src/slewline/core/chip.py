@@ -53,7 +53,15 @@ class Chip:
     sheet: Sheet
     axes: tuple[Axis, ...]
 
-    def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, *, bare: bool = False, straps: Mapping[str, int] | None = None) -> None:
+    def __init__(
+        self,
+        kernel: Kernel,
+        name: str,
+        crystal_hz: int | None = None,
+        *,
+        bare: bool = False,
+        straps: Mapping[str, int] | None = None,
+    ) -> None:
         self.kernel, self.name = kernel, name
         self.crystal_hz = crystal_hz or self.sheet.crystal_hz
         self.clock = Clock(self.crystal_hz)
@@ -78,7 +86,9 @@ class Chip:
                 terminal.bit = int(row.name[2:])
             else:
                 open_input = row.way == "in" and row.pull is None  # an input without pull-up reads low when left open
-                net = Net(self.kernel, f"{self.name}.{row.name}", 0 if open_input else row.pull, None if bare else row.tie)
+                net = Net(
+                    self.kernel, f"{self.name}.{row.name}", 0 if open_input else row.pull, None if bare else row.tie
+                )
                 terminal = Terminal(self.name, row, net)
                 net.on_conflict = self._conflict
                 if row.way in ("out", "both"):
@@ -117,13 +127,17 @@ class Chip:
     def steps(self, start: str | int | None = None, stop: str | int | None = None) -> Steps:
         """Steps at start <= t <= stop; from the beginning, and up to now, by default."""
         now = self.kernel.now
-        return self.axes[0].steps(0 if start is None else picoseconds(start), now if stop is None else min(picoseconds(stop), now))
+        return self.axes[0].steps(
+            0 if start is None else picoseconds(start), now if stop is None else min(picoseconds(stop), now)
+        )
 
     def position_at(self, times_ps: Sequence[int] | NDArray[np.int64] | int) -> NDArray[np.int64] | int:
         """The position register at instants of the past: an int for one, (n,) int64 for an array of picoseconds."""
         if isinstance(times_ps, int):
             if times_ps > self.kernel.now:
-                raise UsageError(f"{self.name}: {readable(times_ps)} is still to come; it is {readable(self.kernel.now)}")
+                raise UsageError(
+                    f"{self.name}: {readable(times_ps)} is still to come; it is {readable(self.kernel.now)}"
+                )
             return self.axes[0].position_at(times_ps)
         return self.axes[0].positions_at(times_ps)
 

@@ -37,7 +37,7 @@ class Shuffler(Protocol):
 
 
 class Task:
-    """A coroutine on the kernel.  `value` is what its next resumption returns: the net that woke it, or None for time."""
+    """A coroutine on the kernel.  `value` is what its next resumption returns: the net that woke it; None: time did."""
 
     __slots__ = ("alive", "coroutine", "is_net", "name", "send", "token", "value")
 
@@ -196,7 +196,9 @@ class Kernel:
             elif not self.pending:
                 return
         names = ", ".join(sorted({repr(task) for task in ready} | {repr(driver.net) for driver in self.pending}))
-        raise Endless(f"{ROUNDS_LIMIT} rounds at {readable(time)}: these answer each other without letting time pass: {names}")
+        raise Endless(
+            f"{ROUNDS_LIMIT} rounds at {readable(time)}: these answer each other without letting time pass: {names}"
+        )
 
     def _resume(self, ready: list[Any]) -> None:
         if self.shuffle is not None:

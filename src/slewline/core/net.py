@@ -61,7 +61,11 @@ class Wave:
 
     def edges(self, start: int, stop: int) -> tuple[list[int], list[Level]]:
         """Edges at start < t <= stop, as two lists."""
-        pairs = [p for p in zip(self.times, self.levels, strict=True) if start < p[0] <= stop and (self.until is None or p[0] < self.until)]
+        pairs = [
+            p
+            for p in zip(self.times, self.levels, strict=True)
+            if start < p[0] <= stop and (self.until is None or p[0] < self.until)
+        ]
         return [time for time, _ in pairs], [level for _, level in pairs]
 
 
@@ -263,7 +267,9 @@ class Net:
     def _keep(self, ps: int, level: Level) -> None:
         log = self._log
         assert log is not None
-        single = self.promise is not None and sum(d.promise is not None or d.level is not None for d in self.drivers) == 1
+        single = (
+            self.promise is not None and sum(d.promise is not None or d.level is not None for d in self.drivers) == 1
+        )
         entry = self.promise if single else level
         if log and log[-1][0] == ps and log[-1][1] is not entry:
             log[-1] = (ps, entry)
@@ -341,7 +347,7 @@ class Net:
 
 
 class Bus(Net):
-    """Eight wires read and driven together.  A driver puts (mask, value); a wire nobody drives reads 1, as open TTL does."""
+    """Eight wires in one.  A driver puts (mask, value); a wire that nobody drives reads 1, as open TTL does."""
 
     __slots__ = ()
     width = 8

@@ -38,7 +38,7 @@ class Pin:
 
 @dataclass(frozen=True, slots=True)
 class Arg:
-    """An argument of a command: `low` to `high`, stored in `size` bytes, low byte first.  `label`: a letter may stand for it."""
+    """An argument: `low` to `high`, in `size` bytes, low byte first; with `label`, a letter may stand for it."""
 
     name: str
     size: int

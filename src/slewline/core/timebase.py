@@ -16,7 +16,16 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 PS_PER_S = 10**12
-UNITS = {"ps": 1, "ns": 10**3, "us": 10**6, "µs": 10**6, "ms": 10**9, "s": PS_PER_S, "min": 60 * PS_PER_S, "h": 3600 * PS_PER_S}
+UNITS = {
+    "ps": 1,
+    "ns": 10**3,
+    "us": 10**6,
+    "µs": 10**6,
+    "ms": 10**9,
+    "s": PS_PER_S,
+    "min": 60 * PS_PER_S,
+    "h": 3600 * PS_PER_S,
+}
 FREQUENCIES = {"hz": 1, "khz": 10**3, "mhz": 10**6}
 _QUANTITY = re.compile(r"\s*([+-]?)(\d{1,30})(?:\.(\d{0,30}))?\s*([a-zµ]+)\s*", re.IGNORECASE)
 
@@ -44,7 +53,9 @@ def picoseconds(time: str | int, *, negative: bool = False) -> int:
     elif isinstance(time, int) and not isinstance(time, bool):
         ps = time
     else:
-        raise TimeError(f"time {time!r}: expected text such as '25 us', or an int of picoseconds; a float would be rounded")
+        raise TimeError(
+            f"time {time!r}: expected text such as '25 us', or an int of picoseconds; a float would be rounded"
+        )
     if ps < 0 and not negative:
         raise TimeError(f"time {time!r}: virtual time does not run backwards; give 0 or more")
     return ps

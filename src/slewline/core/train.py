@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 OPEN = 1 << 62  # a run without end
+LONG = 512  # steps: filling such a run costs less than cumulating it
 
 
 class StepTrain:
@@ -106,23 +107,32 @@ class StepTrain:
         if last <= first:
             return np.empty(0, np.int64)
         i, j = bisect_right(self.firsts, first) - 1, bisect_right(self.firsts, last - 1)
-        start = self.starts[i] + (first - self.firsts[i]) * self.intervals[i]
-        if j - i > 8 and (last - first) < 4096 * (j - i):  # many short runs
-            counts = np.array(self.counts[i:j])
-            counts[0] = min(self.firsts[i] + self.counts[i], last) - first
-            counts[-1] = last - max(self.firsts[j - 1], first)
-            out = np.repeat(np.array(self.intervals[i:j]), counts)
-            np.cumsum(out[:-1], out=out[1:])
-            out[0] = 0
-            out[1:] += start
-            out[0] = start
-            return out
         out = np.empty(last - first, np.int64)
-        for n in range(i, j):  # few long runs
-            a, b = max(self.firsts[n], first), min(self.firsts[n] + self.counts[n], last)
-            begin = self.starts[n] + (a - self.firsts[n]) * self.intervals[n]
-            out[a - first : b - first] = np.arange(begin, begin + (b - a) * self.intervals[n], self.intervals[n])
+        short = i  # runs from here to n are short: they are cumulated together; a long one is filled at once
+        for n in range(i, j):
+            if self.counts[n] >= LONG:
+                self._cumulate(out, short, n, first, last)
+                a, b = max(self.firsts[n], first), min(self.firsts[n] + self.counts[n], last)
+                begin = self.starts[n] + (a - self.firsts[n]) * self.intervals[n]
+                out[a - first : b - first] = np.arange(begin, begin + (b - a) * self.intervals[n], self.intervals[n])
+                short = n + 1
+        self._cumulate(out, short, j, first, last)
         return out
+
+    def _cumulate(self, out: NDArray[np.int64], i: int, j: int, first: int, last: int) -> None:
+        """Fill in the begins of runs i ... j-1, as far as they lie in the window of steps first ... last-1."""
+        import numpy as np
+
+        if i == j:
+            return
+        a = max(self.firsts[i], first)
+        counts = np.array(self.counts[i:j])
+        counts[0] -= a - self.firsts[i]
+        counts[-1] -= max(self.firsts[j - 1] + self.counts[j - 1] - last, 0)
+        part = out[a - first : a - first + int(counts.sum())]
+        part[0] = self.starts[i] + (a - self.firsts[i]) * self.intervals[i]
+        np.cumsum(np.repeat(np.array(self.intervals[i:j]), counts)[:-1], out=part[1:])
+        part[1:] += part[0]
 
     def begins(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
         """Begins of steps first ... last-1: (n,) int64, picoseconds of virtual time, ascending."""
@@ -130,7 +140,7 @@ class StepTrain:
 
 
 class Playing:
-    """A train that is being played: what its views share.  `until` bounds it, exclusive: there the firmware decides anew."""
+    """A train that is being played, which its views share.  At `until`, exclusive, the firmware decides anew."""
 
     __slots__ = ("train", "until")
 
@@ -205,7 +215,7 @@ class PulseView:
 
 
 class PatternView:
-    """A phase output of a played train: `levels[(index + sign * begun) % len(levels)]`, and `before` until the first step."""
+    """A phase of a played train: `levels[(index + sign * begun) % len(levels)]`, and `before` until the first step."""
 
     __slots__ = ("before", "index", "levels", "of", "sign")
 

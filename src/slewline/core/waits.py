@@ -48,7 +48,7 @@ def edge(net: Net) -> Generator[None, Any, None]:
 
 @coroutine
 def first_of(kernel: Kernel, ps: int | None, *wanted: tuple[Net, int | None]) -> Generator[None, Any, Net | None]:
-    """Wait for an instant (None: no limit) or for any of the levels (None: any change); returns the net, or None for time.
+    """Wait for an instant (None: no limit) or any of the levels (None: any change); returns the net, or None for time.
 
     A level that is there already returns at once, the first in the list winning.
     """

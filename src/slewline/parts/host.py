@@ -11,9 +11,9 @@ from collections import deque
 from collections.abc import Awaitable, Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..core.pin import Condition
 from ..core.kernel import Kernel, Task
 from ..core.net import Driver
+from ..core.pin import Condition
 from ..core.table import Sheet
 from ..core.timebase import Clock, readable
 from ..core.waits import first_of, level, until

@@ -10,9 +10,9 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..core.chip import Finding
-from ..core.pin import Terminal
 from ..core.kernel import Kernel
 from ..core.net import Bus, Driver, Net
+from ..core.pin import Terminal
 from ..core.table import Pin
 from ..errors import UnknownName
 

@@ -18,8 +18,8 @@ from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from ..core.pin import Terminal
 from ..core.net import Bus, Net
+from ..core.pin import Terminal
 from ..core.timebase import readable
 from ..errors import NotRecorded, TimeError
 

@@ -23,7 +23,7 @@ LASTING = "GPDUW"  # these go on for as long as they take
 
 
 def lead(row: Row) -> int:
-    """How many clocks before its time a command begins to act: motions set READY and DIRECTION before the first step."""
+    """How many clocks before its time a command begins: motions set READY and DIRECTION ahead of the first step."""
     return T["step_lead"] if row.motion else 0
 
 
@@ -33,7 +33,7 @@ class Cy525(Instructions):
     Args:
         stepwise: play every motion step by step instead of whole; slow, and the same to the last edge.
         cold: begin without supply; `power(True)` and RESET low for 10 ms bring the chip up.
-        registers: position, number, slope, rate, firstrate, divisor: what they hold at power-up (random in the real part).
+        registers: position, number, slope, rate, firstrate, divisor: what they hold at power-up (random in the part).
     """
 
     def __init__(
@@ -60,7 +60,9 @@ class Cy525(Instructions):
             self.motion = Motion(self)
         self.watch_inputs()
         if not sheet.SHEET.crystal_low_hz <= self.crystal_hz <= sheet.SHEET.crystal_high_hz:
-            self.finding("crystal", f"{self.crystal_hz / 1e6:g} MHz is outside the 1 to 11 MHz of Table VIII; times scale")
+            self.finding(
+                "crystal", f"{self.crystal_hz / 1e6:g} MHz is outside the 1 to 11 MHz of Table VIII; times scale"
+            )
         if self.powered:
             self.start()
 
@@ -121,7 +123,9 @@ class Cy525(Instructions):
         if len(self.buffer) > sheet.BUFFER_BYTES:
             del self.buffer[sheet.BUFFER_BYTES :]
             if not self.overflowed:
-                self.finding("overflow", f"{command.text} does not fit into the {sheet.BUFFER_BYTES} bytes of the program buffer")
+                self.finding(
+                    "overflow", f"{command.text} does not fit into the {sheet.BUFFER_BYTES} bytes of the program buffer"
+                )
             self.overflowed = True
 
     def mark(self, letter: str) -> None:
@@ -153,7 +157,9 @@ class Cy525(Instructions):
     def _no_instruction(self) -> None:
         assert self.pc is not None
         if self.pc >= sheet.BUFFER_BYTES and self.pc != self.following:
-            self.finding("bad-target", f"byte {self.pc} is outside the program buffer (0 to 59): run mode, nothing to execute")
+            self.finding(
+                "bad-target", f"byte {self.pc} is outside the program buffer (0 to 59): run mode, nothing to execute"
+            )
         else:
             self.finding("end-of-program", f"no instruction at byte {self.pc}: run mode, nothing to execute")
         self.waits("run mode with nothing to execute: a live 0 or RESET")

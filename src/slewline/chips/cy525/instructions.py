@@ -85,7 +85,10 @@ class Instructions(Port):
             self.loop = (self.at, count or 256)
         elif self.loop[0] != self.at and "nested-loop" not in self.said:
             self.said.add("nested-loop")
-            self.finding("nested-loop", f"L at byte {self.at} while the L at byte {self.loop[0]} is counting: it takes over its count")
+            self.finding(
+                "nested-loop",
+                f"L at byte {self.at} while the L at byte {self.loop[0]} is counting: it takes over its count",
+            )
         left = self.loop[1] - 1
         self.loop = (self.loop[0], left) if left else None
         if left:
@@ -180,7 +183,11 @@ class Instructions(Port):
             self.finding("uninitialised", f"{text} uses the {name} register, which nobody has set since power-up")
         for bad, code, what in (
             (reg["rate"] < reg["firstrate"], "rate-below-firstrate", "R is below F: the whole move runs at F"),
-            (min(reg["rate"], reg["firstrate"]) <= 2, "slow-rate", "rates 0, 1 and 2 are not fixed by the manual: 275, 283, 292 steps/s"),
+            (
+                min(reg["rate"], reg["firstrate"]) <= 2,
+                "slow-rate",
+                "rates 0, 1 and 2 are not fixed by the manual: 275, 283, 292 steps/s",
+            ),
             (reg["slope"] == 0, "range", "S 0 is outside 1 to 255: a little slower than S 1"),
             (reg["divisor"] == 0, "range", "Z 0 is outside 1 to 255: it divides by 256"),
         ):
@@ -193,7 +200,7 @@ class Instructions(Port):
         self.direction.drive(1 if clockwise else 0)
 
     def resolved(self, target: int) -> int:
-        """A branch target: a label letter is replaced by its address, in the buffer too, when it is first executed (s.3)."""
+        """A branch target: a label gives way to its address, in the buffer too, when it is first executed (s.3)."""
         if target < sheet.BUFFER_BYTES or chr(target) not in sheet.LABELS:
             return target
         address = self.labels.get(chr(target))
@@ -210,9 +217,10 @@ class Instructions(Port):
         self.waiting_pin = True
         self.waits(f"{letter}: wait={wanted}")
         try:
-            if not self.in_program() and self.request.changes == self.accepted:  # the terminator's own request goes first
-                if await self.polled(self.wait, wanted, T["wait_poll"], (self.request, 1)) is self.wait:
-                    return
+            if not self.in_program() and self.request.changes == self.accepted:
+                ended = await self.polled(self.wait, wanted, T["wait_poll"], (self.request, 1))
+                if ended is self.wait:
+                    return  # else the request of the terminator has gone away, and a new one counts
             before = self.request.changes
             ended = await self.polled(self.wait, wanted, T["wait_poll"], (self.request, 0))
             if ended is self.request and self.request.changes > before:

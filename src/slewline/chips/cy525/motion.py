@@ -91,7 +91,9 @@ class Motion:
         if self.continuous:
             if any(leg.name == "slew" for leg in plan.legs):
                 if not self.abortable:
-                    chip.finding("abort-low-at-start", "a continuous motion begins with ABORT low: only RESET can end it")
+                    chip.finding(
+                        "abort-low-at-start", "a continuous motion begins with ABORT low: only RESET can end it"
+                    )
                 return profile.steady(self.top, ("up", self.ramp(self.first, self.top)))
             chip.finding("halt-without-effect", "H has no effect: the motion is too short to slew")
             self.continuous = False
@@ -209,7 +211,7 @@ class Motion:
         return pairs
 
     def look_after(self, net: Net) -> tuple[int, bool]:
-        """The first look at a net strictly after this instant: its tick, and whether it is the one at the end of PULSE."""
+        """The first look at a net strictly after this instant: its tick, and whether it is that at the end of PULSE."""
         chip, train = self.chip, self.train
         step = train.begun(chip.kernel.now)  # steps begun; the running one is step - 1
         end = train.begin(step)
@@ -252,7 +254,10 @@ class Motion:
             if chip.abort.level == 0:
                 return STOP
             if self.continuous:
-                chip.finding("abort-released", "ABORT released before MOTION COMPLETE in a continuous motion: on to the nominal target at F")
+                chip.finding(
+                    "abort-released",
+                    "ABORT released before MOTION COMPLETE in a continuous motion: on to the nominal target at F",
+                )
         return await self.rate_request(plan, step)
 
     def way_down(self, plan: Plan, step: int) -> Plan:
@@ -271,7 +276,9 @@ class Motion:
         if self.continuous:
             left = left % WRAP or WRAP
             if left < profile.steps(runs):
-                chip.finding("target-in-ramp", f"the nominal target lies in the down ramp: abrupt stop after {left} steps")
+                chip.finding(
+                    "target-in-ramp", f"the nominal target lies in the down ramp: abrupt stop after {left} steps"
+                )
         down = profile.head(runs, left)
         rest = left - profile.steps(down)
         return profile.plan(("down", down), ("crawl", ((sheet.STEP_TICKS[self.first], rest),))).verified(left)
@@ -301,7 +308,9 @@ class Motion:
         if self.served:
             if not self.told_held:
                 self.told_held = True
-                chip.finding("request-held", "I/O REQUEST still low after SLEW went high: ignored until it has been high")
+                chip.finding(
+                    "request-held", "I/O REQUEST still low after SLEW went high: ignored until it has been high"
+                )
             return plan
         return await self.change_rate(plan.rate(step))
 
@@ -363,7 +372,9 @@ class Motion:
         if chip.select.level != 1:
             return 0
         if chip.request.level == 0:
-            chip.finding("request-and-select", "I/O REQUEST and I/O SELECT together: the rate request goes first, no read-out")
+            chip.finding(
+                "request-and-select", "I/O REQUEST and I/O SELECT together: the rate request goes first, no read-out"
+            )
             return 0
         position = (chip.position + self.sign) % WRAP
         ps, width, apart = chip.clock.ps, T["strobe_width"], T["readout_spacing"]

@@ -44,7 +44,13 @@ class Port(Supply):
         while True:
             if request.value != 0:
                 self.idle = self.pc is None
-                text = "the rest of a command" if not self.decoder.at_letter else "a live command" if self.live else "a command"
+                text = (
+                    "the rest of a command"
+                    if not self.decoder.at_letter
+                    else "a live command"
+                    if self.live
+                    else "a command"
+                )
                 self._waiting = (text, kernel.now)
                 await level(request, 0)
                 request = self.request  # before the first run, wiring may have made it another net

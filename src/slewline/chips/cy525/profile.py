@@ -11,7 +11,7 @@
 
 The rate parameter, not the rate, grows linearly; Table VII turns it into steps per second.  The way down is the mirror
 of the way up.  Where fewer than 256 steps would be left for slewing, none is slewed: the way down begins at once and
-the surplus is made at F (s.8, special case).  Where the travel is too short to reach R, both ramps are cut to half of it.
+the surplus is made at F (s.8, special case).  Where the travel is too short to reach R, both ramps get half of it.
 """
 
 from __future__ import annotations
@@ -132,7 +132,11 @@ class Plan:
         """
         at = 0
         for leg in self.legs:
-            if leg.first != at or leg.count != steps(leg.runs) or any(interval < STEP_TICKS[RATE_TOP] or n < 1 for interval, n in leg.runs):
+            if (
+                leg.first != at
+                or leg.count != steps(leg.runs)
+                or any(interval < STEP_TICKS[RATE_TOP] or n < 1 for interval, n in leg.runs)
+            ):
                 raise SlewlineError(f"plan {self} does not hold together")
             at = leg.end
         if number is not None and at != number:

@@ -15,6 +15,7 @@ LABELS = "ABCDE"  # s.3
 
 # ---------------------------------------------------------------------------------------------------- pins, Table I
 HANDSHAKE = "T.I; s.7"
+# fmt: off
 PINS = (
     Pin(1, "io_request", "in", "byte strobe; rate request while slewing; ends W and U", active=0, tie=1, seen="level; once per step in motion", where=HANDSHAKE),
     Pin(2, "xtal1", "power", "crystal, LC or external clock", where="T.I; s.9"),
@@ -47,6 +48,7 @@ PINS = (
     Pin(39, "io_select", "in", "low: host writes, high: chip writes; position read-out while stepping", active=1, tie=0, seen="level; once per step in motion", where="T.I; s.7"),
     Pin(40, "vcc", "power", "+5 V", where="T.I"),
 )
+# fmt: on
 
 # ------------------------------------------------------------------------------------------------- commands, Table V
 # Commands without argument: Table V gives letter plus terminator, of which the letter takes LETTER_US; with argument
@@ -103,6 +105,7 @@ REGISTERS = (
 
 # ------------------------------------------------------------------------------------------------------------- times
 _T = Time
+# fmt: off
 TIMES = MappingProxyType({
     "instrobe_delay": _T(15, 11, "request low to INSTROBE low", "s.7, fig. 7.3", "chosen"),
     "strobe_width": _T(1, 11, "INSTROBE and OUTSTROBE low", "s.7, fig. 7.3", "chosen"),
@@ -125,6 +128,7 @@ TIMES = MappingProxyType({
     "phase_pulse": _T(20, 11, "PULSE low of O above 127", "s.3 O", "chosen"),
     "slew_blink": _T(10, 11, "SLEW high when the zero rate is taken", "s.7", "chosen"),
 })
+# fmt: on
 POWER_UP_RESET_PS = 10_000_000_000  # 10 ms whatever the crystal (s.9)
 POWER_UP_RC_PS = 71_355_817_782  # 50 kOhm and 1 uF from 0 to 3.8 V of 5 V: RC * ln(5 / 1.2) (s.9, fig. 9.1)
 
@@ -157,12 +161,14 @@ PHASES = ((0, 1, 0, 1), (1, 0, 0, 1), (1, 0, 1, 0), (0, 1, 1, 0))
 VERIFY_BYTES = {0: 5, 1: 48, 2: 6, 3: 6}
 
 # Electrical limits (T.VIII; s.9).  Nothing computes with them: the model knows 0, 1 and floating.
-NOTES = MappingProxyType({
-    "input levels": "high from 2.0 V (XTAL and RESET 3.8 V), low up to 0.8 V (XTAL and RESET 0.6 V)",
-    "output levels": "high at least 2.4 V at 40 uA, low at most 0.45 V at 1.6 mA; open bus lines leak up to 10 uA",
-    "supply": "5 V +/- 10 %, up to 100 mA; at most 1.5 W",
-    "limits": "-0.5 to 7 V at any pin, 0 to 70 degrees C in operation, -65 to 150 in storage",
-})
+NOTES = MappingProxyType(
+    {
+        "input levels": "high from 2.0 V (XTAL and RESET 3.8 V), low up to 0.8 V (XTAL and RESET 0.6 V)",
+        "output levels": "high at least 2.4 V at 40 uA, low at most 0.45 V at 1.6 mA; open bus lines leak up to 10 uA",
+        "supply": "5 V +/- 10 %, up to 100 mA; at most 1.5 W",
+        "limits": "-0.5 to 7 V at any pin, 0 to 70 degrees C in operation, -65 to 150 in storage",
+    }
+)
 
 SHEET = Sheet(
     part="cy525",

@@ -1,4 +1,4 @@
-"""What a CY525 is made of: pins by name, registers, the program buffer, flags.  The firmware in the other files acts on it.
+"""What a CY525 is made of: pins by name, registers, the program buffer, flags.
 
 The firmware is one program in chapters, each a class that knows those before it:
 
@@ -103,7 +103,9 @@ class State(Chip):
     def on_request(self, net: Net) -> None:
         """A running program does not see a request; only its edge can tell (watched while a program runs)."""
         if net.level == 0 and self.prog_in.level == 1 and not (self.live or self.motion.moving or self.waiting_pin):
-            self.finding("request-while-running", "I/O REQUEST lowered in a running program without PROG/LIVE: not answered")
+            self.finding(
+                "request-while-running", "I/O REQUEST lowered in a running program without PROG/LIVE: not answered"
+            )
 
     def watch_inputs(self) -> None:
         """Put on the observers that an input needs besides the looks of the firmware."""
