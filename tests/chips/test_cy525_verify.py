@@ -166,6 +166,15 @@ def test_the_position_has_the_form_of_the_mode_in_which_v_was_given(hand, positi
     assert h.codes == []
 
 
+@pytest.mark.fact("UND-HS-MODE", "VERIFY-4")
+def test_the_mode_in_which_v_was_given_is_that_of_its_letter(hand):
+    h = hand(position=750)
+    h.send("V")
+    h.put(h.now, "ascii_binary", 0)
+    h.send(" 0\r")
+    assert read(h, 5) == b"00750"
+
+
 @pytest.mark.fact("VERIFY-6", "VERIFY-14")
 def test_the_other_groups_are_binary_in_both_modes(hand):
     h = hand()

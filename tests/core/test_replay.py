@@ -102,6 +102,17 @@ def test_the_recorded_run_has_inputs_of_every_kind(recorded):
     assert told["chips"]["y"][0] == 7
 
 
+def test_what_was_driven_in_round_one_is_driven_in_round_one_again(tmp_path):
+    path = tmp_path / "journal"
+    bench = slewline.Bench(journal=path)
+    x = bench.add("cy525", name="x")
+    for pin, level in (("io_request", 0), ("io_select", 1)):  # seen together: a read-out, not a byte
+        bench.at("1 ms", lambda pin=pin, level=level: x.pin(pin).drive(level))
+    bench.run("2 ms")
+    assert [found.code for found in x.findings] == ["verify-without-v"]
+    assert slewline.replay(path)["x"].findings == x.findings
+
+
 @pytest.mark.parametrize("shuffle", [None, 1, 2, 3, 4])
 def test_a_replayed_journal_gives_the_same_run(recorded, shuffle):
     path, told = recorded

@@ -248,9 +248,11 @@ class PatternView:
 
         train = self.of.train
         a, b = train.begun(start), self.of.begun(stop)
-        times = train.begins(a, b)
-        steps = np.arange(a + 1, b + 1)
-        levels = np.array(self.levels, np.int8)[(self.index + self.sign * steps) % len(self.levels)]
-        previous = np.concatenate([[self._after_steps(a)], levels[:-1]]) if len(levels) else levels
-        keep = levels != previous
-        return times[keep], levels[keep]
+        if b <= a:
+            return np.empty(0, np.int64), np.empty(0, np.int8)
+        cycle = [self._after_steps(k) for k in range(a + 1, a + 1 + len(self.levels))]  # what follows repeats it
+        changes = [level != before for level, before in zip(cycle, (cycle[-1], *cycle), strict=False)]
+        cycles = -(-(b - a) // len(cycle))
+        keep = np.tile(np.array(changes), cycles)[: b - a]
+        keep[0] = cycle[0] != self._after_steps(a)
+        return train.begins(a, b)[keep], np.tile(np.array(cycle, np.int8), cycles)[: b - a][keep]
