@@ -117,7 +117,7 @@ class Copy:
             return None, f"hanging for {RUN_TIMEOUT} s"
         failed = VERDICT.search(done.stdout)
         if done.returncode == FAILED and failed:
-            hung = ", which hung" if "Timeout" in (failed[2] or "") else ""
+            hung = ", which hung" if "from pytest-timeout" in (failed[2] or "") else ""
             return FAILED, failed[1].removeprefix("tests/") + hung
         last = (done.stdout + done.stderr).strip().splitlines()[-3:]
         return done.returncode, f"pytest ended with {done.returncode}: {' | '.join(last)}"

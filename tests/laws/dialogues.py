@@ -43,7 +43,9 @@ def made(seed: int) -> Dialogue:
     edges = sorted({*begins, *(int(t) for t in quiet.bench.edges("x.pulse")[0])})
     for _ in range(rnd.choice((0, 1, 1, 2, 3, 5))):
         happening(dialogue, rnd, edges)
-    dialogue.events.sort(key=lambda event: event[0])
+    # a wire is told one thing in an instant: two would be a matter of order, which is nobody's to choose
+    once = {(at, pin): level for at, pin, level in dialogue.events}
+    dialogue.events = sorted(((at, pin, level) for (at, pin), level in once.items()), key=lambda event: event[0])
     return dialogue
 
 

@@ -79,6 +79,7 @@ def test_a_chip_that_inhibits_another_gives_the_same_edges_step_by_step(seed: in
 
 
 @pytest.mark.long
+@pytest.mark.timeout(3000)
 def test_two_thousand_dialogues_agree() -> None:
     counted: Counter[str] = Counter()
     for seed in range(10_000, 12_200):
@@ -89,6 +90,7 @@ def test_two_thousand_dialogues_agree() -> None:
 
 
 @pytest.mark.long
+@pytest.mark.timeout(3000)
 def test_followers_agree() -> None:
     for seed in range(100, 300):
         fast, slow = follower_bench(seed, stepwise=False), follower_bench(seed, stepwise=True, shuffle=seed)
@@ -125,6 +127,7 @@ def test_hash_seeds_change_nothing() -> None:
 
 
 @pytest.mark.long
+@pytest.mark.timeout(3000)
 def test_two_hash_seeds_and_a_thousand_dialogues() -> None:
     one = digests("11", 30_000, 31_000)
     assert one == digests("22", 30_000, 31_000)
