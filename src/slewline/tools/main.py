@@ -33,11 +33,17 @@ def invoke(arguments: Sequence[str]) -> int:
         sys.stdout.flush()
         return status
     except BrokenPipeError:  # the reader has seen enough, as in `slewline run FILE | head`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nothing is left for the interpreter to flush
+        _let_go()
         return FOUND
     except OSError as error:
         sys.stderr.write(f"slewline: output: {error.strerror or error}\n")
+        _let_go()
         return FOUND
+
+
+def _let_go() -> None:
+    """Standard output cannot be written: what is left must not trouble the interpreter when it ends."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _called(cli: object, arguments: Sequence[str]) -> int:
