@@ -379,7 +379,7 @@ def test_no_step_begins_before_the_request_is_over(hand, up):
     h.run_to(start + up - 10)
     assert h.x.waiting.startswith("x: G: io_request=1 before the first step since ")
     h.run_to(start + up + 10 * STEP)
-    assert h.falls("pulse", start) == [up + 1 + LEAD + n * STEP for n in range(3)]  # looked at with every clock
+    assert h.falls("pulse", start) == [up + 1 + n * STEP for n in range(3)]  # looked at with every clock
     assert h.falls("instrobe", start) == [STROBE]  # nor is it a rate request
     assert h.x.travel == -3
     assert mistakes(h) == []
@@ -391,7 +391,7 @@ def test_a_request_that_ended_in_time_delays_nothing(hand, up, late):
     h = hand("pulse", number=1, **KNOWN)
     h.send("G")
     start, begin = h.now, 660 * US - LETTER
-    h.strobe(start, 0x0D, up=start + begin - LEAD + up)
+    h.strobe(start, 0x0D, up=start + begin + up)
     h.run(3 * STEP)
     assert h.falls("pulse", start) == [begin + late]
 
@@ -413,7 +413,7 @@ def test_a_request_to_a_running_program_is_not_answered_and_holds_the_next_motio
     assert h.x.waiting.startswith("x: G: io_request=1 before the first step since ")
     assert mistakes(h) == ["request-while-running"]
     h.run_to(start + 300_000 + 5 * STEP)
-    assert h.falls("pulse", start) == [300_001 + LEAD, 300_001 + LEAD + STEP]
+    assert h.falls("pulse", start) == [300_001, 300_001 + STEP]
     assert h.edges("instrobe", start) == []
     assert h.x.pin("run").level == 1
 

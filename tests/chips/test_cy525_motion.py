@@ -347,23 +347,25 @@ def test_a_commanded_motion_sets_direction_110_clocks_before_the_first_step(
 @pytest.mark.fact("HS-13", "CMD-P-3", "UND-STEP-LEAD")
 @pytest.mark.parametrize("stepwise", [False, True])
 @pytest.mark.parametrize("program", [False, True])
-def test_held_by_io_request_a_motion_sets_direction_at_its_end_and_steps_110_clocks_later(
+def test_held_by_io_request_a_motion_has_set_its_lines_and_steps_when_the_request_is_over(
     hand: Make, program: bool, stepwise: bool
 ) -> None:
-    x = hand("direction", "ready", "pulse", stepwise=stepwise, **MOVES)
+    x = hand("direction", "ready", "pulse", "run", stepwise=stepwise, **MOVES)
     if program:
         x.send("E\rD 1\rP 0\r0\rQX\r")
+        due = x.falls("run")[0] + 60 * 11 + 11_000 + 40 * 11
     else:
         x.send("P 0")
         x.data(x.now, 0x0D)
+        due = x.now + (26 + 550 + 40) * 11
     x.put(x.now, "io_request", 0)
     up = x.now + 100_000
     x.put(up, "io_request", 1)
     x.run_to(up)
     assert x.x.pin("ready").level == 0  # READY does not wait
     x.run_to(up + 4 * 11_000)
-    assert x.edges("direction") == [(up + 1, 0)]
-    assert x.falls("pulse") == [up + 1 + LEAD + n * 11_000 for n in range(3)]
+    assert x.edges("direction") == [(due - LEAD, 0)]
+    assert x.falls("pulse") == [up + 1 + n * 11_000 for n in range(3)]
 
 
 # -------------------------------------------------------------------------------------------------- MOTION COMPLETE

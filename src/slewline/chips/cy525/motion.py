@@ -49,11 +49,11 @@ class Motion:
         """
         chip = self.chip
         self.begin(number, sign, text)
+        chip.set_direction(sign > 0)
+        await chip.ticks(T["step_lead"])
         if chip.request.level == 0:
             chip.waits(f"{text}: io_request=1 before the first step")
             await chip.polled(chip.request, 1, 1)
-        chip.set_direction(sign > 0)
-        await chip.ticks(T["step_lead"])
         if number:
             await self.uninhibited()
             self.abortable = chip.abort.level == 1

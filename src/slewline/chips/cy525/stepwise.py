@@ -70,9 +70,9 @@ class Stepwise:
         chip.waits(f"{text} in motion")
         chip.ready.drive(0)
         chip.motion_complete.drive(1)
-        await chip.polled(chip.request, 1, 1)
         chip.set_direction(sign > 0)
         await chip.ticks(T["step_lead"])
+        await chip.polled(chip.request, 1, 1)
         if number > 0:
             self.prepare(number, sign)
             await chip.polled(chip.inhibit, 0, T["inhibit_poll"])
