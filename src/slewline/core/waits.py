@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from .kernel import Kernel
     from .net import Net
 
+STALE = 64  # entries that a net which never changes may gather before they are sorted out
+
 
 @coroutine
 def until(kernel: Kernel, ps: int) -> Generator[None, Any, None]:
@@ -62,6 +64,8 @@ def first_of(kernel: Kernel, ps: int | None, *wanted: tuple[Net, int | None]) ->
     if ps is not None:
         heappush(kernel.heap, (ps, next(kernel.order), task, token))
     for net, value in wanted:
+        if len(net.waiters) > STALE:  # what another net or the time has woken meanwhile
+            net.waiters = [entry for entry in net.waiters if entry[0].token == entry[1]]
         net.waiters.append((task, token, value))  # type: ignore[arg-type]
         if net.promise is not None:
             net.follow()
