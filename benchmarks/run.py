@@ -9,6 +9,7 @@ Each workload checks its own result before it is believed.  `--long` adds the en
 from __future__ import annotations
 
 import argparse
+import gc
 import io
 import resource
 import statistics
@@ -183,7 +184,8 @@ MIX = (
 def dialogue() -> list[Row]:
     """10,000 commands through the pins from a host that never hesitates."""
     ratios = []
-    for _ in range(3):
+    for _ in range(5):
+        gc.collect()
         bench = slewline.Bench()
         chip = bench.add("cy525", "x")
         host = bench.host(chip)

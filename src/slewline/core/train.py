@@ -34,7 +34,7 @@ class StepTrain:
     `origin` is the tick at which step 0 begins; `runs` are (interval in ticks, count); the last count may be OPEN.
     """
 
-    __slots__ = ("clock", "counts", "firsts", "intervals", "length", "origin", "starts", "steps")
+    __slots__ = ("_recent", "clock", "counts", "firsts", "intervals", "length", "origin", "starts", "steps")
 
     def __init__(self, clock: Clock, origin: int, runs: Iterable[tuple[int, int]]) -> None:
         self.clock, self.origin = clock, origin
@@ -52,6 +52,7 @@ class StepTrain:
             starts, intervals, counts, firsts = [0], [1], [0], [0]
         self.starts, self.intervals, self.counts, self.firsts = starts, intervals, counts, firsts
         self.steps = first
+        self._recent: tuple[int, int, NDArray[np.int64]] | None = None
         self.length = start  # ticks from the begin of step 0 to the end of the last
 
     # ------------------------------------------------------------------------------------------- questions in ticks
@@ -134,6 +135,12 @@ class StepTrain:
         np.cumsum(np.repeat(np.array(self.intervals[i:j]), counts)[:-1], out=part[1:])
         part[1:] += part[0]
 
+    def window(self, first: int, last: int) -> NDArray[np.int64]:
+        """The same as `begins`, not to be written to: PULSE and four phases ask for one window after each other."""
+        if self._recent is None or self._recent[:2] != (first, last):
+            self._recent = (first, last, self.begins(first, last))
+        return self._recent[2]
+
     def begins(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
         """Begins of steps first ... last-1: (n,) int64, picoseconds of virtual time, ascending."""
         return self.clock.ps_array(self.begin_ticks(first, last), self.origin)
@@ -201,7 +208,7 @@ class PulseView:
         stop = self.of.bounded(stop)
         a, b = train.begun(start), train.begun(stop)
         ends = train.begin_ticks(max(a - 1, 0), min(b + 1, train.steps))  # begins around the window
-        falls = train.begins(a, b)
+        falls = train.window(a, b)
         first = max(a - 1, 0)  # the step that runs at `start` may still rise inside
         last_begin = np.append(ends, train.length) if b + 1 > train.steps else ends
         rises = clock.ps_array(last_begin[1 : b - first + 1] - self.high, train.origin)
@@ -255,4 +262,4 @@ class PatternView:
         cycles = -(-(b - a) // len(cycle))
         keep = np.tile(np.array(changes), cycles)[: b - a]
         keep[0] = cycle[0] != self._after_steps(a)
-        return train.begins(a, b)[keep], np.tile(np.array(cycle, np.int8), cycles)[: b - a][keep]
+        return train.window(a, b)[keep], np.tile(np.array(cycle, np.int8), cycles)[: b - a][keep]
