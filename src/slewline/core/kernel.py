@@ -22,13 +22,6 @@ from .timebase import readable
 ROUNDS_LIMIT = 1_000_000
 
 
-class Due(Protocol):
-    """What may stand in the heap: a task, a net with a promised edge, a call."""
-
-    token: int
-    is_net: bool
-
-
 class Shuffler(Protocol):
     """A source of chance that is handed in, for example random.Random(1)."""
 

@@ -180,6 +180,7 @@ class Sheet:
     registers: tuple[Register, ...]
     times: Mapping[str, Time]
     buffer_bytes: int
+    verify_bytes: Mapping[int, int] = field(default_factory=dict)
     labels: str = ""
     suffix: str = ""
     notes: Mapping[str, str] = field(default_factory=dict)

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
 Action = Callable[["Port"], Awaitable[None]]
 SETTLED_US = 100  # READY high for longer than any instruction takes to begin: the chip is between two of them
-VERIFY = {0: 5, 1: 48, 2: 6, 3: 6}
 
 
 class Port:
@@ -50,7 +49,7 @@ class Port:
 
     def ps(self, us: int) -> int:
         """A time that is stated at 11 MHz, at the crystal of the chip."""
-        return self.clock.ps(us * 11)
+        return self.clock.ps(us * self.sheet.crystal_hz // 1_000_000)
 
     def text(self, command: str) -> bytes:
         """A command as this port takes it now: ASCII, or letter, count and data in binary mode."""
@@ -251,13 +250,21 @@ class Host(Part):
 
     def verify(self, group: int, number: int | None = None, timeout: str = "5 s") -> bytes:
         """Read a verify group: bytes as the chip delivers them (group 0: five digits, or two bytes in binary mode)."""
-        if group not in VERIFY or (number is not None and (not isinstance(number, int) or number < 0)):
+        if group not in self.port.sheet.verify_bytes or (
+            number is not None and (not isinstance(number, int) or number < 0)
+        ):
             raise UsageError(f"{self.name}: verify({group!r}, {number!r}); allowed groups 0 to 3, and 0 or more bytes")
 
         async def action(port: Port) -> None:
             self.doing = f"reads verify group {group} of {port.chip}"
             await self.send_now(port, port.text(f"V {group}"))
-            count = number if number is not None else 2 if group == 0 and port.mode.level == 0 else VERIFY.get(group, 0)
+            count = (
+                number
+                if number is not None
+                else 2
+                if group == 0 and port.mode.level == 0
+                else port.sheet.verify_bytes[group]
+            )
             self.answer = await self.fetch(port, count)
 
         return self._call("verify", [group, number], action, timeout)  # type: ignore[no-any-return]

@@ -182,6 +182,7 @@ SHEET = Sheet(
     registers=REGISTERS,
     times=TIMES,
     buffer_bytes=BUFFER_BYTES,
+    verify_bytes=VERIFY_BYTES,
     labels=LABELS,
     suffix=".cy525",
     notes=NOTES,
