@@ -258,14 +258,8 @@ class Host(Part):
         async def action(port: Port) -> None:
             self.doing = f"reads verify group {group} of {port.chip}"
             await self.send_now(port, port.text(f"V {group}"))
-            count = (
-                number
-                if number is not None
-                else 2
-                if group == 0 and port.mode.level == 0
-                else port.sheet.verify_bytes[group]
-            )
-            self.answer = await self.fetch(port, count)
+            whole = 2 if group == 0 and port.mode.level == 0 else port.sheet.verify_bytes[group]
+            self.answer = await self.fetch(port, whole if number is None else number)
 
         return self._call("verify", [group, number], action, timeout)  # type: ignore[no-any-return]
 
