@@ -54,3 +54,7 @@ class Endless(SlewlineError, RuntimeError):
 
 class ChecksumError(SlewlineError, ValueError):
     """A reply whose checksum does not fit."""
+
+
+class StoreError(SlewlineError, OSError):
+    """A memory in a file that cannot be read, or did not take its new content."""

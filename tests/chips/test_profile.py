@@ -109,7 +109,7 @@ def test_the_rate_of_a_step_is_that_of_its_interval(
     step = data.draw(st.integers(0, number - 1))
     before = profile.steps(profile.head(plan.runs, step))
     interval = profile.tail(plan.runs, before)[0][0]
-    assert STEP_TICKS[plan.rate(step)] == interval
+    assert STEP_TICKS[profile.rate(plan, step)] == interval
 
 
 @pytest.mark.fact("CONT-1")

@@ -53,7 +53,7 @@ class Toy(Chip):
         super().__init__(kernel, "toy", **options)
         self.program_ = program
         self.log = []
-        self.axes = (Axis(kernel, 8, 0),)
+        self.axes = (Axis(kernel, range(256), 0),)
         if program is not None:
             self.start()
 
@@ -282,7 +282,7 @@ class Travel:
     def __init__(self, seed, bits=8, hz=3_579_545):
         self.random, self.kernel, self.clock = Random(seed), Kernel(), Clock(hz)
         self.modulus = 1 << bits
-        self.axis = Axis(self.kernel, bits, 250)
+        self.axis = Axis(self.kernel, range(1 << bits), 250)
         self.steps: list[tuple[int, int]] = []  # (instant, sign)
         self.loads = [(0, 250)]
 
@@ -357,7 +357,7 @@ def test_every_window_of_steps_is_a_slice_of_the_list(seed):
 
 def test_an_axis_says_when_it_arrives():
     kernel, clock = Kernel(), Clock(11_000_000)
-    axis = Axis(kernel, 16, 65_534)
+    axis = Axis(kernel, range(1 << 16), 65_534)
     train = StepTrain(clock, 100, ((50, 10),))
     playing = Playing(train)
     assert axis.arrives(3) is None

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slewline.chips.cy525.checks import checks
-from slewline.chips.cy525.profile import move
+from slewline.chips.cy525.profile import move, rate
 from slewline.chips.cy525.sheet import SHEET
 from slewline.language.lint import lint
 
@@ -136,7 +136,7 @@ def test_a_short_crawl_is_only_a_note(number, severity):
 
 def test_the_top_is_told():
     (problem,) = problems(SET + "N 1000\nG")
-    top = max(move(1000, 3, 127, 100, 1).rate(step) for step in range(1000))
+    top = max(rate(move(1000, 3, 127, 100, 1), step) for step in range(1000))
     assert problem.remedy.startswith(f"the move gets as far as rate {top}, ")
     (problem,) = problems(SET + "N 1\nG")
     assert problem.remedy == "the move gets as far as rate 3, 300 steps/s"

@@ -9,7 +9,7 @@ bench.run_until_idle()
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from random import Random
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +23,7 @@ from ..errors import Timeout, UnknownName, UsageError, WiringError
 from ..parts import make_part
 from ..parts.host import Host
 from ..parts.part import Part
+from ..parts.rs232 import SerialHost
 from .journal import Journal
 from .recording import Recording
 
@@ -59,7 +60,7 @@ class Bench(Recording):
     # ---------------------------------------------------------------------------------------------------- furnishing
     def add(
         self,
-        part: str,
+        part: str | type[Chip],
         name: str | None = None,
         crystal: str | int | None = None,
         straps: Mapping[str, int] | None = None,
@@ -69,16 +70,18 @@ class Bench(Recording):
         """Put a chip on the bench.
 
         Args:
-            part: part number in lower case, for example "cy525".
+            part: part number in lower case, for example "cy525"; or the class of a chip of one's own.
             name: defaults to the part number, numbered when there are several.
             crystal: "11 MHz", or hertz; the sheet's own by default.
             straps: fixed levels of input pins.
             bare: leave out the standard wiring (ABORT high, STEP INHIBIT low ...).
             options: of the part, for example rate=80 or stepwise=True.
         """
-        name = self._new_name(name, part.lower())
-        cls = chip_class(part)
+        cls = chip_class(part) if isinstance(part, str) else part
+        name = self._new_name(name, cls.sheet.part.replace("-", "_"))
         hz = None
+        if crystal is not None and not cls.sheet.crystal_high_hz:
+            raise UsageError(f"crystal {crystal!r}: the {cls.sheet.part} has none to choose; {cls.sheet.manual}")
         if crystal is not None:
             hz = hertz(crystal)
             low, high = cls.sheet.crystal_low_hz // 2, cls.sheet.crystal_high_hz * 12 // 11
@@ -90,7 +93,7 @@ class Bench(Recording):
         if self.journal is not None:
             self.journal.write(
                 "add",
-                part=part.lower(),
+                part=cls.sheet.part,
                 name=name,
                 crystal_hz=hz,
                 straps=dict(straps or {}),
@@ -163,14 +166,24 @@ class Bench(Recording):
             raise UsageError(f"name {name!r}: letters, digits and underscores, please")
         return name
 
-    def host(self, *chips: Chip, name: str | None = None, delay: Time = 0) -> Host:
-        """A host computer on the command port of a chip, or of several that share its bus.
+    def host(self, *chips: Chip, name: str | None = None, delay: Time = 0, baud: int | None = None) -> Any:
+        """A host computer on the command port of a chip, or of several that share its bus or its line.
 
         Args:
-            delay: what the host's own program takes before each byte.
+            delay: what the host's own program takes before each byte (on a bus).
+            baud: another rate than the chip is strapped for (on a serial line).
         """
         if not chips:
             raise UsageError("host: which chip? bench.host(x)")
+        serial = [chip for chip in chips if chip.sheet.port is not None]
+        if serial:
+            if len(serial) < len(chips):
+                raise UsageError(
+                    "host: some of these chips have a bus, some a serial line; one host speaks to one kind"
+                )
+            return self._serial_host(chips, name, delay, baud)
+        if baud is not None:
+            raise UsageError(f"host: baud {baud!r}; {chips[0].name} has no serial line")
         name = self._new_name(name, "host")
         for chip in chips[1:]:
             if chip.bus is not chips[0].bus:
@@ -186,6 +199,31 @@ class Bench(Recording):
         self._adopt(host)
         self.kernel.settle()
         return host
+
+    def _serial_host(self, chips: Sequence[Chip], name: str | None, delay: Time, baud: int | None) -> SerialHost:
+        """A host on an RS-232 line, wired to every module on it."""
+        if picoseconds(delay):
+            raise UsageError(f"host: delay {delay!r}; on a serial line let the host's program pause")
+        name = self._new_name(name, "host")
+        self._note("host", name=name, chips=[chip.name for chip in chips], delay_ps=0, baud=baud)
+        host = SerialHost(self.kernel, name, chips, baud=baud)
+        host.wait_for = self._wait_for
+        if self.journal is not None:
+            host.on_input = lambda verb, args: self._note("input", part=name, verb=verb, args=args)
+        self.place(host)
+        self.connect(host, chips)
+        return host
+
+    def connect(self, connector: Part, chips: Sequence[Chip]) -> None:
+        """Wire a serial connector to modules on one line; several need the pull-down of the last one."""
+        txd, rxd = connector.pins["txd"], connector.pins["rxd"]
+        for chip in chips:
+            self._join(txd.net, chip.pins["rxd"].net)
+            self._join(rxd.net, chip.pins["txd"].net)
+        pull_downs = [chip for chip in chips if chip.pins["txpd"].net is rxd.net] if "txpd" in chips[-1].pins else chips
+        if not pull_downs:
+            self._join(rxd.net, chips[-1].pins["txpd"].net)
+        self.kernel.settle()
 
     def __getitem__(self, name: str) -> Any:
         """A chip or part by name."""
@@ -222,7 +260,7 @@ class Bench(Recording):
             out = Driver(two, f"inverter of {a}")
             out.drive(None if one.level is None else 1 - one.level)
             one.watch(lambda net: out.drive(None if net.level is None else 1 - net.level))
-        elif one is not two:
+        else:
             self._join(one, two)
         self.kernel.settle()
 
@@ -240,6 +278,8 @@ class Bench(Recording):
 
     def _join(self, one: Net, two: Net) -> None:
         """Two nets become one; whoever had the second has the first."""
+        if one is two:
+            return
         one.merge(two)
         for owner in self._owners():
             for terminal in owner.pins.values():

@@ -113,7 +113,8 @@ def apply(bench: Bench, entry: dict[str, Any]) -> None:
     if do == "add":
         bench.add(entry["part"], entry["name"], entry["crystal_hz"], entry["straps"], entry["bare"], **entry["options"])
     elif do == "host":
-        bench.host(*(bench.chips[name] for name in entry["chips"]), name=entry["name"], delay=entry["delay_ps"])
+        chips = [bench.chips[name] for name in entry["chips"]]
+        bench.host(*chips, name=entry["name"], delay=entry["delay_ps"], baud=entry.get("baud"))
     elif do == "part":
         bench.part(entry["kind"], entry["name"], **entry["options"])
     elif do == "input":

@@ -12,14 +12,17 @@ if TYPE_CHECKING:
     from ..core.table import Sheet
     from ..language.lint import Check
 
-PARTS = {
-    "cy525": ("slewline.chips.cy525", "Cy525", "CY525 intelligent ramping stepper motor controller (Cybernetic, 1984)")
+PARTS = {  # part: (package, class, name of its sheet, what it is)
+    "cy525": ("cy525", "Cy525", "SHEET", "CY525 intelligent ramping stepper motor controller (Cybernetic, 1984)"),
+    "gs-c200": ("gs_c200", "GsC200", "GS_C200", "GS-C200 stepper motor controller module (SGS-Thomson, 1994)"),
+    "gs-c200s": ("gs_c200", "GsC200S", "GS_C200S", "GS-C200S stepper motor controller module (SGS-Thomson, 1994)"),
 }
 
 
 def _entry(part: str) -> tuple[str, str, str]:
     try:
-        return PARTS[part.lower().replace("-", "_")]
+        package, cls, sheet, _ = PARTS[part.lower().replace("_", "-")]
+        return f"{__name__}.{package}", cls, sheet
     except KeyError:
         raise UnknownName(f"no chip {part!r}; there are: {', '.join(PARTS)}") from None
 
@@ -38,4 +41,5 @@ def checks_of(part: str) -> tuple[Check, ...]:
 
 def sheet_of(part: str) -> Sheet:
     """The data sheet of a part, without starting anything."""
-    return import_module(_entry(part)[0] + ".sheet").SHEET  # type: ignore[no-any-return]
+    package, _, name = _entry(part)
+    return getattr(import_module(package + ".sheet"), name)  # type: ignore[no-any-return]

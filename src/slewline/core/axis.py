@@ -44,14 +44,15 @@ class Stretch:
 class Axis:
     """Position of one motor: exact at every instant, through the bounded promise, and its whole past.
 
-    `travel` counts steps without wrap-around; `position` is the register.
+    `travel` counts steps without wrap-around; `position` is the register, which holds one of `positions` and wraps.
     """
 
-    def __init__(self, kernel: Kernel, bits: int, position: int) -> None:
-        self.kernel, self.modulus = kernel, 1 << bits
-        self.offset = position  # position = offset + travel, modulo
+    def __init__(self, kernel: Kernel, positions: range, position: int) -> None:
+        self.kernel, self.positions = kernel, positions
+        self.modulus, self.low = len(positions), positions[0]
+        self.offset = position - self.low  # position - low = offset + travel, modulo
         self.past = [Stretch(0, 0, 1, None)]
-        self.offsets = [(0, position)]
+        self.offsets = [(0, self.offset)]
         self.watchers: list[Callable[[], object]] = []  # called when a plan or the register changes
 
     @property
@@ -63,7 +64,7 @@ class Axis:
     @property
     def position(self) -> int:
         """The position register at the last committed instant."""
-        return (self.offset + self.travel) % self.modulus
+        return self.low + (self.offset + self.travel) % self.modulus
 
     @property
     def moving(self) -> bool:
@@ -73,7 +74,7 @@ class Axis:
 
     def load(self, position: int) -> None:
         """Declare the present position."""
-        self.offset = (position - self.travel) % self.modulus
+        self.offset = (position - self.low - self.travel) % self.modulus
         if self.offsets[-1][0] == self.kernel.now:
             self.offsets[-1] = (self.kernel.now, self.offset)
         else:
@@ -135,7 +136,7 @@ class Axis:
                 positions.append(stretch.travel + stretch.sign * np.arange(a + 1, b + 1) + self._offsets_at(begins))
         if not times:
             return Steps(np.empty(0, np.int64), np.empty(0, np.int8), np.empty(0, np.int64))
-        return Steps(np.concatenate(times), np.concatenate(signs), np.concatenate(positions) % self.modulus)
+        return Steps(np.concatenate(times), np.concatenate(signs), self.low + np.concatenate(positions) % self.modulus)
 
     def _offsets_at(self, times: NDArray[np.int64]) -> NDArray[np.int64]:
         import numpy as np
@@ -149,7 +150,7 @@ class Axis:
         stretch = self.past[max(bisect_right(self.past, ps, key=lambda stretch: stretch.start) - 1, 0)]
         travel = stretch.travel + (stretch.sign * stretch.playing.begun(ps) if stretch.playing is not None else 0)
         since = max(bisect_right(self.offsets, ps, key=lambda offset: offset[0]) - 1, 0)
-        return (self.offsets[since][1] + travel) % self.modulus
+        return self.low + (self.offsets[since][1] + travel) % self.modulus
 
     def positions_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
         """The position register at many instants of the past: (n,) int64, shape as `times`."""
@@ -168,4 +169,4 @@ class Axis:
             out[chosen] = stretch.travel
             if stretch.playing is not None:
                 out[chosen] += stretch.sign * stretch.playing.begun_many(at[chosen])
-        return (out + self._offsets_at(at)) % self.modulus
+        return self.low + (out + self._offsets_at(at)) % self.modulus

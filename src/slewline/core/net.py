@@ -129,7 +129,7 @@ class Driver:
         """
         net = self.net
         promise = self.promise
-        if self.pending or net._log is not None:
+        if self.pending or net._log is not None or net.samplers:
             self.drive(Wave(before, times, levels))
         elif type(promise) is Wave and not (net.waiters or net.observers or net.latched):
             promise.before, promise.times, promise.levels = before, times, levels  # nobody holds the old one
@@ -148,6 +148,8 @@ class Driver:
 
     def take(self) -> None:
         """Commit what was told (called by the kernel)."""
+        for sampler in self.net.samplers:
+            sampler()
         told = self.next
         if told is None or type(told) is int or type(told) is tuple:
             if self.promise is None and (self.level is None) is (told is None):
@@ -169,7 +171,7 @@ class Net:
 
     __slots__ = (
         "_log", "active", "changed_at", "changes", "clash", "drivers", "is_net", "kernel", "latched", "name",
-        "observers", "on_conflict", "plain", "promise", "pull", "tie", "token", "told", "value", "waiters",
+        "observers", "on_conflict", "plain", "promise", "pull", "samplers", "tie", "token", "told", "value", "waiters",
     )  # fmt: skip
     width = 1
 
@@ -180,6 +182,7 @@ class Net:
         self.value: Level = tie if tie is not None else pull
         self.waiters: list[tuple[Task, int, Level]] = []
         self.observers: list[Callable[[Net], object]] = []
+        self.samplers: list[Callable[[], object]] = []  # called before a driver forgets what it has shown so far
         self._log: list[tuple[int, Any]] | None = None
         self.on_conflict: Callable[[Net], object] | None = None
         self.token = self.changes = self.changed_at = 0
@@ -204,7 +207,8 @@ class Net:
         self.active = [driver for driver in self.drivers if driver.promise is not None or driver.level is not None]
         self.promise = next((driver.promise for driver in self.active if driver.promise is not None), None)
         self.clash &= len(self.active) > 1
-        self.plain = self.active[0] if len(self.active) == 1 and self.promise is None and self._log is None else None
+        single = len(self.active) == 1 and self.promise is None and self._log is None and not self.samplers
+        self.plain = self.active[0] if single else None
 
     @property
     def level(self) -> Level:
@@ -251,9 +255,11 @@ class Net:
             self._keep(ps, new)
         if promise is not None:
             if type(promise) is Wave and self._log is None and len(active) == 1 and ps >= promise.times[-1]:
+                for sampler in self.samplers:
+                    sampler()
                 active[0].level, active[0].promise = promise.levels[-1], None  # the wave is over
                 self.promise, self.plain = None, active[0]
-                if promise.levels[-1] is None:
+                if promise.levels[-1] is None or self.samplers:
                     self.sort_drivers()
             else:
                 self.schedule(ps)
@@ -323,6 +329,17 @@ class Net:
         """No longer call a function."""
         self.observers.remove(observer)
 
+    def sample(self, sampler: Callable[[], object]) -> None:
+        """Call a function before any driver of this net replaces what it has promised or driven so far."""
+        self.samplers.append(sampler)
+        self.plain = None
+
+    def unsample(self, sampler: Callable[[], object]) -> None:
+        """No longer call it."""
+        self.samplers.remove(sampler)
+        if not self.samplers:
+            self.sort_drivers()
+
     def merge(self, other: Net) -> None:
         """Take over everything on another net: the two are one wire from now on.  Ties end: something is wired."""
         for driver in other.drivers:
@@ -330,6 +347,7 @@ class Net:
         self.drivers += other.drivers
         self.told += other.told
         self.observers += other.observers
+        self.samplers += other.samplers
         self.waiters += other.waiters
         self.tie = None
         if not self.pull and other.pull is not None:  # a pull-up wins over an open input, which only reads low

@@ -38,7 +38,12 @@ class Pin:
 
 @dataclass(frozen=True, slots=True)
 class Arg:
-    """An argument: `low` to `high`, in `size` bytes, low byte first; with `label`, a letter may stand for it."""
+    """An argument: `low` to `high`, in `size` bytes, low byte first; with `label`, a letter may stand for it.
+
+    `sign` says how a sign is written: "no", "may" (missing is plus), "must", or "alone" (a direction: + is 1, - is -1).
+    An argument of size 0 is added to the opcode instead.  `zero` tells whether 0 counts as within the range;
+    an `optional` argument that is missing is `high`.
+    """
 
     name: str
     size: int
@@ -46,24 +51,45 @@ class Arg:
     high: int
     label: bool = False
     unit: str = ""
+    sign: Literal["no", "may", "must", "alone"] = "no"
+    zero: bool = True
+    optional: bool = False
 
     @property
     def modulus(self) -> int:
         """Numbers wrap at this value: 256 or 65536."""
         return 1 << (8 * self.size)
 
+    def allows(self, value: int) -> bool:
+        """Is the value within the range?"""
+        return self.low <= value <= self.high and (self.zero or value != 0)
+
     def pack(self, value: int) -> bytes:
-        """The value as it stands in the program buffer, low byte first."""
-        return value.to_bytes(self.size, "little")
+        """The value as it stands in the program buffer, low byte first, a negative one in two's complement."""
+        return (value % self.modulus).to_bytes(self.size, "little")
+
+    def unpack(self, data: bytes) -> int:
+        """The value from its stored bytes; bytes that are missing count as 0."""
+        return int.from_bytes(data.ljust(self.size, b"\0"), "little", signed=self.low < 0)
+
+    def spell(self, value: int) -> str:
+        """The value as it is written: no leading zeros, the sign where one belongs."""
+        if self.sign == "alone":
+            return "+" if value > 0 else "-"
+        return f"{value:+d}" if self.sign != "no" else str(value)
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
     """One form of a command.
 
-    `form` is what a host sends first (a letter), `code` the opcode in the program buffer, `time_us` the time that the
-    last byte of the command takes in command mode (at the reference crystal, without conversion of digits),
-    `program_us` the time that the instruction takes in a running program.
+    `form` is what a host sends first (a letter), or, where a letter has several forms, what tells them apart (`head` is
+    then what is sent).  `code` is the opcode in the program memory, `room` the bytes that it takes there, if more than
+    opcode and arguments.  `time_us` is the time that the last byte of the command takes in command mode (at the
+    reference crystal, without conversion of digits), `program_us` the time of the instruction in a running program.
+
+    `tail` is fixed text behind the arguments, in the spellings that a host may use, the proper one first.  `when` tells
+    in which states a host's command is performed at once: "i" idle, "p" in programming mode, "r" while a program runs.
     """
 
     form: str
@@ -77,10 +103,16 @@ class Row:
     terminated: bool = True
     stored: bool = True
     motion: bool = False
+    head: str = ""
+    room: int = 0
+    tail: tuple[str, ...] = ()
+    when: str = "i"
 
     def __post_init__(self) -> None:
+        if not self.head:
+            object.__setattr__(self, "head", self.form)
         if self.code < 0:
-            object.__setattr__(self, "code", ord(self.form))
+            object.__setattr__(self, "code", ord(self.form[0]))
 
     @property
     def data_bytes(self) -> int:
@@ -90,7 +122,7 @@ class Row:
     @property
     def size(self) -> int:
         """How many bytes the instruction takes in the program buffer."""
-        return (1 + self.data_bytes) if self.stored else 0
+        return max(1 + self.data_bytes, self.room) if self.stored else 0
 
     @property
     def handler(self) -> str:
@@ -99,15 +131,29 @@ class Row:
 
     def pack(self, values: Sequence[int]) -> bytes:
         """Opcode and arguments as stored in the program buffer."""
-        return bytes([self.code]) + b"".join(arg.pack(value) for arg, value in zip(self.args, values, strict=True))
+        code, data = self.code, b""
+        for arg, value in zip(self.args, values, strict=True):
+            if arg.size:
+                data += arg.pack(value)
+            else:
+                code += value
+        return (bytes([code]) + data).ljust(self.room, b"\0")
 
-    def unpack(self, data: bytes) -> tuple[int, ...]:
-        """Argument values from their stored bytes; bytes that are missing count as 0."""
+    def unpack(self, data: bytes, code: int | None = None) -> tuple[int, ...]:
+        """Argument values from their stored bytes; bytes that are missing count as 0.  `code`: the opcode as stored."""
         values, at = [], 0
         for arg in self.args:
-            values.append(int.from_bytes(data[at : at + arg.size], "little"))
-            at += arg.size
+            if arg.size:
+                values.append(arg.unpack(data[at : at + arg.size]))
+                at += arg.size
+            else:
+                values.append((self.code if code is None else code) - self.code)
         return tuple(values)
+
+    @property
+    def codes(self) -> range:
+        """The opcodes of the instruction: several where an argument is part of it."""
+        return range(self.code, self.code + next((arg.high + 1 for arg in self.args if not arg.size), 1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,8 +190,8 @@ class Table(Sequence[Row]):
     def __init__(self, *rows: Row) -> None:
         self.rows = rows
         self.by_form: dict[str, Row] = {row.form: row for row in rows}
-        self.by_code: dict[int, Row] = {row.code: row for row in rows if row.stored}
-        if len(self.by_form) != len(rows) or len(self.by_code) != sum(row.stored for row in rows):
+        self.by_code: dict[int, Row] = {code: row for row in rows if row.stored for code in row.codes}
+        if len(self.by_form) != len(rows) or len(self.by_code) != sum(len(row.codes) for row in rows if row.stored):
             raise SheetError("two command rows share a form or an opcode")
 
     def __getitem__(self, key):  # type: ignore[no-untyped-def]
@@ -166,6 +212,26 @@ class Table(Sequence[Row]):
 
 
 @dataclass(frozen=True)
+class Port:
+    """A serial port on a data sheet: how characters and lines look, and which pins set them.
+
+    `bauds` maps the levels of `baud_pins` to rates, `addresses` those of `address_pins` to addresses (0: none is sent);
+    `checksum_pin` at 1 asks for checksums.  A part without such pins has one entry, for the empty tuple.
+    """
+
+    bits: int
+    parity: str
+    stop: int
+    bauds: Mapping[tuple[int, ...], int]
+    baud_pins: tuple[str, ...] = ()
+    addresses: Mapping[tuple[int, ...], int] = field(default_factory=dict)
+    address_pins: tuple[str, ...] = ()
+    checksum_pin: str = ""
+    longest: int = 0
+    where: str = ""
+
+
+@dataclass(frozen=True, eq=False)
 class Sheet:
     """A whole data sheet: everything that tools may know about a part without running it."""
 
@@ -184,6 +250,8 @@ class Sheet:
     labels: str = ""
     suffix: str = ""
     notes: Mapping[str, str] = field(default_factory=dict)
+    port: Port | None = None  # None: commands come over the bus, with a handshake
+    heads: tuple[str, ...] = ()  # commands of sister parts, which this part refuses as unknown
 
     def pin(self, name: str) -> Pin:
         """The pin of this name."""

@@ -9,7 +9,8 @@ arrays are made only of the window that somebody asks for.
     __|              |____|          PULSE is low from the begin of a step to `high` before its end
                      |<-->| high
 
-Two views of a train, `PulseView` and `PatternView`, are the promises that stand on the PULSE and phase nets.
+Three views of a train are the promises that stand on the nets of a motor: `PulseView` (high for the end of each step),
+`StrobeView` (low for the begin of each step) and `PatternView` (phases).
 """
 
 from __future__ import annotations
@@ -219,6 +220,54 @@ class PulseView:
         times[1 - rise_first :: 2], times[rise_first::2] = rises, falls
         levels[1 - rise_first :: 2], levels[rise_first::2] = 1, 0
         return times, levels
+
+
+class StrobeView:
+    """A step clock of a played train: low for `low` ticks from the begin of each step, high otherwise."""
+
+    __slots__ = ("low", "of")
+
+    def __init__(self, of: Playing, low: int) -> None:
+        self.of, self.low = of, low
+
+    @property
+    def until(self) -> int | None:
+        return self.of.until
+
+    def level(self, ps: int) -> int:
+        train = self.of.train
+        tick = train.clock.ticks_until(self.of.bounded(ps))
+        k = train.begun_by(tick)
+        return 1 if k == 0 or tick >= train.begin(k - 1) + self.low else 0
+
+    def after(self, ps: int) -> int | None:
+        train = self.of.train
+        tick = train.clock.ticks_until(ps)
+        k = train.begun_by(tick)
+        if k and tick < train.begin(k - 1) + self.low:
+            end = train.begin(k - 1) + self.low
+        elif k >= train.steps:
+            return None
+        else:
+            end = train.begin(k)
+        time = train.clock.ps(end)
+        return time if self.of.until is None or time < self.of.until else None
+
+    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
+        import numpy as np
+
+        train, stop = self.of.train, self.of.bounded(stop)
+        a, b = train.begun(start), train.begun(stop)
+        first = max(a - 1, 0)  # the step that runs at `start` may still rise inside
+        falls = train.begins(first, b)
+        rises = train.clock.ps_array(train.begin_ticks(first, b) + self.low, train.origin)
+        times = np.empty(2 * len(falls), np.int64)
+        levels = np.empty(len(times), np.int8)
+        times[::2], times[1::2] = falls, rises
+        levels[::2], levels[1::2] = 0, 1
+        inside = (times > start) & (times <= stop)
+        return times[inside], levels[inside]
 
 
 class PatternView:

@@ -70,3 +70,14 @@ def first_of(kernel: Kernel, ps: int | None, *wanted: tuple[Net, int | None]) ->
         if net.promise is not None:
             net.follow()
     return (yield)  # type: ignore[no-any-return]
+
+
+async def polled(kernel: Kernel, net: Net, wanted: int, every: int) -> None:
+    """Look at a net every so many picoseconds until it has a level; the first look is now.
+
+    The looks are counted by arithmetic, not made: a level that is gone again before a look is not seen.
+    """
+    origin = kernel.now
+    while net.level != wanted:
+        await level(net, wanted)
+        await until(kernel, origin + ((kernel.now - origin) // every + 1) * every)

@@ -26,6 +26,7 @@ KINDS = {  # kind: (module, class, what it is)
     "latch8": ("gates", "Latch8", "74LS373, eight transparent latches with output enable"),
     "uart": ("serial", "Uart", "receive-only UART with baud rate generator (fig. 10.16)"),
     "serial_sender": ("serial", "SerialSender", "serial output of a host computer"),
+    "serial_port": ("rs232", "SerialPort", "serial connector of a computer, RS-232 or TTL"),
     "prom": ("prom", "Prom", "PROM with address counter: commands without a host (fig. 10.18)"),
     "position_latch": ("latches", "PositionLatch", "two latches that catch the position on the fly (fig. 6.3)"),
     "phase_latch": ("latches", "PhaseLatch", "latch that keeps the coils energised (fig. 4.1)"),

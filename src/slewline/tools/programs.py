@@ -225,8 +225,8 @@ def sheet_object(sheet: Sheet, command: str | None) -> dict[str, Any]:
 def chips(as_json: bool) -> int:
     """Print the parts."""
     if as_json:
-        print_json([{"chip": part, "title": title} for part, (_, _, title) in PARTS.items()])
+        print_json([{"chip": part, "title": title} for part, (*_, title) in PARTS.items()])
     else:
-        for part, (_, _, title) in PARTS.items():
+        for part, (*_, title) in PARTS.items():
             click.echo(f"{part:<12}{title}")
     return 0

@@ -269,7 +269,7 @@ class Motion:
         if over.name == "down":
             runs = profile.tail(over.runs, step - over.first)
         else:
-            runs = profile.mirrored(self.ramp(self.first, plan.rate(step - 1)))
+            runs = profile.mirrored(self.ramp(self.first, profile.rate(plan, step - 1)))
         if not runs:
             return STOP
         left = self.number - self.done
@@ -312,7 +312,7 @@ class Motion:
                     "request-held", "I/O REQUEST still low after SLEW went high: ignored until it has been high"
                 )
             return plan
-        return await self.change_rate(plan.rate(step))
+        return await self.change_rate(profile.rate(plan, step))
 
     async def change_rate(self, current: int) -> Plan:
         """Take a new rate from the bus (s.7): up changes replace R, down changes replace F, for this motion."""

@@ -54,7 +54,7 @@ class State(Chip):
             self._check_register(key, value)
             self.defaults[key] = value
         self.reg = dict(self.defaults)
-        self.axis1 = Axis(kernel, 16, self.reg.pop("position"))
+        self.axis1 = Axis(kernel, range(1 << 16), self.reg.pop("position"))
         self.axes = (self.axis1,)
         self.unset = set(self.defaults)  # registers that no command has loaded since power-up
         self.said: set[str] = set()  # findings that are reported once

@@ -1,0 +1,354 @@
+"""What the GS-C modules do: power-up, lines of a host, programming, immediate commands.
+
+Checks of a line, in this order: how it was received (E1), is it a command (E4), its argument (E2), does a program run
+(B), may it come now (E4), does it fit into the memory (E3).  Where the sheet is silent see quirks.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ...core.kernel import Kernel
+from ...core.table import Sheet
+from ...core.waits import until
+from ...errors import UsageError
+from ...language.dialects import Command
+from ...language.lines import checksum, parse
+from ..line import Line
+from . import sheet
+from .instructions import Instructions
+from .motion import Motion
+from .profile import period
+from .state import Store
+
+
+class GsC(Instructions):
+    """A GS-C module on a bench.
+
+    Args:
+        store: what keeps the EEPROM's program: an object with read() and write(data); in memory without it.
+        options: see `slewline.chips.gs_c200.state.Options`.
+    """
+
+    def __init__(
+        self,
+        kernel: Kernel,
+        name: str,
+        crystal_hz: int | None = None,
+        *,
+        bare: bool = False,
+        straps: Mapping[str, int] | None = None,
+        store: Store | None = None,
+        cold: bool = False,
+        **options: Any,
+    ) -> None:
+        super().__init__(kernel, name, crystal_hz, bare, straps, store, options)
+        self.motion = Motion(self)
+        self.in_work = False
+        self.handlers = {row.form: getattr(self, row.handler) for row in self.sheet.commands}
+        if cold:
+            self.idle = True
+        else:
+            self.power(True)
+
+    # --------------------------------------------------------------------------------------------------------- power
+    def power(self, on: bool) -> None:
+        """Switch the supply: program memory, speeds, counter and outputs are lost without it; the EEPROM stays."""
+        if self.on_power is not None:
+            self.on_power(self, on)
+        if on == self.powered:
+            return
+        self.powered = on
+        if on:
+            self.up_ps = self.kernel.now
+            self.forget()
+            self.axis1.load(0)
+            self.start()
+        else:
+            self._power_off()
+        self.kernel.settle()
+
+    def _power_off(self) -> None:
+        self.hang_up()
+        for task in self.tasks:
+            task.kill()
+        self.tasks.clear()
+        self.motion.cut()
+        self.stop()
+        for driver in self.drivers.values():
+            driver.drive(None)
+        self.forget()
+        self.idle = True
+        self.waits("its supply")
+
+    def reset(self) -> None:
+        """The module has no reset input.
+
+        Raises:
+            UsageError: always; `power` switches the supply.
+        """
+        raise UsageError(f"{self.name}: RESET of the {self.sheet.part} is an output; use power(False) and power(True)")
+
+    async def run(self) -> None:
+        """From power-up on: RESET pulse, straps, and what is to be done without a host."""
+        self.waits("the end of the RESET pulse")
+        for row in self.sheet.pins:
+            if row.reset is not None:
+                self.drivers[row.name].drive(row.reset)
+        self.rdy.drive(0)
+        await self.pulse_reset()
+        self.address = self.strapped_address()
+        self.rdy.drive(None)
+        self.listen()
+        self.waits("a command")
+        if self.strapped(("rec",)) == (0,):
+            self.recall_and_run()
+
+    def recall_and_run(self) -> None:
+        """The stand-alone start: recall the program, home at its start-stop speed, run it."""
+        if self.recall() != "Y" or not self.memory:
+            return
+        missing = self.unset_before_motion()
+        if self.memory[0] != ord("S") or missing:
+            lacks = missing or "S at its head"
+            self.finding("no-autorun", f"the recalled program is not run, for it lacks {lacks}")
+            return
+        rxd = self.pins["rxd"].level
+        self.run_program(self._home_and_run(-1 if rxd == 1 else 1, self.first_speed()))
+
+    async def _home_and_run(self, direction: int, speed: int) -> None:
+        await self._home(direction, speed)
+        await self._execute()
+
+    # --------------------------------------------------------------------------------------------------------- lines
+    def busy(self, on: bool) -> None:
+        self.in_work = on
+        self.rdy.drive(0 if on or self.running or self.writing else None)
+
+    def refresh_idle(self) -> None:
+        self.idle = not (self.answering or self.running or self.writing)
+
+    async def obey(self, line: Line) -> Sequence[bytes]:
+        """Check a line and do what it says; returns the answers as they go over the line."""
+        text = line.text
+        checked = self.strapped(("chs",)) == (1,)
+        if not text:
+            return ()
+        if self.address:
+            if line.first_faulty or text[:1] != b"%d" % self.address:
+                return ()
+            if len(text) == 1:
+                return ()
+        fault = self._reception_fault(line, checked)
+        if fault:
+            self.finding("E1", f"{text!r}: {fault}")
+            return self.spoken("E1", checked)
+        body = text[bool(self.address) : len(text) - checked].decode("ascii")
+        return self.spoken(await self.answer(body), checked)
+
+    def _reception_fault(self, line: Line, checked: bool) -> str:
+        if line.faulty:
+            return "a parity or framing fault"
+        if line.too_long:
+            return f"more than {self.port.longest} characters"
+        if checked and line.text[-1] != checksum(line.text[:-1], self.kept):
+            return f"checksum {line.text[-1]:#04x}, expected {checksum(line.text[:-1], self.kept):#04x}"
+        return ""
+
+    def spoken(self, answer: str, checked: bool | None = None) -> list[bytes]:
+        """Answers as they go over the line, each with its checksum if there is one; none for an empty text."""
+        if checked is None:
+            checked = self.strapped(("chs",)) == (1,)
+        lines = [line.encode("ascii") for line in answer.split("\r") if line]
+        return [line + bytes([checksum(line, self.kept)]) if checked else line for line in lines]
+
+    async def answer(self, text: str) -> str:
+        """The answer to a line that came well: Y, B, R, E2 to E6, or V with data; lines of Q with CR between them."""
+        command = parse(self.sheet, "Po" if self.options.lenient and text == "P0" else text)
+        if self.writing:
+            return "B"
+        if self.running:
+            accepted = isinstance(command, Command) and "r" in command.row.when
+            return await self.perform(command) if accepted and isinstance(command, Command) else "B"
+        if not isinstance(command, Command):
+            error = "E4" if command.code == "unknown" else "E2"
+            self.finding(error, command.text)
+            return error
+        if ("p" if self.entering else "i") in command.row.when:
+            return await self.perform(command)
+        if self.entering and command.row.stored:
+            return self.enter(command)
+        if self.options.direct and command.row.stored:
+            return self._run_directly(command)
+        self.finding("E4", f"{text}: not allowed {'while programming' if self.entering else 'outside a program'}")
+        return "E4"
+
+    async def perform(self, command: Command) -> str:
+        """An immediate command; most answer Y."""
+        answer = await self.handlers[command.row.form](*command.values)
+        return "Y" if answer is None else answer
+
+    def enter(self, command: Command) -> str:
+        """Programming: store an instruction, if it fits."""
+        if len(self.memory) + command.row.size > self.sheet.buffer_bytes:
+            self.finding(
+                "E3", f"{command.text} does not fit: {len(self.memory)} of {self.sheet.buffer_bytes} locations"
+            )
+            return "E3"
+        self.memory += command.stored
+        return "Y"
+
+    def _run_directly(self, command: Command) -> str:
+        async def once() -> None:
+            self.begin_run()
+            await self.handlers[command.row.form](*command.values)
+
+        self.run_program(once())
+        return "Y"
+
+    # -------------------------------------------------------------------------------------------- immediate commands
+    async def do_program(self) -> None:
+        self.entering = True
+        self.memory.clear()
+
+    async def do_program_end(self) -> None:
+        self.entering = False
+
+    async def do_execute(self) -> str:
+        self.entering = False
+        missing = self.unset_before_motion()
+        if not self.memory or missing:
+            self.finding("E4", f"E with {f'{missing} never set' if missing else 'an empty program'}")
+            return "E4"
+        self.overflow = False
+        self.run_program()
+        return "Y"
+
+    async def do_feedback(self) -> str:
+        if self.running:
+            return "B"
+        for flag, answer in (("overflow", "E5"), ("failed", "E6")):
+            if getattr(self, flag):
+                setattr(self, flag, False)
+                return answer
+        return "R"
+
+    async def do_kill(self) -> None:
+        if self.running:
+            await self.end_now()
+
+    async def do_zero_speed(self) -> None:
+        if self.motion.moving and not self.homing:
+            self.ending = True
+            self.motion.stop.drive(1)
+        elif self.running:
+            await self.end_now()
+
+    async def do_query(self) -> str:
+        return "\r".join([*self.instructions().values(), "END"])
+
+    async def do_verify(self, what: int) -> str:
+        if what == 2:
+            return f"V{self.read_inputs()}{self.read_outputs()}"
+        if self.sheet.part == "gs-c200":
+            return f"V{self.position:0{7 if self.options.pad7 else 1}d}"
+        return f"V{self.position:+d}"
+
+    async def do_home(self, direction: int) -> str:
+        speed = self.first_speed()
+        if not speed:
+            self.finding("E4", "H without a start-stop speed")
+            return "E4"
+        self.run_program(self._home_for_host(direction, speed))
+        return "Y"
+
+    def first_speed(self) -> int:
+        """The speed of a homing: that of the S at the head of the program, else the one in force."""
+        if self.memory and self.memory[0] == ord("S"):
+            return self._fetch(bytes(self.memory), 0)[1][0]
+        return self.speeds["start_stop"]
+
+    async def _home_for_host(self, direction: int, speed: int) -> None:
+        await self._home(direction, speed)
+        if self.sheet.part == "gs-c200":
+            self.memory.clear()
+
+    async def _home(self, direction: int, speed: int) -> None:
+        """The counter is not kept on the way, and cleared at the end."""
+        self.homing, self.before_homing = True, self.position
+        try:
+            await self.motion.home(direction, period(speed), f"H{direction:+d}"[:2])
+            self.before_homing = 0
+        finally:
+            self.homing = False
+            if self.powered:
+                self.axis1.load(self.before_homing)
+
+    # --------------------------------------------------------------------------------------------------------- EEPROM
+    async def do_memorize(self) -> str:
+        self.writing = True
+        task = self.kernel.spawn(self._write(bytes(self.memory)), f"{self.name} writes")
+        self.tasks.append(task)
+        return "Y" if self.options.early_y else ""
+
+    async def _write(self, program: bytes) -> None:
+        """The answer comes when the program is written and verified."""
+        self.waits("the EEPROM")
+        await until(self.kernel, self.kernel.now + self.eeprom_ps)
+        good = not self.eeprom_fault
+        try:
+            self.store.write(program if good else INVALID)
+            good = good and self.store.read() == program
+        except OSError as error:
+            good = False
+            self.finding("E6", f"the EEPROM was not written: {error}")
+        self.writing = False
+        self.busy(self.in_work)
+        self.waits("a command")
+        if self.options.early_y:
+            self.failed = not good
+        else:
+            self.take(self.spoken("Y" if good else "E6")[0])
+        self.refresh_idle()
+
+    async def do_exchange(self) -> str:
+        return self.recall()
+
+    def recall(self) -> str:
+        """EEPROM to program memory; a content that is not valid leaves it as it was."""
+        try:
+            data = self.store.read()
+        except OSError as error:
+            self.finding("E6", f"the EEPROM cannot be read: {error}")
+            return "E6"
+        if data == INVALID or not self._is_program(data):
+            self.finding("E6", "the EEPROM holds no valid program")
+            return "E6"
+        self.memory = bytearray(data)
+        return "Y"
+
+    def _is_program(self, data: bytes) -> bool:
+        at = 0
+        while at < len(data) and data[at] in self.rows:
+            at += self.rows[data[at]].size
+        return at == len(data) <= self.sheet.buffer_bytes
+
+    homing = False
+    before_homing = 0
+    up_ps = 0  # when the supply was switched on
+
+
+INVALID = b"\xff"  # no opcode: what a failed write leaves behind
+
+
+class GsC200(GsC):
+    """A GS-C200: counter from 0 to 9999999, which overflows (E5)."""
+
+    sheet: Sheet = sheet.GS_C200
+
+
+class GsC200S(GsC):
+    """A GS-C200S: signed counter that wraps, jumps, preset of the counter."""
+
+    sheet: Sheet = sheet.GS_C200S

@@ -1,0 +1,243 @@
+"""The instructions of a program, and the run of one.
+
+An instruction takes its time first and then acts, so that a pulse between two instructions exists.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable
+from typing import TYPE_CHECKING
+
+from ...core.table import Row
+from ...core.train import OPEN
+from ...core.waits import polled, until
+from . import profile
+from .sheet import TENTH_PS
+from .state import State
+
+if TYPE_CHECKING:
+    from .motion import Motion
+
+Handler = Callable[..., Awaitable[str | None]]
+PARAMETERS = {"S": "start_stop", "T": "top_speed", "R": "ramp"}
+
+
+class Instructions(State):
+    """What each delayed command does: a method for each, named after its row."""
+
+    motion: Motion
+    handlers: dict[str, Handler]
+
+    # ---------------------------------------------------------------------------------------------------- the program
+    def run_program(self, work: Awaitable[None] | None = None) -> None:
+        """Begin to run the program, or a homing."""
+        self.running, self.ending = True, False
+        self.rdy.drive(0)
+        self.program_task = self.kernel.spawn(self._run(work), f"{self.name} runs")
+        self.tasks.append(self.program_task)
+        self.refresh_idle()
+
+    async def _run(self, work: Awaitable[None] | None) -> None:
+        await (work if work is not None else self._execute())
+        self.end_program()
+
+    async def end_now(self) -> None:
+        """K, or Z without motion: whatever runs is over."""
+        if self.program_task is not None:
+            self.program_task.kill()
+        await self.motion.kill()
+        self.end_program()
+
+    def end_program(self) -> None:
+        """Nothing runs any more."""
+        self.program_task = None
+        self.tasks = [task for task in self.tasks if task.alive]
+        self.running = False
+        if not self.in_work:
+            self.rdy.drive(None)
+        self.waits("a command")
+        self.refresh_idle()
+
+    async def _execute(self) -> None:
+        """Instruction after instruction, to the end of the program."""
+        self.begin_run()
+        program = bytes(self.memory)
+        starts = {at: self._fetch(program, at) for at in self.instructions()}
+        while not self.ending:
+            at = self.program_counter
+            if at >= len(program):
+                if self.until_input is None or self.inputs[self.until_input - 1].level == 0:
+                    return
+                self.program_counter = 0
+                await self._instruction_time()
+                continue
+            if at not in starts:
+                self.finding("jump-inside", f"a jump to location {at}, inside an instruction: the program stops")
+                return
+            row, values = starts[at]
+            self.waits(f"{row.form} at location {at} in work")
+            await self._instruction_time()
+            self.program_counter = at + row.size
+            await self.handlers[row.form](*values)
+
+    def begin_run(self) -> None:
+        """What a run starts with."""
+        self.program_counter = 0
+        self.loops: list[list[int]] = []  # [where it begins, passes made]
+        self.loop_marked = False  # an L0 has been met
+        self.until_input: int | None = None  # U at location 0 repeats the program while this input is 1
+
+    def _fetch(self, program: bytes, at: int) -> tuple[Row, tuple[int, ...]]:
+        row = self.rows[program[at]]
+        return row, row.unpack(program[at + 1 : at + row.size], program[at])
+
+    async def _instruction_time(self) -> None:
+        await until(self.kernel, self.kernel.now + self.instruction_ps)
+
+    def unset_before_motion(self) -> str:
+        """Which of S, T, R a motion of the stored program would lack, in the order of the listing."""
+        known = {letter for letter, name in PARAMETERS.items() if self.speeds[name]}
+        at = 0
+        while at < len(self.memory):
+            row = self.rows[self.memory[at]]
+            if row.motion and len(known) < len(PARAMETERS):
+                return "".join(letter for letter in PARAMETERS if letter not in known)
+            known |= {row.form} & set(PARAMETERS)
+            at += row.size
+        return ""
+
+    # ------------------------------------------------------------------------------------------- outputs, inputs, time
+    async def do_activate(self, output: int) -> None:
+        self.outputs[output - 1].drive(1)
+
+    async def do_clear(self, output: int) -> None:
+        self.outputs[output - 1].drive(0)
+
+    async def do_delay(self, tenths: int) -> None:
+        self.waits(f"D{tenths}")
+        await until(self.kernel, self.kernel.now + tenths * TENTH_PS)
+
+    async def do_wait(self, number: int) -> None:
+        self.waits(f"W{number}: ui{number}=1")
+        await polled(self.kernel, self.inputs[number - 1], 1, self.instruction_ps)
+
+    async def do_until(self, number: int) -> None:
+        if self.program_counter == self.rows[ord("U")].size and not self.options.plain_u:
+            self.until_input = number  # at the head of the program it is tested at the end
+        elif self.inputs[number - 1].level != 0:
+            self.program_counter = 0
+
+    # ---------------------------------------------------------------------------------------------- loops and jumps
+    async def do_loop_start(self) -> None:
+        here = self.program_counter
+        if self.options.nested_loops:
+            self.loops = [loop for loop in self.loops if loop[0] < here]
+        elif any(loop[0] != here for loop in self.loops):
+            self.finding("nested-loop", "L0 inside a loop: it replaces the outer start; there is one loop at a time")
+            self.loops.clear()
+        else:
+            self.loops.clear()
+        self.loops.append([here, 0])
+        self.loop_marked = True
+
+    async def do_loop(self, passes: int) -> None:
+        if not self.loops:
+            if self.loop_marked:
+                self.finding("loop-without-start", f"L{passes} has no L0 of its own: it repeats from location 0")
+            self.loops.append([0, 0])
+        loop = self.loops[-1]
+        loop[1] += 1
+        if loop[1] < passes:
+            self.program_counter = loop[0]
+        else:
+            self.loops.pop()
+
+    async def do_jump(self, target: int) -> None:
+        self.program_counter = target
+
+    async def do_jump_on(self, inputs: int, target: int) -> None:
+        if self.read_inputs() == inputs:
+            self.program_counter = target
+
+    # ------------------------------------------------------------------------------------------------------- motion
+    async def do_start_stop(self, speed: int) -> None:
+        self.speeds["start_stop"] = speed
+
+    async def do_top_speed(self, speed: int) -> None:
+        self.speeds["top_speed"] = speed
+
+    async def do_ramp(self, length: int) -> None:
+        self.speeds["ramp"] = length
+
+    async def do_move(self, steps: int) -> None:
+        await self._move_by(steps, f"{steps:+d}")
+
+    async def do_goto(self, position: int) -> None:
+        await self._move_by(position - self.position, f"G{position}")
+
+    async def _move_by(self, steps: int, text: str) -> None:
+        if steps and self._may_move():
+            if self._limit(steps) < abs(steps):
+                self._overflow(f"{text} from {self.position} leaves the position counter")
+                return
+            plan = profile.move(abs(steps), *self.speeds_in_force(), self.law)
+            await self.motion.move(plan, 1 if steps > 0 else -1, text)
+
+    async def do_velocity(self, direction: int) -> None:
+        await self._run_endless(direction, None)
+
+    async def do_controlled_velocity(self, direction: int, number: int) -> None:
+        await self._run_endless(direction, number)
+
+    async def _run_endless(self, direction: int, number: int | None) -> None:
+        if not self._may_move():
+            return
+        limit = self._limit(direction)
+        watched = None if number is None else self.inputs[number - 1]
+        text = "a run" + (f" until ui{number}=0" if number else " until K or Z")
+        plan = profile.endless(*self.speeds_in_force(), self.law, limit)
+        if limit:
+            await self.motion.run(plan, direction, text, watched)
+        if self._limit(direction) == 0 and (watched is None or watched.level != 0):
+            self._overflow("an endless motion has reached the end of the position counter")
+
+    def speeds_in_force(self) -> tuple[int, int, int]:
+        """S, T and R."""
+        return self.speeds["start_stop"], self.speeds["top_speed"], self.speeds["ramp"]
+
+    def _limit(self, steps: int) -> int:
+        """Steps to the end of the counter in a direction; without end where it wraps."""
+        if self.sheet.part != "gs-c200":
+            return OPEN
+        return self.axis1.positions[-1] - self.position if steps > 0 else self.position
+
+    def _overflow(self, text: str) -> None:
+        self.finding("E5", text)
+        self.overflow = self.ending = True
+
+    def _may_move(self) -> bool:
+        if all(self.speeds.values()):
+            return True
+        self.finding("no-speed", "a jump leads to a motion before S, T and R are set: the program ends")
+        self.ending = True
+        return False
+
+    # ------------------------------------------------------------------------------------------------ position counter
+    async def do_force(self, position: int) -> None:
+        self.axis1.load(position)
+
+    async def do_initialize(self, what: int) -> None:
+        if what & 2:
+            for driver in self.outputs:
+                driver.drive(0)
+        if what & 1:
+            self.axis1.load(0)
+            await self.pulse_reset()
+
+    async def pulse_reset(self) -> None:
+        """The RESET output: 400 us low."""
+        self.reset_pin.drive(0)
+        await until(self.kernel, self.kernel.now + self.reset_ps)
+        self.reset_pin.drive(1)
+
+    in_work: bool

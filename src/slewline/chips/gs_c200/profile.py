@@ -1,0 +1,112 @@
+"""The law of motion of the GS-C modules: parameters in, a plan out.  Pure functions, whole picoseconds.
+
+    steps/s
+      T ..............._______________
+                     /|               |\\            the interval behind step i (from 0) of n is 1/rate(k),
+                   _/ |               | \\_          k = min(i, n-1-i, R)
+                 _/   |               |   \\_
+      S ........|     |               |     |
+                | up  |     slew      | down|
+      steps        R    n - 2R, or 0     R
+
+A move that is too short for both ramps turns round half-way.  T not above S: the whole move at T, without ramps.  The
+sheet fixes only the ends of a ramp and its length; how the rate goes from S to T is a law that can be replaced.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+from math import sqrt
+from types import MappingProxyType
+
+from ...core.plan import Plan, Runs, head, mirrored, plan
+from ...core.timebase import PS_PER_S
+from ...core.train import OPEN
+from ...errors import UsageError
+
+Law = Callable[[float, float, int, int], float]
+"""A ramp law: steps/s at step k (0 to `ramp`) of a ramp from `start` to `top`: law(start, top, ramp, k)."""
+
+
+def constant_acceleration(start: float, top: float, ramp: int, k: int) -> float:
+    """The square of the speed grows with the steps: constant torque."""
+    return sqrt(start * start + (top * top - start * start) * k / ramp)
+
+
+def linear_in_steps(start: float, top: float, ramp: int, k: int) -> float:
+    """The speed grows with the steps."""
+    return start + (top - start) * k / ramp
+
+
+LAWS = MappingProxyType({"constant acceleration": constant_acceleration, "linear in steps": linear_in_steps})
+
+
+def period(speed: int) -> int:
+    """Picoseconds of a step at a speed in units of 10 steps/s."""
+    return (PS_PER_S + 5 * speed) // (10 * speed)
+
+
+@lru_cache(maxsize=256)
+def ramp(start: int, top: int, length: int, law: Law = constant_acceleration) -> Runs:
+    """The way up: intervals behind steps 0 to length-1; empty unless start < top.
+
+    Args:
+        start, top: S and T, in units of 10 steps/s.
+        length: R, steps.
+
+    Raises:
+        UsageError: the law leaves the range from S to T, or turns back.
+    """
+    if top <= start:
+        return ()
+    intervals = [period(start)]
+    for k in range(1, length):
+        rate = law(10.0 * start, 10.0 * top, length, k)
+        if not 10 * start <= rate <= 10 * top:
+            raise UsageError(f"ramp law: {rate:g} steps/s at step {k} of {length}; allowed {10 * start}..{10 * top}")
+        intervals.append(round(PS_PER_S / rate))
+        if intervals[-1] > intervals[-2]:
+            raise UsageError(f"ramp law: step {k} of {length} is slower than the one before; a ramp only goes up")
+    return tuple((interval, 1) for interval in intervals)
+
+
+def move(number: int, start: int, top: int, length: int, law: Law = constant_acceleration) -> Plan:
+    """A move of `number` steps from rest to rest.
+
+    Args:
+        number: steps, 1 and more.
+        start, top, length: S, T and R.
+    """
+    up = ramp(start, top, length, law)
+    if not up:
+        return plan(("slew", ((period(top), number),))).verified(number)
+    if number == 1:
+        return plan(("slew", ((period(start), 1),))).verified(number)
+    if number > 2 * length:
+        slew = ((period(top), number - 2 * length),)
+        return plan(("up", up), ("slew", slew), ("down", mirrored(up))).verified(number)
+    return plan(("up", head(up, number - number // 2) or up), ("down", mirrored(head(up, number // 2)))).verified()
+
+
+def endless(start: int, top: int, length: int, law: Law = constant_acceleration, limit: int = OPEN) -> Plan:
+    """A motion without end; `limit` steps lie before the end of the counter, where it stops dead."""
+    up = head(ramp(start, top, length, law), limit)
+    rest = limit - len(up) if limit < OPEN else OPEN
+    return plan(("up", up), ("slew", ((period(top), rest),)))
+
+
+def steady(interval: int) -> Plan:
+    """Steps at one speed without end: a homing."""
+    return plan(("slew", ((interval, OPEN),)))
+
+
+def stopped(of: Plan, step: int) -> Plan:
+    """What is left when a motion shall come to rest from `step` on, which is about to begin: as many ramp steps as it
+    took to get so fast, or the rest of the way down."""
+    leg = of.leg(step)
+    if leg.name == "down":
+        left = leg.end - step
+        return plan(("down", mirrored(head(mirrored(leg.runs), left))))
+    up = of.legs[0]
+    return plan(("down", mirrored(head(up.runs, min(step, up.count))))) if up.name == "up" else Plan(())

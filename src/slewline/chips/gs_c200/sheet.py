@@ -1,0 +1,194 @@
+"""GS-C200 and GS-C200S data sheet as data.  Source: GS-C200/GS-C200S data sheet (SGS-Thomson, June 1994).
+
+The two modules differ in a few command rows and in the position counter; everything else is one sheet.  The sheet
+gives rates and times, no crystal: the model counts picoseconds.  Its figures are lost; what only they showed is "chosen".
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import MappingProxyType
+
+from ...core.table import Arg, Pin, Port, Register, Row, Sheet, Table, Time
+
+LOCATIONS = 119
+LONGEST = 11  # characters before the carriage return: address, f-8388608, checksum
+POSITIONS = MappingProxyType({"gs-c200": range(10_000_000), "gs-c200s": range(-(1 << 23), 1 << 23)})
+
+# ------------------------------------------------------------------------------------------------- pin description
+_PD = "pin description"
+# fmt: off
+PINS = (
+    Pin(1, "sel0", "in", "protocol and address", pull=1, seen="at power-up", where=_PD),
+    Pin(2, "sel1", "in", "protocol and address", pull=1, seen="at power-up", where=_PD),
+    Pin(3, "sel2", "in", "protocol and address", pull=1, seen="at power-up", where=_PD),
+    Pin(4, "br0", "in", "baud rate", pull=1, seen="at power-up", where=_PD),
+    Pin(5, "br1", "in", "baud rate", pull=1, seen="at power-up", where=_PD),
+    Pin(6, "br2", "in", "baud rate", pull=1, seen="at power-up", where=_PD),
+    Pin(7, "chs", "in", "high: lines carry a checksum", active=1, pull=1, seen="at the carriage return", where=_PD),
+    Pin(8, "gnd8", "power", "ground", where=_PD),
+    Pin(9, "rec", "in", "low: recall the program and run it at power-up", active=0, pull=1, seen="at power-up", where=_PD),
+    Pin(10, "test", "in", "for testing; wire it to pin 8", pull=1, tie=0, where=_PD),
+    Pin(11, "rxd", "in", "received data, RS-232: high is space", active=1, pull=0, seen="level", where=_PD),
+    Pin(12, "txd", "out", "transmitted data, RS-232: high is space", active=1, where=_PD),
+    Pin(13, "txpd", "in", "pull-down for txd: on one module of a line", pull=0, where=_PD),
+    Pin(14, "rdy", "out", "open collector; low while a command or a program is in work", active=0, tie=1, where=_PD),
+    Pin(15, "vsl_minus", "power", "-12 V out, unregulated, 10 mA", where=_PD),
+    Pin(16, "vsl_plus", "power", "+12 V out, unregulated, 10 mA", where=_PD),
+    Pin(17, "vs17", "power", "supply, 12 to 40 V", where=_PD),
+    Pin(18, "vs18", "power", "supply, 12 to 40 V", where=_PD),
+    Pin(19, "gnd19", "power", "ground", where=_PD),
+    Pin(20, "v5_20", "power", "+5 V out, 100 mA", where=_PD),
+    Pin(21, "v5_21", "power", "+5 V out, 100 mA", where=_PD),
+    Pin(22, "mov", "out", "high while a movement is executed", active=1, reset=0, where=_PD),
+    Pin(23, "ramp", "out", "high while a ramp is executed", active=1, reset=0, where=_PD),
+    Pin(24, "enable", "in", "low holds the next step", active=1, pull=1, seen="just before each step", where=_PD),
+    Pin(25, "nc25", "none", "not connected", where=_PD),
+    Pin(26, "dir", "out", "high: clockwise", active=1, reset=1, where=_PD),
+    Pin(27, "reset", "out", "resets the driver: low for 400 us", active=0, reset=1, where=_PD),
+    Pin(28, "clock", "out", "a low pulse of 1.7 us per step", active=0, reset=1, where=_PD),
+    Pin(29, "nc29", "none", "not connected", where=_PD),
+    Pin(30, "home", "in", "low: at the home position", active=0, pull=1, seen="just before each step of a homing", where=_PD),
+    Pin(31, "uo1", "out", "user output 1", active=1, reset=0, where=_PD),
+    Pin(32, "eot", "in", "low: at the end of travel", active=0, pull=1, seen="just before each step of a homing", where=_PD),
+    Pin(33, "uo2", "out", "user output 2", active=1, reset=0, where=_PD),
+    Pin(34, "ui1", "in", "user input 1", pull=1, seen="by W, U, jc, G or g, V2", where=_PD),
+    Pin(35, "uo3", "out", "user output 3", active=1, reset=0, where=_PD),
+    Pin(36, "ui2", "in", "user input 2", pull=1, seen="by W, U, jc, G or g, V2", where=_PD),
+    Pin(37, "ui3", "in", "user input 3", pull=1, seen="by W, U, jc, G or g, V2", where=_PD),
+    Pin(38, "gnd38", "power", "ground", where=_PD),
+)
+PRIMARY = ("reset", "clock", "dir", "enable")  # what a driver needs; the others of its interface are utilities
+UTILITY = ("mov", "ramp", "home", "eot")
+
+# ------------------------------------------------------------------------------------------------------ serial port
+PORT = Port(
+    bits=7, parity="odd", stop=2,
+    baud_pins=("br0", "br1", "br2"),
+    bauds=MappingProxyType({
+        (0, 0, 0): 9600, (1, 0, 0): 4800, (0, 1, 0): 2400, (1, 1, 0): 1200,
+        (0, 0, 1): 600, (1, 0, 1): 300, (0, 1, 1): 150, (1, 1, 1): 110,
+    }),
+    address_pins=("sel2", "sel1", "sel0"),  # the order of the printed table, whose first column toggles fastest
+    addresses=MappingProxyType({
+        (0, 0, 0): 7, (1, 0, 0): 6, (0, 1, 0): 5, (1, 1, 0): 4,
+        (0, 0, 1): 3, (1, 0, 1): 2, (0, 1, 1): 1, (1, 1, 1): 0,
+    }),
+    checksum_pin="chs",
+    longest=LONGEST,
+    where="baud rate programming; module address programming; data exchange protocol",
+)
+
+# ----------------------------------------------------------------------------------------- commands, in states i, p, r
+MS = 1000
+OUTPUT, INPUT = Arg("output", 1, 1, 3), Arg("input", 1, 1, 3)
+DIRECTION = Arg("direction", 1, -1, 1, sign="alone")
+LOCATION = Arg("target", 1, 0, LOCATIONS - 1)
+SPEED = Arg("speed", 3, 1, 1000, unit="10 steps/s")
+SIGNED = Arg("position", 3, -(1 << 23), (1 << 23) - 1, sign="must")
+_CD = "command descriptions"
+
+
+def _stored(form: str, name: str, args: tuple[Arg, ...], says: str, *, room: int, head: str = "", code: int = -1, motion: bool = False, tail: tuple[str, ...] = (), when: str = "") -> Row:
+    return Row(form, name, args, MS, says, _CD, program_us=MS, code=code, motion=motion, head=head, room=room, tail=tail, when=when)
+
+
+def _immediate(form: str, name: str, says: str, *args: Arg, when: str, head: str = "") -> Row:
+    return Row(form, name, args, MS, says, _CD, stored=False, head=head, when=when)
+
+
+ROWS = (
+    _stored("A", "ACTIVATE", (OUTPUT,), "user output high", room=2),
+    _stored("C", "CLEAR", (OUTPUT,), "user output low", room=2),
+    _stored("D", "DELAY", (Arg("delay", 1, 1, 255, unit="0.1 s"),), "wait", room=2),
+    _immediate("E", "EXECUTE", "run the program from location 0; ends programming", when="ip"),
+    _immediate("F", "FEEDBACK", "ready or busy", when="ipr"),
+    _immediate("H", "HOME", "find the home position", replace(DIRECTION, optional=True), when="i"),
+    _immediate("K", "KILL", "end program and motion at once", when="ir"),
+    _stored("L0", "LOOP_START", (), "begin of what a loop repeats", room=2, head="L", code=ord("l"), tail=("0", "o")),
+    _stored("L", "LOOP", (Arg("passes", 1, 1, 255),), "repeat from the loop start, so many passes in all", room=2),
+    _immediate("M", "MEMORIZE", "program to EEPROM", when="ip"),
+    _immediate("Q", "QUERY", "list the program", when="ip"),
+    _stored("R", "RAMP", (Arg("ramp", 3, 1, 999, unit="steps"),), "length of both ramps", room=4),
+    _stored("S", "START_STOP", (SPEED,), "start-stop speed", room=4),
+    _stored("T", "TOP_SPEED", (SPEED,), "slew speed", room=4),
+    _stored("U", "UNTIL", (INPUT,), "repeat the program until an input is low", room=2),
+    _immediate("V", "VERIFY", "position (1) or user inputs and outputs (2)", Arg("what", 1, 1, 2), when="ip"),
+    _stored("W", "WAIT", (INPUT,), "wait until an input is high", room=2),
+    _immediate("X", "EXCHANGE", "EEPROM to program memory", when="ip"),
+    _immediate("Z", "ZERO_SPEED", "ramp down and end the program", when="ir"),
+    _stored("±", "MOVE", (Arg("steps", 3, -999_999, 999_999, sign="must", zero=False),), "move by so many steps", room=4, code=ord("+"), motion=True),
+)
+C200_ROWS = (
+    _stored("G", "GOTO", (Arg("position", 3, 0, 9_999_999),), "move to a position", room=4, motion=True),
+    _stored("G±", "VELOCITY", (DIRECTION,), "run until K or Z", room=4, head="G", code=ord("g"), motion=True),
+    _stored("G±x", "CONTROLLED_VELOCITY", (DIRECTION, INPUT), "run until an input is low", room=4, head="G", code=ord("x"), motion=True),
+    _immediate("I", "INITIALIZE", "clear counter (1), user outputs (2), both (3)", Arg("what", 1, 1, 3), when="i"),
+    _immediate("P", "PROGRAM", "begin programming; erases the program", when="ip"),
+)
+C200S_ROWS = (
+    _stored("f", "FORCE", (SIGNED,), "preset the position counter", room=4, when="i"),
+    _stored("G", "GOTO", (replace(SIGNED, sign="may"),), "move to a position", room=4, motion=True),
+    _stored("g±", "VELOCITY", (DIRECTION,), "run until K or Z", room=4, head="g", code=ord("g"), motion=True),
+    _stored("g±x", "CONTROLLED_VELOCITY", (DIRECTION, INPUT), "run until an input is low", room=4, head="g", code=ord("x"), motion=True),
+    _stored("I", "INITIALIZE", (Arg("what", 1, 1, 3),), "clear counter (1), user outputs (2), both (3)", room=2, when="i"),
+    _stored("j", "JUMP", (LOCATION,), "continue at a location", room=2),
+    _stored("jc", "JUMP_ON", (Arg("inputs", 0, 0, 7), LOCATION), "continue at a location if the user inputs read so", room=2, code=0x80),
+    _immediate("Po", "PROGRAM", "begin programming; erases the program", when="ip"),
+    _immediate("Px", "PROGRAM_END", "end programming without a run", when="ip"),
+)
+C200_HEADS, C200S_HEADS = ("P",), ("f", "g", "j", "jc", "Po", "Px")  # what only one of the parts knows
+
+# ------------------------------------------------------------------------------------------------ registers and times
+REGISTERS = (
+    Register("start_stop", 10, 0, "start-stop speed, 10 steps/s; 0: never set", "S", _CD),
+    Register("top_speed", 10, 0, "slew speed, 10 steps/s; 0: never set", "T", _CD),
+    Register("ramp", 10, 0, "ramp length, steps; 0: never set", "R", _CD),
+    Register("position", 24, 0, "position counter", "", "position counter"),
+)
+PICOSECONDS = 1_000_000  # MHz: the model counts picoseconds
+_T = Time
+TIMES = MappingProxyType({
+    "clock": _T(1.7, PICOSECONDS, "CLOCK low; at most 5 us", "pin 28; electrical characteristics"),
+    "reset": _T(400, PICOSECONDS, "RESET low; at most 500 us", "pin 27; electrical characteristics"),
+    "dir_setup": _T(10, PICOSECONDS, "DIR and MOV to the first step", "figure 2", "chosen"),
+    "instruction": _T(MS, PICOSECONDS, "an instruction of a program, before its effect", "program examples", "chosen"),
+    "turnround": _T(MS, PICOSECONDS, "carriage return to answer", "data exchange protocol", "chosen"),
+    "release": _T(5, PICOSECONDS, "ENABLE high to the step that it held", "pin 24", "chosen"),
+    "eeprom": _T(1_200_000, PICOSECONDS, "119 bytes of 10 ms into the EEPROM", "command M", "chosen"),
+})
+# fmt: on
+TENTH_PS = 10**11  # the unit of D
+
+NOTES = MappingProxyType(
+    {
+        "logic levels": "inputs: low up to 0.8 V, high 2 to 5 V; outputs: low at most 0.8 V, high 2 to 5 V",
+        "supply": "12 to 40 V (never above 42 V), 80 mA typical; 5 V out up to 100 mA, +/-12 V out up to 10 mA each",
+        "limits": "0 to 50 degrees C in operation, -40 to 85 in storage, humidity 0 to 90 % without condensation",
+        "isolation": "txd, rxd and ground through two optocouplers; R2 above 1000 ohm behind a source of 220 to 600 ohm",
+    }
+)
+
+
+def _sheet(part: str, rows: tuple[Row, ...], sister: tuple[str, ...]) -> Sheet:
+    return Sheet(
+        part=part,
+        title=f"{part.upper()} intelligent stepper motor controller module",
+        manual="GS-C200/GS-C200S data sheet, June 1994",
+        crystal_hz=PICOSECONDS * 1_000_000,
+        crystal_low_hz=0,
+        crystal_high_hz=0,
+        pins=PINS,
+        commands=Table(*ROWS, *rows),
+        registers=REGISTERS,
+        times=TIMES,
+        buffer_bytes=LOCATIONS,
+        suffix=f".{part}",
+        notes=NOTES,
+        port=PORT,
+        heads=sister,
+    )
+
+
+GS_C200 = _sheet("gs-c200", C200_ROWS, C200S_HEADS)
+GS_C200S = _sheet("gs-c200s", C200S_ROWS, C200_HEADS)

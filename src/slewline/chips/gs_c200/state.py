@@ -1,0 +1,225 @@
+"""What a GS-C module holds: straps, counter, speeds, program memory, EEPROM, and the names of its pins."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from typing import Any, Protocol
+
+from ...core.axis import Axis
+from ...core.kernel import Kernel, Task
+from ...core.net import Net
+from ...core.table import Row
+from ...core.timebase import picoseconds
+from ...errors import UsageError
+from ..line import LineChip
+from . import sheet
+from .profile import LAWS, Law
+
+TIMES = {name: time.ticks for name, time in sheet.TIMES.items()}
+OR_SINCE = (2, 2)  # GS-C200 firmware that sets a bit of every checksum
+KEPT = 0x10
+
+
+class Store(Protocol):
+    """What keeps a program without power.  Both may raise OSError: the EEPROM fails."""
+
+    def read(self) -> bytes:
+        """The bytes that were written last; none at first."""
+
+    def write(self, data: bytes) -> None:
+        """Keep these bytes instead, all of them or none."""
+
+
+class Memory:
+    """A store that lives as long as the model."""
+
+    def __init__(self) -> None:
+        self.data = b""
+
+    def read(self) -> bytes:
+        return self.data
+
+    def write(self, data: bytes) -> None:
+        self.data = data
+
+
+@dataclass(slots=True)
+class Options:
+    """Where the data sheet leaves a choice, or a module differs; the defaults are the choices of `quirks`.
+
+    Times are text such as "1 ms".  `address` takes the place of the SEL straps; `pin_order` reads them as the pin
+    description orders them; `firmware` below 2.2 (GS-C200) leaves the bit of the checksum out.
+    """
+
+    firmware: str = "2.2"
+    address: int | None = None
+    pin_order: bool = False
+    law: str | Law = "constant acceleration"
+    turnround: str | int = TIMES["turnround"]
+    instruction_time: str | int = TIMES["instruction"]
+    dir_setup: str | int = TIMES["dir_setup"]
+    eeprom_time: str | int = TIMES["eeprom"]
+    lenient: bool = False  # forgives LF between lines, and P0 for Po
+    direct: bool = False  # delayed commands act at once outside programming
+    early_y: bool = False  # M answers before it writes
+    pad7: bool = False  # GS-C200: V1 with leading zeros
+    mov_hold: bool = False  # MOV and RAMP high until the last interval is over
+    plain_u: bool = False  # U at location 0 is a plain test, too
+    nested_loops: bool = False
+
+    def checked(self, name: str) -> Options:
+        """The options themselves, if they make sense."""
+        version = self.firmware.split(".")
+        if not isinstance(self.firmware, str) or len(version) != 2 or not all(part.isdigit() for part in version):
+            raise UsageError(f"{name}: firmware {self.firmware!r}; expected a version such as '2.1'")
+        if self.address is not None and self.address not in range(8):
+            raise UsageError(f"{name}: address {self.address!r}; allowed 1 to 7, and 0 for point-to-point")
+        if not callable(self.law) and self.law not in LAWS:
+            raise UsageError(f"{name}: law {self.law!r}; allowed {', '.join(LAWS)}, or a function")
+        if picoseconds(self.instruction_time) < 1:
+            raise UsageError(f"{name}: instruction_time {self.instruction_time!r}; allowed more than 0")
+        return self
+
+
+class State(LineChip):
+    """Registers, memories and pins; what they do is in the chapters built on this one."""
+
+    def __init__(
+        self,
+        kernel: Kernel,
+        name: str,
+        crystal_hz: int | None,
+        bare: bool,
+        straps: Mapping[str, int] | None,
+        store: Store | None,
+        options: Mapping[str, Any],
+    ) -> None:
+        known = [field.name for field in fields(Options)]
+        for option in options:
+            if option not in known:
+                raise UsageError(f"{name}: no option {option!r}; options: store, {', '.join(known)}")
+        self.options = Options(**options).checked(name)
+        super().__init__(kernel, name, bare=bare, straps=straps)
+        self.store: Store = store if store is not None else Memory()
+        self.eeprom_fault = False  # a switch for tests: programming the EEPROM fails
+        self.axis1 = Axis(kernel, sheet.POSITIONS[self.sheet.part], 0)
+        self.axes = (self.axis1,)
+        self._take_options()
+        self._name_pins()
+        if not bare and self.strapped_address() == 0:
+            self._tie_pull_down()
+        self.powered = False
+        self.tasks: list[Task] = []
+        self.program_task: Task | None = None
+        self.rows: dict[int, Row] = self.sheet.commands.by_code
+        self.forget()
+
+    def _take_options(self) -> None:
+        options = self.options
+        self.lenient = options.lenient
+        self.turnround_ps = picoseconds(options.turnround)
+        self.instruction_ps = picoseconds(options.instruction_time)
+        self.dir_setup_ps = picoseconds(options.dir_setup)
+        self.eeprom_ps = picoseconds(options.eeprom_time)
+        self.clock_ps, self.reset_ps, self.release_ps = TIMES["clock"], TIMES["reset"], TIMES["release"]
+        self.law: Law = options.law if callable(options.law) else LAWS[options.law]
+        early = self.sheet is sheet.GS_C200 and tuple(map(int, options.firmware.split("."))) < OR_SINCE
+        self.kept = 0 if early else KEPT
+
+    def _name_pins(self) -> None:
+        net: Callable[[str], Net] = lambda name: self.pins[name].net  # noqa: E731
+        self.enable, self.eot, self.home = net("enable"), net("eot"), net("home")
+        self.inputs = tuple(net(f"ui{n}") for n in (1, 2, 3))
+        drivers = self.drivers
+        self.mov, self.ramp, self.dir = drivers["mov"], drivers["ramp"], drivers["dir"]
+        self.clock_pin, self.reset_pin, self.rdy = drivers["clock"], drivers["reset"], drivers["rdy"]
+        self.outputs = tuple(drivers[f"uo{n}"] for n in (1, 2, 3))
+
+    def rewired(self) -> None:
+        """Pins have been joined with others: take their nets anew (called by the bench before the first run)."""
+        self._name_pins()
+
+    def _tie_pull_down(self) -> None:
+        """The standard wiring of a module on a line of its own: TXPD to TXD."""
+        txd, txpd = self.pins["txd"], self.pins["txpd"]
+        txd.net.merge(txpd.net)
+        txpd.net = txd.net
+
+    def strapped_address(self) -> int:
+        """The address that the SEL pins say; 0: point-to-point."""
+        if self.options.address is not None:
+            return self.options.address
+        pins = self.port.address_pins
+        return self.port.addresses[self.strapped(pins[::-1] if self.options.pin_order else pins)]
+
+    def check_wiring(self) -> None:
+        """The first run begins: report what is not wired as the sheet wants it."""
+        super().check_wiring()
+        if self.pins["test"].level != 0:
+            self.finding("test-pin", "pin 10 (test) is open; wire it to pin 8")
+        if self.strapped_address() == 0 and self.pins["txpd"].net is not self.pins["txd"].net:
+            self.finding("no-pull-down", "point-to-point, but txpd is not joined to txd: the idle line floats")
+
+    # ------------------------------------------------------------------------------------------------------ memories
+    def forget(self) -> None:
+        """What power-off takes away."""
+        self.memory = bytearray()  # the program
+        self.speeds = {"start_stop": 0, "top_speed": 0, "ramp": 0}
+        self.entering = False  # programming mode
+        self.overflow = False  # E5 is to be reported
+        self.failed = False  # E6 is to be reported (option early_y)
+        self.writing = False  # the EEPROM is being written
+        self.ending = False  # Z: the program ends when the motion has come to rest
+        self.address = 0
+        self.running = False
+        self.program_counter = 0
+
+    @property
+    def program(self) -> bytes:
+        """The program memory in use; the codes are the model's own, since the sheet gives none."""
+        return bytes(self.memory)
+
+    def listing(self) -> str:
+        """The stored program as text, with addresses."""
+        return "\n".join(f"{at:3}  {text}" for at, text in self.instructions().items())
+
+    def instructions(self) -> dict[int, str]:
+        """The stored instructions, as they are written, by their locations."""
+        from ...language.lines import spell
+
+        found, at = {}, 0
+        while at < len(self.memory):
+            row = self.rows[self.memory[at]]
+            found[at] = spell(row, row.unpack(bytes(self.memory[at + 1 : at + row.size]), self.memory[at]))
+            at += row.size
+        return found
+
+    @property
+    def registers(self) -> dict[str, int]:
+        """start_stop, top_speed (units of 10 steps/s), ramp (steps): 0 where never set; position; user_inputs and
+        user_outputs as V2 reads them."""
+        return {
+            **self.speeds,
+            "position": self.position,
+            "user_inputs": self.read_inputs(),
+            "user_outputs": self.read_outputs(),
+        }
+
+    def parameters(self) -> tuple[dict[str, float], dict[str, object]]:
+        """What a plot names: the rates of S and T in steps/s, and R."""
+        rates = {f"{letter} = {self.speeds[name]}": 10.0 * self.speeds[name] for letter, name in
+                 (("S", "start_stop"), ("T", "top_speed")) if self.speeds[name]}  # fmt: skip
+        return rates, {"R": self.speeds["ramp"]}
+
+    def read_inputs(self) -> int:
+        """UI1 + 2 UI2 + 4 UI3; an open input reads 1."""
+        return sum((net.level != 0) << n for n, net in enumerate(self.inputs))
+
+    def read_outputs(self) -> int:
+        """UO1 + 2 UO2 + 4 UO3."""
+        return sum((driver.net.level == 1) << n for n, driver in enumerate(self.outputs))
+
+    def step_nets(self) -> list[Net]:
+        """CLOCK: it falls with every step."""
+        return [self.clock_pin.net]

@@ -1,0 +1,148 @@
+"""What chips on a serial line share: lines in, answers out, one line in work at a time.
+
+    rxd   ... characters ... CR                               characters go into a line until its carriage return;
+    txd                         |<- turnround ->| answer CR   then the line is obeyed; its effect shows with it
+
+While an answer is on its way one further line is kept; what comes beyond that is lost.  A chip brings its sheet (with a
+serial `port`) and `obey`.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from ..core.chip import Chip
+from ..core.kernel import Kernel, Task
+from ..core.serial import RS232, Word, bit_clock, receive, transmit
+from ..core.table import Port
+
+CR, LF = 0x0D, 0x0A
+TURNROUND_PS = 10**9
+
+
+class Line(NamedTuple):
+    """A line as it came, without its carriage return."""
+
+    text: bytes
+    faulty: bool  # a character of it had a parity or framing fault
+    first_faulty: bool  # and it was the first one
+    too_long: bool
+    end_ps: int
+
+
+class LineChip(Chip):
+    """A chip that is spoken to in lines over RS-232.
+
+    `answering` is true from the carriage return of a line to the end of its answer.
+    """
+
+    turnround_ps = TURNROUND_PS
+    lenient = False  # forgive a line feed between two lines
+
+    def __init__(
+        self,
+        kernel: Kernel,
+        name: str,
+        crystal_hz: int | None = None,
+        *,
+        bare: bool = False,
+        straps: Mapping[str, int] | None = None,
+    ) -> None:
+        super().__init__(kernel, name, crystal_hz, bare=bare, straps=straps)
+        assert self.sheet.port is not None  # a mistake in the sheet of the chip
+        self.port: Port = self.sheet.port
+        self.work: deque[Line | bytes] = deque()  # lines to obey, and answers that came late
+        self.worker: Task | None = None
+        self.listener: Task | None = None
+
+    # --------------------------------------------------------------------------------------------------- public face
+    @property
+    def answering(self) -> bool:
+        """Is a line in work, or its answer on its way?"""
+        return self.worker is not None and self.worker.alive
+
+    async def obey(self, line: Line) -> Sequence[bytes]:
+        """Do what a line says; returns the answers, without their carriage returns.  Chips bring this."""
+        raise NotImplementedError
+
+    def busy(self, on: bool) -> None:
+        """The chip begins or ends to work on a line; a chip with a pin for it shows it there."""
+
+    def refresh_idle(self) -> None:
+        """Something has begun or ended."""
+        self.idle = not self.answering
+
+    # --------------------------------------------------------------------------------------------------------- line
+    def strapped(self, pins: Sequence[str]) -> tuple[int, ...]:
+        """The levels of strap pins; an open one reads 1."""
+        return tuple(0 if self.pins[pin].level == 0 else 1 for pin in pins)
+
+    def listen(self) -> None:
+        """Begin to receive, at the rate that the straps say now."""
+        self.word = Word(self.port.bits, self.port.parity, self.port.stop)
+        self.bits = bit_clock(self.port.bauds[self.strapped(self.port.baud_pins)], self.name)
+        self.listener = self.kernel.spawn(self._listen(), f"{self.name} listens")
+        self.refresh_idle()
+
+    def hang_up(self) -> None:
+        """No line any more: the supply is off."""
+        for task in (self.listener, self.worker):
+            if task is not None:
+                task.kill()
+        self.listener = self.worker = None
+        self.work.clear()
+
+    async def _listen(self) -> None:
+        rxd = self.pins["rxd"].net
+        text, faulty, first, too_long = bytearray(), False, False, False
+        while True:
+            character = await receive(rxd, self.bits, self.word, RS232)
+            byte = character.byte
+            if byte == CR:
+                faulty |= not character.good
+                self.take(Line(bytes(text), faulty, first, too_long, character.end_ps))
+                text, faulty, first, too_long = bytearray(), False, False, False
+            elif byte == LF and self.lenient and not text:
+                continue
+            elif len(text) < (self.port.longest or 256):
+                first |= not text and not character.good
+                faulty |= not character.good
+                text.append(byte)
+            else:
+                too_long = True
+
+    def take(self, item: Line | bytes) -> None:
+        """A line is complete, or an answer that took its time is ready."""
+        if isinstance(item, Line) and len(self.work) > 1:
+            self.finding("line-lost", f"{item.text!r} came while a line was in work and another one waited: lost")
+            return
+        self.work.append(item)
+        if not self.answering:
+            self.worker = self.kernel.spawn(self._work(), f"{self.name} answers")
+            self.refresh_idle()
+
+    async def _work(self) -> None:
+        while self.work:
+            item = self.work[0]
+            if isinstance(item, Line):
+                self.busy(True)
+                await self.at_tick(self.clock.ticks_from(item.end_ps + self.turnround_ps))
+                self.sync()
+                answers = await self.obey(item)
+                self.busy(False)
+            else:
+                answers = [item]
+            for answer in answers:
+                await self._send(answer + b"\r")
+            self.work.popleft()
+        self.worker = None
+        self.refresh_idle()
+
+    async def _send(self, data: bytes) -> None:
+        """Put characters on the line, then let go of it."""
+        driver = self.drivers["txd"]
+        for byte in data:
+            await transmit(driver, self.bits, self.word, byte, RS232)
+        driver.drive(None)

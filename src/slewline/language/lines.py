@@ -1,0 +1,116 @@
+"""The command lines of the GS-C modules: text in, commands out.  No time, no pins.
+
+    [address] command [argument] [checksum] CR             2 A 3 6 CR: module 2, set output 3
+
+    A3         letter and number               G+2       a direction, then a number
+    +250       a sign and a number             jc1,18    two numbers, a comma between them
+
+A letter may have several forms (the GS-C200 has three of G); the one whose pattern fits is meant.  Nothing here raises:
+a line that is no command is a `Refusal`, which the chip answers.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+from ..core.table import Arg, Row, Sheet
+from .dialects import Command
+
+CR = 0x0D
+KEPT = 0x10  # the bit that a checksum always has, so that it is never a carriage return
+SIGN = "±"  # the head of a command that begins with its sign
+_PATTERNS = {"no": "[0-9]+", "may": "[+-]?[0-9]+", "must": "[+-][0-9]+", "alone": "[+-]"}
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """A line that is no command: "unknown", or its "argument" is wrong; `text` says how."""
+
+    code: str
+    text: str
+
+
+def checksum(text: bytes, kept: int = KEPT) -> int:
+    """The checksum character of a line: sum of the codes, seven bits, one of them always set.
+
+    Args:
+        text: everything before the checksum, the address included.
+        kept: the bits that are always set; 0 for GS-C200 firmware before V2.2.
+    """
+    return sum(text) & 0x7F | kept
+
+
+def framed(text: str | bytes, check: bool = True, kept: int = KEPT) -> bytes:
+    """A line as it goes over the wire: with checksum, if one is asked for, and carriage return."""
+    line = text.encode("ascii") if isinstance(text, str) else text
+    return line + (bytes([checksum(line, kept)]) if check else b"") + b"\r"
+
+
+def spell(row: Row, values: Sequence[int]) -> str:
+    """A command as it is written: "S10", "+250", "jc1,18"."""
+    text = "" if row.head == SIGN else row.head
+    for arg, value, before in zip(row.args, values, (None, *row.args), strict=False):
+        text += ("," if before is not None and before.sign != "alone" else "") + arg.spell(value)
+    return text + (row.tail[0] if row.tail else "")
+
+
+def parse(sheet: Sheet, text: str) -> Command | Refusal:
+    """A line, without address and checksum, as a command of this part."""
+    patterns = _patterns(sheet)
+    head = next((head for head in patterns if text.startswith(head)), SIGN if text[:1] in ("+", "-") else None)
+    if head is None or not patterns.get(head):
+        return Refusal("unknown", f"{text!r} is no command of the {sheet.part}")
+    rest = text.removeprefix(head)
+    closest: Refusal | None = None
+    for row, pattern in patterns[head]:
+        match = pattern.fullmatch(rest)
+        if match is None:
+            continue
+        values = tuple(_value(arg, group) for arg, group in zip(row.args, match.groups(), strict=True))
+        bad = next((pair for pair in zip(row.args, values, strict=True) if not pair[0].allows(pair[1])), None)
+        if bad is None:
+            stored = row.pack(values) if row.stored else b""
+            return Command(row, values, 0, stored, spell(row, values))
+        closest = Refusal("argument", f"{text}: {bad[0].name} {bad[1]}, allowed {_range(bad[0])}")
+    if closest is not None:
+        return closest
+    forms = " or ".join(usage(row) for row, _ in patterns[head])
+    return Refusal("argument", f"{text!r} does not fit {forms}")
+
+
+def usage(row: Row) -> str:
+    """How a command is written: "A<output>", "G<+/-><input>"."""
+    text = "" if row.head == SIGN else row.head
+    for arg, before in zip(row.args, (None, *row.args), strict=False):
+        comma = "," if before is not None and before.sign != "alone" else ""
+        shown = "<+/->" if arg.sign == "alone" else f"<+/-{arg.name}>" if arg.sign == "must" else f"<{arg.name}>"
+        text += comma + (f"[{shown}]" if arg.optional else shown)
+    return text + (row.tail[0] if row.tail else "")
+
+
+def _range(arg: Arg) -> str:
+    return f"{arg.low}..{arg.high}" + ("" if arg.zero else " without 0")
+
+
+def _value(arg: Arg, text: str | None) -> int:
+    if not text:
+        return arg.high
+    return int(text + "1") if arg.sign == "alone" else int(text)
+
+
+@lru_cache(maxsize=64)
+def _patterns(sheet: Sheet) -> dict[str, list[tuple[Row, re.Pattern[str]]]]:
+    """The forms of each head, longest heads first; commands of sister parts have none."""
+    heads = sorted({row.head for row in sheet.commands} | set(sheet.heads), key=lambda head: (-len(head), head))
+    return {head: [(row, _pattern(row)) for row in sheet.commands if row.head == head] for head in heads}
+
+
+def _pattern(row: Row) -> re.Pattern[str]:
+    pattern = ""
+    for arg, before in zip(row.args, (None, *row.args), strict=False):
+        comma = "," if before is not None and before.sign != "alone" else ""
+        pattern += comma + f"({_PATTERNS[arg.sign]}){'?' if arg.optional else ''}"
+    return re.compile(pattern + (f"(?:{'|'.join(row.tail)})" if row.tail else ""))

@@ -1,0 +1,135 @@
+"""A line between the outside and modules on a bench: one serial connector, and what hangs on it.
+
+    host --- stream ---> | noise | ---> SerialPort.write ---> txd ~~~> rxd   module, or several that share the line
+                         |       |
+         <--- stream --- | noise | <--- a character is over <~~~ rxd  <~~~ txd
+
+A byte from outside begins on the virtual line at the instant at which it came, or behind the one before it; a character
+of the module goes out at the instant at which its last bit is over.  Both take as long as the line's speed says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from ..core.serial import Character
+from ..parts.rs232 import SerialPort
+from .log import TO_CHIP, TO_HOST, Log
+from .noise import Noise
+from .pace import Pace, Wait
+
+if TYPE_CHECKING:
+    from ..core.chip import Chip
+
+BACKLOG = 256  # characters that may wait for their turn on the line
+PATIENCE_PS = 60 * 10**12  # how long a line in lockstep waits for an answer
+MASKS = {bits: bytes(byte & (1 << bits) - 1 for byte in range(256)) for bits in range(5, 9)}
+
+
+class Line:
+    """What a link sees of the modules: bytes in, bytes out, one host at a time.
+
+    `host` is where bytes go, None while nobody listens; they are lost then, as on a wire that ends in the air.
+    """
+
+    def __init__(self, name: str, chips: Sequence[Chip], pace: Pace, log: Log) -> None:
+        self.name, self.chips, self.pace, self.log = name, tuple(chips), pace, log
+        self.kernel = pace.kernel
+        self.host: Callable[[bytes], int] | None = None
+        self.host_name = ""
+        self.resume: Callable[[], object] | None = None
+        self.taken = self.given = self.dropped = 0  # bytes from the host, to the host, and those nobody read
+        self.waiting = False
+
+    # ---------------------------------------------------------------------------------------------------- the host
+    def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
+        """A host is there: `host` takes bytes and returns how many it had to drop; `resume` says there is room."""
+        self.host, self.host_name, self.resume = host, name, resume
+        self.log.event(self.name, f"{name} is connected")
+
+    def detach(self, why: str) -> None:
+        """It has gone; what it has sent is played all the same."""
+        self.log.event(self.name, f"{self.host_name}: {why}")
+        self.host, self.host_name, self.resume = None, "", None
+
+    def take(self, data: bytes) -> None:
+        """Bytes have come from the host."""
+        self.taken += len(data)
+        self.log.characters(self.name, TO_CHIP, data)
+        self.feed(data)
+        if self.pace.lockstep and not self.waiting:
+            self.waiting = True
+            self.pace.wait(Wait(self.quiet, self.kernel.now + PATIENCE_PS, self._rests))
+
+    def _rests(self, quiet: bool) -> None:
+        self.waiting = False
+        if not quiet:
+            self.log.event(self.name, "still no answer after 60 s; time stands still")
+
+    def give(self, data: bytes) -> None:
+        """Bytes go to the host."""
+        self.log.characters(self.name, TO_HOST, data)
+        lost = len(data) if self.host is None else self.host(data)
+        self.given += len(data) - lost
+        if lost and not self.dropped:
+            self.log.event(self.name, "nobody reads: characters of the module are dropped from here on")
+        self.dropped += lost
+
+    # ------------------------------------------------------------------------------------------- what a kind brings
+    def feed(self, data: bytes) -> None:
+        """Put bytes on their way to the module."""
+        raise NotImplementedError
+
+    def room(self) -> int:
+        """How many bytes may come now; when none may, `resume` is called once there is room again."""
+        raise NotImplementedError
+
+    def quiet(self) -> bool:
+        """Is everything that was sent played, and answered?"""
+        raise NotImplementedError
+
+
+class SerialLine(Line):
+    """A line that ends in a serial connector on the bench."""
+
+    def __init__(self, name: str, chips: Sequence[Chip], pace: Pace, log: Log, port: SerialPort) -> None:
+        super().__init__(name, chips, pace, log)
+        self.port = port
+        self.coming = 0  # characters whose last bit is not over
+        self.to_chip, self.to_host = Noise(port.word.bits), Noise(port.word.bits)
+        port.on_character = self._character
+
+    def feed(self, data: bytes) -> None:
+        data = data.translate(MASKS[self.port.word.bits])
+        if not self.to_chip.plans:
+            self.port.write(data)
+            return
+        for byte in data:
+            passed, fault = self.to_chip.hit(byte)
+            if passed is not None:
+                self.port.write(bytes([passed]), fault)
+
+    def room(self) -> int:
+        port = self.port
+        room = BACKLOG - len(port.outgoing)
+        if room <= 0:
+            half = self.kernel.now + port.clock.ps(port.word.ticks * BACKLOG // 2)
+            self.kernel.call_at(half, lambda: self.resume() if self.resume is not None else None)
+        return room
+
+    def quiet(self) -> bool:
+        if self.port.outgoing or self.coming:
+            return False
+        return not any(getattr(chip, "answering", False) for chip in self.chips)
+
+    def _character(self, character: Character) -> None:
+        self.port.received.clear()  # the host is outside
+        self.coming += 1
+        self.kernel.call_at(character.end_ps, lambda: self._over(character.byte))
+
+    def _over(self, byte: int) -> None:
+        self.coming -= 1
+        passed, fault = self.to_host.hit(byte)
+        if passed is not None:
+            self.give(bytes([0 if fault else passed]))  # a driver hands over NUL for a character with a fault

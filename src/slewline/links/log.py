@@ -1,0 +1,82 @@
+"""The transcript of what was served: both directions of every line, in virtual time, and what happened around them.
+
+         0.012292 x  < F\\r                        from the host to the module
+         0.017729 x  > R\\r                        and back
+         0.500000 x  ! 127.0.0.1:40522 has gone    connections, faults, findings, what had to be dropped
+
+Characters of one direction share a line up to a carriage return.  The instant is that of the first of them: towards the
+module the one at which the server got it, from the module the one at which its last bit was over.
+"""
+
+from __future__ import annotations
+
+from os import PathLike
+from typing import TextIO
+
+from ..core.kernel import Kernel
+from ..core.timebase import PS_PER_S
+from ..errors import UsageError
+
+LONGEST = 64  # characters of one line of the transcript
+TO_CHIP, TO_HOST, EVENT = "<", ">", "!"
+
+
+class Log:
+    """A transcript; without a path nothing is written.
+
+    Raises:
+        UsageError: the file cannot be written.
+    """
+
+    def __init__(self, kernel: Kernel, path: str | PathLike[str] | None = None) -> None:
+        self.kernel = kernel
+        self.file: TextIO | None = None
+        self.open: dict[str, tuple[str, int, bytearray]] = {}  # by line: direction, instant, characters so far
+        if path is not None:
+            try:
+                self.file = open(path, "a", encoding="ascii", buffering=1)  # noqa: SIM115
+            except OSError as error:
+                raise UsageError(f"log {path}: {error.strerror}; give a file that can be written") from None
+
+    def characters(self, line: str, way: str, data: bytes) -> None:
+        """Characters have passed."""
+        if self.file is None:
+            return
+        for byte in data:
+            direction, since, so_far = self.open.get(line, ("", 0, bytearray()))
+            if direction != way:
+                self.end(line)
+                since, so_far = self.kernel.now, bytearray()
+                self.open[line] = way, since, so_far
+            so_far.append(byte)
+            if byte == 0x0D or len(so_far) >= LONGEST:
+                self.end(line)
+
+    def end(self, line: str) -> None:
+        """Write what was gathered of a line."""
+        if line in self.open:
+            way, since, data = self.open.pop(line)
+            self.write(since, line, way, data.decode("latin-1").encode("unicode_escape").decode("ascii"))
+
+    def event(self, line: str, text: str) -> None:
+        """Something has happened around a line."""
+        if self.file is not None:
+            self.end(line)
+            self.write(self.kernel.now, line, EVENT, text.encode("unicode_escape").decode("ascii"))
+
+    def write(self, ps: int, line: str, way: str, text: str) -> None:
+        """One line of the transcript; a full disk does not stop the server."""
+        if self.file is None:
+            return
+        try:
+            self.file.write(f"{ps // PS_PER_S:>8}.{ps % PS_PER_S // 10**6:06d} {line} {way} {text}\n")
+        except OSError:
+            self.file = None
+
+    def close(self) -> None:
+        """Write what is left."""
+        for line in list(self.open):
+            self.end(line)
+        if self.file is not None:
+            self.file.close()
+            self.file = None

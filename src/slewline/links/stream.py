@@ -1,0 +1,117 @@
+"""A byte stream to the outside: a file descriptor that never blocks, with a bounded queue on the way out.
+
+A reader that does not read costs `QUEUE` bytes of memory and no more: what comes on top is dropped and counted, as a
+serial line drops what nobody picks up.  The other way round, a stream reads only as much as its owner has room for, so
+that a writer without end is held up by its own system.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+
+from .loop import Loop
+
+QUEUE = 1 << 16
+CHUNK = 4096
+
+
+class Stream:
+    """Bytes in and out of a file descriptor, which belongs to the caller.
+
+    Args:
+        take: called with what has come in.
+        gone: called once, with the reason, when the other side has hung up.
+        room: how many bytes may be read now; at 0 nothing is read until `resume`.
+    """
+
+    def __init__(
+        self,
+        loop: Loop,
+        fd: int,
+        take: Callable[[bytes], object],
+        gone: Callable[[str], object],
+        room: Callable[[], int] = lambda: CHUNK,
+    ) -> None:
+        self.loop, self.fd, self.take, self.gone, self.room = loop, fd, take, gone, room
+        self.outgoing = bytearray()
+        self.dropped = 0
+        self.reading = self.open = True
+        self.dirty = self.blocked = False
+        os.set_blocking(fd, False)
+        self._watch()
+
+    def _watch(self) -> None:
+        self.loop.watch(self.fd, self._read if self.reading else None, self._flush if self.blocked else None)
+
+    # -------------------------------------------------------------------------------------------------------- input
+    def _read(self) -> None:
+        room = min(self.room(), CHUNK)
+        if room <= 0:
+            self.reading = False
+            self._watch()
+            return
+        try:
+            data = self.fetch(room)
+        except BlockingIOError:
+            return
+        except OSError as error:
+            self.hang_up(error.strerror or str(error))
+            return
+        if data is None:
+            self.hang_up("hung up")
+        elif data:
+            self.take(data)
+
+    def fetch(self, room: int) -> bytes | None:
+        """Read; None: the other side has hung up."""
+        return os.read(self.fd, room) or None
+
+    def resume(self) -> None:
+        """There is room again."""
+        if self.open and not self.reading:
+            self.reading = True
+            self._watch()
+
+    # ------------------------------------------------------------------------------------------------------- output
+    def write(self, data: bytes) -> int:
+        """Send bytes, at the end of this turn; returns how many had to be dropped, because nobody reads."""
+        space = QUEUE - len(self.outgoing)
+        dropped = max(len(data) - space, 0) if self.open else len(data)
+        self.outgoing += data[: len(data) - dropped]
+        self.dropped += dropped
+        if self.outgoing and not (self.dirty or self.blocked):
+            self.dirty = True
+            self.loop.dirty.append(self._flush)
+        return dropped
+
+    def _flush(self) -> None:
+        self.dirty = False
+        if not self.open:
+            return
+        blocked = False
+        try:
+            while self.outgoing and not blocked:
+                sent = os.write(self.fd, self.outgoing)
+                del self.outgoing[:sent]
+        except BlockingIOError:
+            blocked = True
+        except OSError as error:
+            self.hang_up(error.strerror or str(error))
+            return
+        if blocked is not self.blocked:
+            self.blocked = blocked
+            self._watch()
+
+    # ---------------------------------------------------------------------------------------------------------- end
+    def hang_up(self, why: str) -> None:
+        """The other side has gone."""
+        if self.open:
+            self.close()
+            self.gone(why)
+
+    def close(self) -> None:
+        """Neither read nor write any more; the file descriptor itself is the caller's."""
+        if self.open:
+            self.open = False
+            self.loop.watch(self.fd)

@@ -1,0 +1,261 @@
+"""RS-232: the serial connector of a computer, and a host that speaks to modules through one.
+
+computer   txd --------> rxd   module          three wires; mark, the idle state, is the negative voltage,
+           rxd <-------- txd                   which is level 0 here
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from ..core.kernel import Kernel, Task
+from ..core.pin import Condition
+from ..core.serial import RS232, TTL, Character, Word, bit_clock, receive, transmit
+from ..core.table import Port
+from ..core.waits import until
+from ..errors import ChecksumError, Timeout, UnknownName, UsageError
+from ..language.lines import KEPT, checksum, framed
+from .part import Part
+from .worker import as_bytes
+
+if TYPE_CHECKING:
+    from ..core.chip import Chip
+
+FAULTS = ("parity", "framing")
+POWER_UP_PS = 10**9  # a host gives a module a millisecond after power-up, whose RESET pulse it would not hear through
+
+
+class SerialPort(Part):
+    """A serial connector: characters out on txd, characters in on rxd, at the speed of the line.
+
+    Args:
+        baud, bits, parity, stop: the line; `set_line` changes it later.
+        ttl: TTL levels (mark is 1) instead of RS-232 ones.
+    """
+
+    wiring = MappingProxyType({"txd": "rxd", "rxd": "txd"})
+
+    def __init__(
+        self,
+        kernel: Kernel,
+        name: str,
+        *,
+        baud: int | str = 9600,
+        bits: int = 7,
+        parity: str = "odd",
+        stop: int | str = 2,
+        ttl: bool = False,
+    ) -> None:
+        super().__init__(kernel, name)
+        self.mark = TTL if ttl else RS232
+        self.set_line(baud, Word(bits, parity, stop))
+        self.add_pin("txd", "out", "serial data out", initial=self.mark)
+        self.add_pin("rxd", "in", "serial data in", pull=self.mark)
+        self.outgoing: deque[tuple[int, str]] = deque()
+        self.sender: Task | None = None
+        self.received = bytearray()  # the data bits of every character, good or not
+        self.faulty = 0  # characters with a parity or framing fault
+        self.on_character: Callable[[Character], object] | None = None
+
+    def set_line(self, baud: int | str, word: Word) -> None:
+        """Take another rate or format, from the next character on."""
+        self.clock, self.word, self.baud = bit_clock(baud, self.name), word.checked(self.name), baud
+
+    def rewired(self) -> None:
+        self.kernel.spawn(self._receive(), f"{self.name} receives")
+
+    # ------------------------------------------------------------------------------------------------------ sending
+    def write(self, data: str | bytes, fault: str = "") -> None:
+        """Queue characters; they go out one behind the other.
+
+        Args:
+            fault: "parity" or "framing": every one of them goes out with this fault.
+        """
+        data = as_bytes(self.name, data)
+        if fault and fault not in FAULTS:
+            raise UsageError(f"{self.name}: fault {fault!r}; allowed {', '.join(FAULTS)}")
+        self.input("write", data, fault)
+        self.outgoing.extend((byte, fault) for byte in data)
+        self._wake()
+
+    def _wake(self) -> None:
+        if self.outgoing and (self.sender is None or not self.sender.alive):
+            self.sender = self.kernel.spawn(self._send(), f"{self.name} sends")
+
+    async def before_sending(self) -> None:
+        """What a computer waits for before it begins to send."""
+
+    async def _send(self) -> None:
+        driver = self.drivers["txd"]
+        await self.before_sending()
+        while self.outgoing:
+            byte, fault = self.outgoing[0]
+            await transmit(
+                driver,
+                self.clock,
+                self.word,
+                byte,
+                self.mark,
+                wrong_parity=fault == "parity",
+                no_stop=fault == "framing",
+            )
+            self.outgoing.popleft()
+
+    @property
+    def idle(self) -> bool:
+        return not self.outgoing
+
+    @property
+    def waiting(self) -> str:
+        return f"{self.name}: {len(self.outgoing)} characters to send" if self.outgoing else super().waiting
+
+    # ---------------------------------------------------------------------------------------------------- receiving
+    async def _receive(self) -> None:
+        while True:
+            self.take(await receive(self.pins["rxd"].net, self.clock, self.word, self.mark))
+
+    def take(self, character: Character) -> None:
+        """A character has come in."""
+        self.received.append(character.byte)
+        self.faulty += not character.good
+        if self.on_character is not None:
+            self.on_character(character)
+
+    def got(self, data: bytes) -> Condition:
+        """Condition: these bytes have been received."""
+        return GotCondition(self, bytes(data))
+
+
+class SerialHost(SerialPort):
+    """A host computer on the serial line of one module, or of several that share it.
+
+    It follows the straps of the module: rate, checksum, address.  `ask` sends a command and returns the answer.
+
+    Args:
+        baud: another rate than the module's.
+    """
+
+    def __init__(self, kernel: Kernel, name: str, chips: Sequence[Chip], *, baud: int | None = None) -> None:
+        port = chips[0].sheet.port
+        assert port is not None  # the bench chooses the host by the sheet
+        super().__init__(kernel, name, bits=port.bits, parity=port.parity, stop=port.stop)
+        self.port, self.fixed_baud = port, baud
+        self.chips = {chip.name: chip for chip in chips}
+        self.chip = chips[0]
+        self.answers: list[str] = []
+        self.line = bytearray()
+        self.wait_for: Callable[[Callable[[], bool], str, str], None] | None = None  # the bench lets time pass
+        self.on_event: Callable[[str], object] | None = None  # a transcript
+
+    def to(self, chip: str) -> SerialHost:
+        """From now on, speak to this module."""
+        if chip not in self.chips:
+            raise UnknownName(f"{self.name} has no chip {chip!r}; it serves {', '.join(self.chips)}")
+        self.chip = self.chips[chip]
+        return self
+
+    async def before_sending(self) -> None:
+        up = max(getattr(chip, "up_ps", 0) for chip in self.chips.values())
+        await until(self.kernel, up + POWER_UP_PS)
+
+    # --------------------------------------------------------------------------------------------- what straps say
+    def strapped(self, pins: tuple[str, ...]) -> tuple[int, ...]:
+        """The levels of strap pins; an open one reads 1."""
+        return tuple(0 if self.chip.pins[pin].level == 0 else 1 for pin in pins)
+
+    def follow_straps(self) -> Port:
+        """Take the rate that the module is strapped for."""
+        port = self.port
+        baud = self.fixed_baud or port.bauds[self.strapped(port.baud_pins)]
+        if baud != self.baud:
+            self.set_line(baud, self.word)
+        return port
+
+    @property
+    def checked(self) -> bool:
+        """Does the module want checksums?"""
+        return bool(self.port.checksum_pin) and self.strapped((self.port.checksum_pin,)) == (1,)
+
+    @property
+    def kept(self) -> int:
+        """The bits that a checksum always has."""
+        return int(getattr(self.chip, "kept", KEPT))
+
+    @property
+    def address(self) -> str:
+        """What stands in front of a command on a shared line."""
+        address = getattr(self.chip, "strapped_address", lambda: 0)()
+        return str(address) if address else ""
+
+    # ------------------------------------------------------------------------------------------------------ sending
+    def send(self, data: str | bytes) -> None:
+        """Queue characters as they are, without address and checksum; they go out one behind the other."""
+        self.follow_straps()
+        self.write(data)
+
+    def framed(self, command: str) -> bytes:
+        """A command as it goes over the wire: address, checksum and carriage return added."""
+        if not isinstance(command, str) or not command.isascii():
+            raise UsageError(f"{self.name}: command {command!r}; expected text such as 'V1'")
+        return framed(self.address + command, self.checked, self.kept)
+
+    def ask(self, command: str, timeout: str = "5 s") -> str:
+        """Send a command, wait for the answer, and return it without checksum and carriage return.
+
+        The listing of Q comes as its lines, "\\r" between them.
+
+        Raises:
+            ChecksumError: the answer has a wrong checksum, or a character of it came with a fault.
+            Timeout: no answer; the message says who waits for what.
+        """
+        self.answers.clear()
+        self.line.clear()
+        before = self.faulty
+        self.send(self.framed(command))
+        self._let_pass(lambda: self._answered(command), f"an answer to {command!r}", timeout)
+        if self.faulty != before:
+            raise ChecksumError(f"{self.name}: parity or framing fault in the answer to {command!r}: {self.answers!r}")
+        return "\r".join(self.stripped(line) for line in self.answers)
+
+    def _answered(self, command: str) -> bool:
+        if not self.answers:
+            return False
+        return command != "Q" or self.answers[-1].startswith(("END", "B", "E1", "E2", "E4"))
+
+    def _let_pass(self, met: Callable[[], bool], what: str, timeout: str) -> None:
+        if self.wait_for is None:
+            return
+        try:
+            self.wait_for(met, f"{self.name}: {what}", timeout)
+        except Timeout:
+            self.outgoing.clear()
+            raise
+
+    def stripped(self, line: str) -> str:
+        """An answer without its checksum."""
+        if not self.checked or not line:
+            return line
+        text, found = line[:-1], ord(line[-1])
+        expected = checksum(text.encode("ascii"), self.kept)
+        if found != expected:
+            raise ChecksumError(f"{self.name}: {line!r} ends in {found:#04x}; its checksum is {expected:#04x}")
+        return text
+
+    def take(self, character: Character) -> None:
+        super().take(character)
+        if character.byte == 0x0D:
+            self.answers.append(self.line.decode("ascii"))
+            self.line.clear()
+        else:
+            self.line.append(character.byte)
+
+
+class GotCondition(Condition):
+    def __init__(self, port: Any, data: bytes) -> None:
+        self.port, self.data, self.text = port, data, f"{port.name} got {data!r}"
+
+    def met(self) -> bool:
+        return self.data in self.port.received
