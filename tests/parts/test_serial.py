@@ -43,9 +43,9 @@ def test_a_character_is_asked_for_in_the_middle_of_its_stop_bit(circuit):
     c.pc.send("C")
     c.finish()
     tick = 10**12 / (16 * 9600)
-    begin = -(-10_000_000 // tick) * tick  # the sender's next clock
+    begin = 10_000_000 // tick * tick  # the clock before the fall
     (available,) = c.rises("uart.dav")
-    assert available == int(begin + tick * (1 + 8 + 9 * 16))  # the clock after the fall, half a bit, nine bits
+    assert available == int(begin + tick * (1 + 8 + 9 * 16))  # the clock behind it, half a bit, nine bits
 
 
 @pytest.mark.fact("CIRCUIT-UART-2")

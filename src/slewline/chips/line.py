@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from ..core.chip import Chip
 from ..core.kernel import Kernel, Task
-from ..core.serial import RS232, Word, bit_clock, receive, transmit
+from ..core.serial import RS232, Receiver, Word, bit_clock, transmit
 from ..core.table import Port
 
 CR, LF = 0x0D, 0x0A
@@ -95,10 +95,10 @@ class LineChip(Chip):
         self.work.clear()
 
     async def _listen(self) -> None:
-        rxd = self.pins["rxd"].net
+        receiver = Receiver(self.pins["rxd"].net, self.bits, self.word, RS232)
         text, faulty, first, too_long = bytearray(), False, False, False
         while True:
-            character = await receive(rxd, self.bits, self.word, RS232)
+            character = await receiver.character()
             byte = character.byte
             if byte == CR:
                 faulty |= not character.good

@@ -141,21 +141,31 @@ async def sampled(net: Net, times: Sequence[int]) -> list[int]:
     return found
 
 
-async def receive(net: Net, clock: Clock, word: Word, mark: int) -> Character:
-    """Wait for a character; returns in the middle of its first stop bit, or after it when the line stays at space."""
-    kernel = net.kernel
-    while True:
-        if net.level == mark or net.level is None:
+class Receiver:
+    """The receiving half of a UART; `receiving` is true within a character.  Rate and format may change between two."""
+
+    def __init__(self, net: Net, clock: Clock, word: Word, mark: int) -> None:
+        self.net, self.clock, self.word, self.mark = net, clock, word, mark
+        self.receiving = False
+        self.broken = False  # the last character had no stop bit: the line must come to rest first
+
+    async def character(self) -> Character:
+        """Wait for a character; returns in the middle of its first stop bit."""
+        net, mark = self.net, self.mark
+        if self.broken:
+            await level(net, mark)
+        while True:
+            self.receiving = False
             await level(net, 1 - mark)
-        start = kernel.now
-        middle = clock.ticks_until(start) + 1 + OVERSAMPLING // 2  # the edge is seen at the next clock
-        if (await sampled(net, [clock.ps(middle)]))[0] != 1 - mark:
-            continue  # a spike, no start bit
+            self.receiving = True
+            start, clock, word = net.kernel.now, self.clock, self.word
+            middle = clock.ticks_until(start) + 1 + OVERSAMPLING // 2  # the edge is seen at the next clock
+            if (await sampled(net, [clock.ps(middle)]))[0] == 1 - mark:
+                break  # else it was a spike, no start bit
         looks = word.bits + (word.parity != "none") + 1
         levels = await sampled(net, [clock.ps(middle + OVERSAMPLING * n) for n in range(1, looks + 1)])
-        bits = [int(seen == mark) for seen in levels]
+        *bits, stop = [int(seen == mark) for seen in levels]
         byte = sum(bit << n for n, bit in enumerate(bits[: word.bits]))
-        wrong = word.parity != "none" and bits[word.bits] != word.parity_bit(byte)
-        if not bits[-1]:
-            await level(net, mark)
-        return Character(byte, wrong, not bits[-1], start, start + clock.ps(word.ticks))
+        wrong = word.parity != "none" and bits[-1] != word.parity_bit(byte)
+        self.receiving, self.broken = False, not stop
+        return Character(byte, wrong, not stop, start, start + clock.ps(word.ticks))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.kernel import Kernel, Task
 from ..core.pin import Condition
-from ..core.serial import RS232, TTL, Character, Word, bit_clock, receive, transmit
+from ..core.serial import RS232, TTL, Character, Receiver, Word, bit_clock, transmit
 from ..core.table import Port
 from ..core.waits import until
 from ..errors import ChecksumError, Timeout, UnknownName, UsageError
@@ -51,6 +51,7 @@ class SerialPort(Part):
     ) -> None:
         super().__init__(kernel, name)
         self.mark = TTL if ttl else RS232
+        self.receiver: Receiver | None = None
         self.set_line(baud, Word(bits, parity, stop))
         self.add_pin("txd", "out", "serial data out", initial=self.mark)
         self.add_pin("rxd", "in", "serial data in", pull=self.mark)
@@ -63,6 +64,8 @@ class SerialPort(Part):
     def set_line(self, baud: int | str, word: Word) -> None:
         """Take another rate or format, from the next character on."""
         self.clock, self.word, self.baud = bit_clock(baud, self.name), word.checked(self.name), baud
+        if self.receiver is not None:
+            self.receiver.clock, self.receiver.word = self.clock, self.word
 
     def rewired(self) -> None:
         self.kernel.spawn(self._receive(), f"{self.name} receives")
@@ -114,8 +117,9 @@ class SerialPort(Part):
 
     # ---------------------------------------------------------------------------------------------------- receiving
     async def _receive(self) -> None:
+        receiver = self.receiver = Receiver(self.pins["rxd"].net, self.clock, self.word, self.mark)
         while True:
-            self.take(await receive(self.pins["rxd"].net, self.clock, self.word, self.mark))
+            self.take(await receiver.character())
 
     def take(self, character: Character) -> None:
         """A character has come in."""

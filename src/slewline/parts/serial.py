@@ -12,19 +12,17 @@ no way to stop the host; it must pause by itself around motions, delays and wait
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from types import MappingProxyType
 
 from ..core.kernel import Kernel
-from ..core.net import Net, Wave
+from ..core.serial import OVERSAMPLING, TTL, Character, Receiver, Word, bit_clock, transmit
 from ..core.timebase import Clock, picoseconds
-from ..core.waits import level, until
+from ..core.waits import until
 from ..errors import UsageError
 from .part import Part
 from .worker import Data, Worker, as_bytes
 
-OVERSAMPLING = 16
 GENERATOR_HZ = 2_457_600
 STAGES = 12  # of the CD4040 behind the oscillator
 
@@ -37,39 +35,6 @@ def _text(baud: Fraction) -> str:
 GENERATOR = MappingProxyType(
     {_text(Fraction(GENERATOR_HZ, OVERSAMPLING << stage)): GENERATOR_HZ >> stage for stage in range(1, STAGES + 1)}
 )
-PARITIES = ("none", "odd", "even")
-
-
-@dataclass(frozen=True, slots=True)
-class Word:
-    """A word format: 5 to 8 data bits, parity, and 1, 1.5 or 2 stop bits."""
-
-    bits: int
-    parity: str
-    stop: int | str
-
-    def checked(self, owner: str) -> Word:
-        """The format itself, if it is one."""
-        if self.bits not in range(5, 9) or self.parity not in PARITIES or str(self.stop) not in ("1", "1.5", "2"):
-            raise UsageError(
-                f"{owner}: {self.bits} bits, parity {self.parity!r}, {self.stop} stop bits; "
-                f"allowed 5 to 8, {' or '.join(PARITIES)}, and 1, '1.5' or 2"
-            )
-        return self
-
-    @property
-    def stop_ticks(self) -> int:
-        """Length of the stop bits in ticks of the clock."""
-        return int(OVERSAMPLING * Fraction(str(self.stop)))
-
-    def parity_bit(self, byte: int) -> int:
-        """The bit that makes the number of ones odd or even."""
-        return (byte.bit_count() + (self.parity == "odd")) % 2
-
-    def levels(self, byte: int) -> list[int]:
-        """Start bit, data bits, parity."""
-        data = [byte >> n & 1 for n in range(self.bits)]
-        return [0, *data] + ([] if self.parity == "none" else [self.parity_bit(byte & (1 << self.bits) - 1)])
 
 
 class SerialSender(Worker):
@@ -95,13 +60,7 @@ class SerialSender(Worker):
     ) -> None:
         super().__init__(kernel, name)
         self.word = Word(bits, parity, stop).checked(name)
-        try:
-            rate = OVERSAMPLING * Fraction(str(baud))
-        except ValueError:
-            rate = Fraction(0)
-        if rate < 1 or rate.denominator != 1:
-            raise UsageError(f"{name}: baud {baud!r}; expected 9600, '37.5' ...: sixteen times the rate in whole hertz")
-        self.clock = Clock(rate.numerator)
+        self.clock = bit_clock(baud, name)
         self.gap_ps = picoseconds(gap)
         self.add_pin("txd", "out", "serial data, TTL level", initial=1)
 
@@ -123,13 +82,8 @@ class SerialSender(Worker):
         self.work("pauses", wait)
 
     async def _character(self, byte: int) -> None:
-        clock, levels = self.clock, self.word.levels(byte)
-        start = clock.ticks_from(self.kernel.now)
-        await until(self.kernel, clock.ps(start))
-        end = start + OVERSAMPLING * len(levels)
-        times = tuple(clock.ps(start + OVERSAMPLING * n) for n in range(len(levels) + 1))
-        self.drivers["txd"].play(Wave(1, times, (*levels, 1)))
-        await until(self.kernel, clock.ps(end + self.word.stop_ticks) + self.gap_ps)
+        await transmit(self.drivers["txd"], self.clock, self.word, byte, TTL)
+        await until(self.kernel, self.kernel.now + self.gap_ps)
 
 
 class Uart(Part):
@@ -166,7 +120,8 @@ class Uart(Part):
         for flag, says in (("pe", "parity error"), ("fe", "framing error"), ("oe", "overrun")):
             self.add_pin(flag, "out", f"high: {says} in the last character", initial=0)
         self.held = 0
-        self.available = self.receiving = False
+        self.available = False
+        self.receiver: Receiver | None = None
 
     def rewired(self) -> None:
         self.pin("rdav").net.watch(lambda net: self._set(False) if net.level == 0 else None)
@@ -175,11 +130,11 @@ class Uart(Part):
 
     @property
     def idle(self) -> bool:
-        return not self.receiving
+        return self.receiver is None or not self.receiver.receiving
 
     @property
     def waiting(self) -> str:
-        return f"{self.name}: {'in a character' if self.receiving else 'a start bit'}"
+        return f"{self.name}: {'a start bit' if self.idle else 'in a character'}"
 
     # ------------------------------------------------------------------------------------------------ parallel side
     def _put(self) -> None:
@@ -192,40 +147,25 @@ class Uart(Part):
 
     # -------------------------------------------------------------------------------------------------- serial side
     async def _receive(self) -> None:
-        line, clock = self.pin("rxd").net, self.clock
+        receiver = self.receiver = Receiver(self.pin("rxd").net, self.clock, self.word, TTL)
         while True:
-            self.receiving = False
-            await level(line, 0)
-            self.receiving = True
-            middle = clock.ticks_until(self.kernel.now) + 1 + OVERSAMPLING // 2  # the fall is seen at the next clock
-            if await self._look(line, middle):
-                continue  # a spike, no start bit
-            byte = 0
-            for n in range(self.word.bits):
-                middle += OVERSAMPLING
-                byte |= await self._look(line, middle) << n
-            wrong = False
-            if self.word.parity != "none":
-                middle += OVERSAMPLING
-                wrong = await self._look(line, middle) != self.word.parity_bit(byte)
-            stop = await self._look(line, middle + OVERSAMPLING)
-            self._complete(byte, wrong, not stop)
-            if not stop:
-                await level(line, 1)
+            self._complete(await receiver.character())
 
-    async def _look(self, line: Net, tick: int) -> int:
-        await until(self.kernel, self.clock.ps(tick))
-        return int(line.level != 0)
-
-    def _complete(self, byte: int, parity: bool, framing: bool) -> None:
+    def _complete(self, character: Character) -> None:
+        byte = character.byte
         for flag, wrong, code, text in (
             (
                 "pe",
-                parity,
+                character.parity_wrong,
                 "uart-parity",
                 f"wrong parity of {byte:#04x}: the word formats differ, or the line is noisy",
             ),
-            ("fe", framing, "uart-framing", f"no stop bit behind {byte:#04x}: baud rates or word formats differ"),
+            (
+                "fe",
+                character.framing_wrong,
+                "uart-framing",
+                f"no stop bit behind {byte:#04x}: baud rates or word formats differ",
+            ),
             (
                 "oe",
                 self.available,
