@@ -56,12 +56,13 @@ class LineChip(Chip):
         self.work: deque[Line | bytes] = deque()  # lines to obey, and answers that came late
         self.worker: Task | None = None
         self.listener: Task | None = None
+        self.receiver: Receiver | None = None
 
     # --------------------------------------------------------------------------------------------------- public face
     @property
     def answering(self) -> bool:
         """Is a line in work, or its answer on its way?"""
-        return self.worker is not None and self.worker.alive
+        return self.worker is not None
 
     async def obey(self, line: Line) -> Sequence[bytes]:
         """Do what a line says; returns the answers, without their carriage returns.  Chips bring this."""
@@ -91,11 +92,13 @@ class LineChip(Chip):
         for task in (self.listener, self.worker):
             if task is not None:
                 task.kill()
-        self.listener = self.worker = None
+        if self.receiver is not None:
+            self.receiver.close()
+        self.listener = self.worker = self.receiver = None
         self.work.clear()
 
     async def _listen(self) -> None:
-        receiver = Receiver(self.pins["rxd"].net, self.bits, self.word, RS232)
+        receiver = self.receiver = Receiver(self.pins["rxd"].net, self.bits, self.word, RS232)
         text, faulty, first, too_long = bytearray(), False, False, False
         while True:
             character = await receiver.character()
@@ -119,7 +122,7 @@ class LineChip(Chip):
             self.finding("line-lost", f"{item.text!r} came while a line was in work and another one waited: lost")
             return
         self.work.append(item)
-        if not self.answering:
+        if self.worker is None:
             self.worker = self.kernel.spawn(self._work(), f"{self.name} answers")
             self.refresh_idle()
 
@@ -143,6 +146,5 @@ class LineChip(Chip):
     async def _send(self, data: bytes) -> None:
         """Put characters on the line, then let go of it."""
         driver = self.drivers["txd"]
-        for byte in data:
-            await transmit(driver, self.bits, self.word, byte, RS232)
+        await transmit(driver, self.bits, self.word, data, RS232)
         driver.drive(None)

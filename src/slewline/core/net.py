@@ -232,6 +232,16 @@ class Net:
             level = self.tie if self.tie is not None else self.pull
         return level
 
+    def levels_before(self, instants: list[int]) -> list[Level]:
+        """The levels just before some instants, under the present promises."""
+        if len(self.active) != 1 or (promise := self.active[0].promise) is None:
+            return [self.resolve(ps - 1) for ps in instants]
+        found = [promise.level(ps - 1) for ps in instants]
+        if None in found:
+            rest = self.tie if self.tie is not None else self.pull
+            return [rest if level is None else level for level in found]
+        return found
+
     def _report(self, clash: bool) -> None:
         self.clash = clash
         if clash and self.on_conflict is not None:

@@ -7,18 +7,21 @@
 A wire rests at *mark*: 1 on a TTL line, 0 on an RS-232 line, whose mark is the negative voltage.
 
 Both directions cost the kernel an instant or two a character, however many bits it has: a sender promises all its edges
-at once, and a receiver asks the promise afterwards what the line was in the middle of each bit.  `sampled` is exact all
-the same: before anything replaces a promise, the looks that lie behind us are taken from the old one.
+at once, and a receiver asks the promise afterwards what the line was in the middle of each bit.  It is exact all the
+same: before anything replaces a promise, the looks that lie behind us are taken from the old one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from bisect import bisect_right
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
+from heapq import heappush
 from typing import NamedTuple
 
 from ..errors import UsageError
+from .kernel import Task
 from .net import Driver, Net, Wave
 from .timebase import Clock
 from .waits import level, until
@@ -98,47 +101,53 @@ class Character(NamedTuple):
         return not (self.parity_wrong or self.framing_wrong)
 
 
-async def transmit(
-    driver: Driver, clock: Clock, word: Word, byte: int, mark: int, *, wrong_parity: bool = False, no_stop: bool = False
-) -> None:
-    """Send one character from this instant on; returns at the end of its stop bits.
+class Frames:
+    """The characters of a word format at a rate, made once: bit instants relative to the start, and levels."""
+
+    __slots__ = ("_levels", "length", "mark", "times", "word")
+
+    def __init__(self, clock: Clock, word: Word, mark: int) -> None:
+        self.word, self.mark = word, mark
+        bits = word.ticks - word.stop_ticks + OVERSAMPLING  # as far as the begin of the stop bit
+        self.times = tuple(clock.ps(n) for n in range(0, bits, OVERSAMPLING))
+        self.length = clock.ps(word.ticks)
+        self._levels: dict[int, tuple[int, ...]] = {}
+
+    def levels(self, byte: int) -> tuple[int, ...]:
+        """The levels of the wire from the start bit to the stop bit."""
+        if byte not in self._levels:
+            mark = self.mark
+            self._levels[byte] = tuple(mark if bit else 1 - mark for bit in (*self.word.levels(byte), 1))
+        return self._levels[byte]
+
+
+@lru_cache(maxsize=64)
+def _frames(hz: int, word: Word, mark: int) -> Frames:
+    return Frames(Clock(hz), word, mark)
+
+
+async def transmit(driver: Driver, clock: Clock, word: Word, data: bytes, mark: int, fault: str = "") -> None:
+    """Send characters, one behind the other, from this instant on; returns at the end of the last one's stop bits.
 
     Args:
-        wrong_parity: send the other parity bit.
-        no_stop: send space where the first stop bit belongs.
+        fault: "parity": the other parity bit; "framing": space where the first stop bit belongs; in every character.
     """
-    kernel = driver.kernel
-    start, bits = kernel.now, word.levels(byte)
-    if wrong_parity and word.parity != "none":
-        bits[-1] ^= 1
-    bits.append(0 if no_stop else 1)
-    if no_stop:
-        bits.append(1)
-    times = tuple(start + clock.ps(OVERSAMPLING * n) for n in range(len(bits)))
-    driver.play(Wave(mark, times, tuple(mark if bit else 1 - mark for bit in bits)))
-    await until(kernel, start + clock.ps(word.ticks))
-
-
-async def sampled(net: Net, times: Sequence[int]) -> list[int]:
-    """The levels that looks at some instants see, each the one from before its instant; returns at the last of them.
-
-    Args:
-        times: ascending instants to come, ps.
-    """
-    kernel = net.kernel
-    found: list[int] = []
-
-    def catch_up() -> None:
-        while len(found) < len(times) and times[len(found)] <= kernel.now:
-            found.append(net.resolve(times[len(found)] - 1))
-
-    net.sample(catch_up)
-    try:
-        await until(kernel, times[-1])
-        catch_up()
-    finally:
-        net.unsample(catch_up)
-    return found
+    kernel, frames = driver.kernel, _frames(clock.hz, word, mark)
+    start = kernel.now
+    times: list[int] = []
+    levels: list[int] = []
+    for byte in data:
+        times += [start + time for time in frames.times]
+        levels += frames.levels(byte)
+        if fault == "parity" and word.parity != "none":
+            levels[-2] = 1 - levels[-2]
+        elif fault == "framing":
+            levels[-1] = 1 - mark
+            times.append(times[-1] + frames.times[1])
+            levels.append(mark)
+        start += frames.length
+    driver.play(Wave(mark, tuple(times), tuple(levels)))
+    await until(kernel, start)
 
 
 class Receiver:
@@ -148,24 +157,56 @@ class Receiver:
         self.net, self.clock, self.word, self.mark = net, clock, word, mark
         self.receiving = False
         self.broken = False  # the last character had no stop bit: the line must come to rest first
+        self.looks: list[int] = []  # instants of the looks of this character
+        self.seen: list[int] = []  # what those that lie behind us saw
+        self.taken = 0  # how many
+        self.task: Task | None = None
+        net.sample(self.before_change)
+
+    def close(self) -> None:
+        """No longer look."""
+        self.net.unsample(self.before_change)
+
+    def before_change(self) -> None:
+        """The wire is about to be driven otherwise; where that cuts a start bit short, look at it in its middle."""
+        self.catch_up()
+        kernel, task = self.net.kernel, self.task
+        if self.receiving and not self.taken and task is not None:
+            heappush(kernel.heap, (self.looks[0], next(kernel.order), task, task.token))
+
+    def catch_up(self) -> None:
+        """Take the looks up to now, each with the level from before its instant."""
+        looks, now = self.looks, self.net.kernel.now
+        if self.taken < len(looks) and looks[self.taken] <= now:
+            over = bisect_right(looks, now, self.taken)
+            self.seen += self.net.levels_before(looks[self.taken : over])
+            self.taken = over
 
     async def character(self) -> Character:
         """Wait for a character; returns in the middle of its first stop bit."""
-        net, mark = self.net, self.mark
+        net, mark, kernel = self.net, self.mark, self.net.kernel
         if self.broken:
             await level(net, mark)
         while True:
             self.receiving = False
             await level(net, 1 - mark)
             self.receiving = True
-            start, clock, word = net.kernel.now, self.clock, self.word
+            start, clock, word = kernel.now, self.clock, self.word
             middle = clock.ticks_until(start) + 1 + OVERSAMPLING // 2  # the edge is seen at the next clock
-            if (await sampled(net, [clock.ps(middle)]))[0] == 1 - mark:
+            count = 2 + word.bits + (word.parity != "none")
+            self.seen, self.taken = [], 0
+            self.looks = [clock.ps(middle + OVERSAMPLING * n) for n in range(count)]
+            self.task = kernel.task
+            promised = net.resolve(self.looks[0] - 1) == 1 - mark
+            await until(kernel, self.looks[-1 if promised else 0])
+            self.catch_up()
+            if self.seen[0] == 1 - mark:
                 break  # else it was a spike, no start bit
-        looks = word.bits + (word.parity != "none") + 1
-        levels = await sampled(net, [clock.ps(middle + OVERSAMPLING * n) for n in range(1, looks + 1)])
-        *bits, stop = [int(seen == mark) for seen in levels]
-        byte = sum(bit << n for n, bit in enumerate(bits[: word.bits]))
-        wrong = word.parity != "none" and bits[-1] != word.parity_bit(byte)
-        self.receiving, self.broken = False, not stop
-        return Character(byte, wrong, not stop, start, start + clock.ps(word.ticks))
+        if kernel.now < self.looks[-1]:
+            await until(kernel, self.looks[-1])
+            self.catch_up()
+        bits = [int(seen == mark) for seen in self.seen]
+        byte = sum(bit << n for n, bit in enumerate(bits[1 : 1 + word.bits]))
+        wrong = word.parity != "none" and bits[-2] != word.parity_bit(byte)
+        self.receiving, self.broken = False, not bits[-1]
+        return Character(byte, wrong, self.broken, start, start + _frames(clock.hz, word, mark).length)

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from ..core.chip import Chip
 
 FAULTS = ("parity", "framing")
+BURST = 16  # characters whose edges are promised together
 POWER_UP_PS = 10**9  # a host gives a module a millisecond after power-up, whose RESET pulse it would not hear through
 
 
@@ -55,7 +56,7 @@ class SerialPort(Part):
         self.set_line(baud, Word(bits, parity, stop))
         self.add_pin("txd", "out", "serial data out", initial=self.mark)
         self.add_pin("rxd", "in", "serial data in", pull=self.mark)
-        self.outgoing: deque[tuple[int, str]] = deque()
+        self.outgoing: deque[tuple[bytes, str]] = deque()  # bursts of characters, each with its fault
         self.sender: Task | None = None
         self.received = bytearray()  # the data bits of every character, good or not
         self.faulty = 0  # characters with a parity or framing fault
@@ -81,10 +82,7 @@ class SerialPort(Part):
         if fault and fault not in FAULTS:
             raise UsageError(f"{self.name}: fault {fault!r}; allowed {', '.join(FAULTS)}")
         self.input("write", data, fault)
-        self.outgoing.extend((byte, fault) for byte in data)
-        self._wake()
-
-    def _wake(self) -> None:
+        self.outgoing.extend((data[at : at + BURST], fault) for at in range(0, len(data), BURST))
         if self.outgoing and (self.sender is None or not self.sender.alive):
             self.sender = self.kernel.spawn(self._send(), f"{self.name} sends")
 
@@ -95,17 +93,14 @@ class SerialPort(Part):
         driver = self.drivers["txd"]
         await self.before_sending()
         while self.outgoing:
-            byte, fault = self.outgoing[0]
-            await transmit(
-                driver,
-                self.clock,
-                self.word,
-                byte,
-                self.mark,
-                wrong_parity=fault == "parity",
-                no_stop=fault == "framing",
-            )
+            data, fault = self.outgoing[0]
+            await transmit(driver, self.clock, self.word, data, self.mark, fault)
             self.outgoing.popleft()
+
+    @property
+    def backlog(self) -> int:
+        """Characters that are still to be sent."""
+        return sum(len(data) for data, _ in self.outgoing)
 
     @property
     def idle(self) -> bool:
@@ -113,7 +108,7 @@ class SerialPort(Part):
 
     @property
     def waiting(self) -> str:
-        return f"{self.name}: {len(self.outgoing)} characters to send" if self.outgoing else super().waiting
+        return f"{self.name}: {self.backlog} characters to send" if self.outgoing else super().waiting
 
     # ---------------------------------------------------------------------------------------------------- receiving
     async def _receive(self) -> None:

@@ -82,7 +82,7 @@ class SerialSender(Worker):
         self.work("pauses", wait)
 
     async def _character(self, byte: int) -> None:
-        await transmit(self.drivers["txd"], self.clock, self.word, byte, TTL)
+        await transmit(self.drivers["txd"], self.clock, self.word, bytes([byte]), TTL)
         await until(self.kernel, self.kernel.now + self.gap_ps)
 
 
