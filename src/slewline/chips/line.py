@@ -4,19 +4,21 @@
     txd                         |<- turnround ->| answer CR   then the line is obeyed; its effect shows with it
 
 While an answer is on its way one further line is kept; what comes beyond that is lost.  A chip brings its sheet (with a
-serial `port`) and `obey`.
+serial `port`), and a method for each command or an `obey` of its own.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping, Sequence
+from inspect import isawaitable
 from typing import NamedTuple
 
 from ..core.chip import Chip
 from ..core.kernel import Kernel, Task
 from ..core.serial import RS232, Receiver, Word, bit_clock, transmit
 from ..core.table import Port
+from ..language.lines import Refusal, parse
 
 CR, LF = 0x0D, 0x0A
 TURNROUND_PS = 10**9
@@ -29,6 +31,7 @@ class Line(NamedTuple):
     faulty: bool  # a character of it had a parity or framing fault
     first_faulty: bool  # and it was the first one
     too_long: bool
+    checked: bool  # a checksum was asked for at its carriage return; it rules the answer, too
     end_ps: int
 
 
@@ -39,6 +42,7 @@ class LineChip(Chip):
     """
 
     turnround_ps = TURNROUND_PS
+    done, refused = b"OK", b"?"  # what `obey` answers where a command says nothing, and to what is no command
     lenient = False  # forgive a line feed between two lines
 
     def __init__(
@@ -65,8 +69,17 @@ class LineChip(Chip):
         return self.worker is not None
 
     async def obey(self, line: Line) -> Sequence[bytes]:
-        """Do what a line says; returns the answers, without their carriage returns.  Chips bring this."""
-        raise NotImplementedError
+        """Do what a line says; returns the answers, without their carriage returns.
+
+        As it stands here: the method named after the row of the command is called, and what it returns is the answer.
+        """
+        command = parse(self.sheet, line.text.decode("ascii", "replace"))
+        if line.faulty or line.too_long or isinstance(command, Refusal):
+            return [self.refused]
+        answer = getattr(self, command.row.handler)(*command.values)
+        if isawaitable(answer):
+            answer = await answer
+        return [self.done if answer is None else str(answer).encode("ascii")]
 
     def busy(self, on: bool) -> None:
         """The chip begins or ends to work on a line; a chip with a pin for it shows it there."""
@@ -80,12 +93,22 @@ class LineChip(Chip):
         """The levels of strap pins; an open one reads 1."""
         return tuple(0 if self.pins[pin].level == 0 else 1 for pin in pins)
 
+    @property
+    def checked(self) -> bool:
+        """Do lines carry a checksum at present?"""
+        return bool(self.port.checksum_pin) and self.strapped((self.port.checksum_pin,)) == (1,)
+
     def listen(self) -> None:
         """Begin to receive, at the rate that the straps say now."""
         self.word = Word(self.port.bits, self.port.parity, self.port.stop)
         self.bits = bit_clock(self.port.bauds[self.strapped(self.port.baud_pins)], self.name)
         self.listener = self.kernel.spawn(self._listen(), f"{self.name} listens")
         self.refresh_idle()
+
+    def rewired(self) -> None:
+        """RXD has been joined with another net (called by the bench before the first run)."""
+        if self.receiver is not None:
+            self.receiver.net = self.pins["rxd"].net
 
     def hang_up(self) -> None:
         """No line any more: the supply is off."""
@@ -105,7 +128,7 @@ class LineChip(Chip):
             byte = character.byte
             if byte == CR:
                 faulty |= not character.good
-                self.take(Line(bytes(text), faulty, first, too_long, character.end_ps))
+                self.take(Line(bytes(text), faulty, first, too_long, self.checked, character.end_ps))
                 text, faulty, first, too_long = bytearray(), False, False, False
             elif byte == LF and self.lenient and not text:
                 continue

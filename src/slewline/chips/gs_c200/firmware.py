@@ -93,9 +93,7 @@ class GsC(Instructions):
     async def run(self) -> None:
         """From power-up on: RESET pulse, straps, and what is to be done without a host."""
         self.waits("the end of the RESET pulse")
-        for row in self.sheet.pins:
-            if row.reset is not None:
-                self.drivers[row.name].drive(row.reset)
+        self.outputs_reset()
         self.rdy.drive(0)
         await self.pulse_reset()
         self.address = self.strapped_address()
@@ -126,13 +124,17 @@ class GsC(Instructions):
         self.in_work = on
         self.rdy.drive(0 if on or self.running or self.writing else None)
 
+    @property
+    def answering(self) -> bool:
+        """Is a line in work, or its answer on its way?  That to M comes when the EEPROM is written."""
+        return super().answering or (self.writing and not self.options.early_y)
+
     def refresh_idle(self) -> None:
         self.idle = not (self.answering or self.running or self.writing)
 
     async def obey(self, line: Line) -> Sequence[bytes]:
         """Check a line and do what it says; returns the answers as they go over the line."""
-        text = line.text
-        checked = self.strapped(("chs",)) == (1,)
+        text, checked = line.text, line.checked
         if not text:
             return ()
         if self.address:
@@ -140,26 +142,25 @@ class GsC(Instructions):
                 return ()
             if len(text) == 1:
                 return ()
-        fault = self._reception_fault(line, checked)
+        fault = self._reception_fault(line)
         if fault:
             self.finding("E1", f"{text!r}: {fault}")
             return self.spoken("E1", checked)
         body = text[bool(self.address) : len(text) - checked].decode("ascii")
+        self.answer_checked = checked
         return self.spoken(await self.answer(body), checked)
 
-    def _reception_fault(self, line: Line, checked: bool) -> str:
+    def _reception_fault(self, line: Line) -> str:
         if line.faulty:
             return "a parity or framing fault"
         if line.too_long:
             return f"more than {self.port.longest} characters"
-        if checked and line.text[-1] != checksum(line.text[:-1], self.kept):
+        if line.checked and line.text[-1] != checksum(line.text[:-1], self.kept):
             return f"checksum {line.text[-1]:#04x}, expected {checksum(line.text[:-1], self.kept):#04x}"
         return ""
 
-    def spoken(self, answer: str, checked: bool | None = None) -> list[bytes]:
+    def spoken(self, answer: str, checked: bool) -> list[bytes]:
         """Answers as they go over the line, each with its checksum if there is one; none for an empty text."""
-        if checked is None:
-            checked = self.strapped(("chs",)) == (1,)
         lines = [line.encode("ascii") for line in answer.split("\r") if line]
         return [line + bytes([checksum(line, self.kept)]) if checked else line for line in lines]
 
@@ -288,11 +289,11 @@ class GsC(Instructions):
     # --------------------------------------------------------------------------------------------------------- EEPROM
     async def do_memorize(self) -> str:
         self.writing = True
-        task = self.kernel.spawn(self._write(bytes(self.memory)), f"{self.name} writes")
+        task = self.kernel.spawn(self._write(bytes(self.memory), self.answer_checked), f"{self.name} writes")
         self.tasks.append(task)
         return "Y" if self.options.early_y else ""
 
-    async def _write(self, program: bytes) -> None:
+    async def _write(self, program: bytes, checked: bool) -> None:
         """The answer comes when the program is written and verified."""
         self.waits("the EEPROM")
         await until(self.kernel, self.kernel.now + self.eeprom_ps)
@@ -309,7 +310,7 @@ class GsC(Instructions):
         if self.options.early_y:
             self.failed = not good
         else:
-            self.take(self.spoken("Y" if good else "E6")[0])
+            self.take(self.spoken("Y" if good else "E6", checked)[0])
         self.refresh_idle()
 
     async def do_exchange(self) -> str:
@@ -334,6 +335,7 @@ class GsC(Instructions):
             at += self.rows[data[at]].size
         return at == len(data) <= self.sheet.buffer_bytes
 
+    answer_checked = False  # the answer to the line in work carries a checksum
     homing = False
     before_homing = 0
     up_ps = 0  # when the supply was switched on

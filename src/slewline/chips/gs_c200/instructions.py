@@ -84,7 +84,7 @@ class Instructions(State):
         """What a run starts with."""
         self.program_counter = 0
         self.loops: list[list[int]] = []  # [where it begins, passes made]
-        self.loop_marked = False  # an L0 has been met
+        self.loop_told = False  # a loop end without a start has been told of
         self.until_input: int | None = None  # U at location 0 repeats the program while this input is 1
 
     def _fetch(self, program: bytes, at: int) -> tuple[Row, tuple[int, ...]]:
@@ -122,28 +122,21 @@ class Instructions(State):
         await polled(self.kernel, self.inputs[number - 1], 1, self.instruction_ps)
 
     async def do_until(self, number: int) -> None:
+        high = self.inputs[number - 1].level != 0
         if self.program_counter == self.rows[ord("U")].size and not self.options.plain_u:
-            self.until_input = number  # at the head of the program it is tested at the end
-        elif self.inputs[number - 1].level != 0:
+            self.until_input = number if high else None  # at the head of the program it is tested again at the end
+        elif high:
             self.program_counter = 0
 
     # ---------------------------------------------------------------------------------------------- loops and jumps
     async def do_loop_start(self) -> None:
-        here = self.program_counter
-        if self.options.nested_loops:
-            self.loops = [loop for loop in self.loops if loop[0] < here]
-        elif any(loop[0] != here for loop in self.loops):
-            self.finding("nested-loop", "L0 inside a loop: it replaces the outer start; there is one loop at a time")
-            self.loops.clear()
-        else:
-            self.loops.clear()
-        self.loops.append([here, 0])
-        self.loop_marked = True
+        outside = self.program_counter if self.options.nested_loops else 0
+        self.loops = [loop for loop in self.loops if loop[0] < outside]
+        self.loops.append([self.program_counter, 0])
 
     async def do_loop(self, passes: int) -> None:
         if not self.loops:
-            if self.loop_marked:
-                self.finding("loop-without-start", f"L{passes} has no L0 of its own: it repeats from location 0")
+            self._check_start(passes)
             self.loops.append([0, 0])
         loop = self.loops[-1]
         loop[1] += 1
@@ -151,6 +144,14 @@ class Instructions(State):
             self.program_counter = loop[0]
         else:
             self.loops.pop()
+
+    def _check_start(self, passes: int) -> None:
+        """Tell once of a loop end that stands behind another one, without a start of its own."""
+        here = self.program_counter - self.rows[ord("L")].size
+        before = [text for at, text in self.instructions().items() if at < here and text.startswith("L")]
+        if not self.loop_told and before and before[-1] != "L0":
+            self.loop_told = True
+            self.finding("loop-without-start", f"L{passes} has no L0 of its own: it repeats from location 0")
 
     async def do_jump(self, target: int) -> None:
         self.program_counter = target
@@ -192,13 +193,15 @@ class Instructions(State):
     async def _run_endless(self, direction: int, number: int | None) -> None:
         if not self._may_move():
             return
-        limit = self._limit(direction)
         watched = None if number is None else self.inputs[number - 1]
+        if watched is not None and watched.level == 0:
+            return
+        limit = self._limit(direction)
         text = "a run" + (f" until ui{number}=0" if number else " until K or Z")
         plan = profile.endless(*self.speeds_in_force(), self.law, limit)
         if limit:
             await self.motion.run(plan, direction, text, watched)
-        if self._limit(direction) == 0 and (watched is None or watched.level != 0):
+        if not limit or (self._limit(direction) == 0 and not self.motion.stopped):
             self._overflow("an endless motion has reached the end of the position counter")
 
     def speeds_in_force(self) -> tuple[int, int, int]:

@@ -24,11 +24,12 @@ RAMPS = ("up", "down")
 
 
 class Motion:
-    """The stepping part of the firmware.  `moving` is true from MOV high to MOV low."""
+    """The stepping part of the firmware.  `moving` is true from MOV high to MOV low; `stopped` tells of the last motion
+    whether it came to rest because it was told to."""
 
     def __init__(self, chip: State) -> None:
         self.chip, self.kernel = chip, chip.kernel
-        self.moving = False
+        self.moving = self.stopped = False
         self.playing: Playing | None = None
         self.stop_net = Net(self.kernel, f"{chip.name}.stop")
         self.stop = Driver(self.stop_net, chip.name)  # 1: come to rest
@@ -44,21 +45,21 @@ class Motion:
             self.outputs_rest()
 
     async def run(self, plan: Plan, sign: int, text: str, watched: Net | None) -> None:
-        """Run until the stop net says so, or until an input is low; one that is low already makes no step."""
+        """Run until the stop net says so, or until an input is low."""
         kernel, chip = self.kernel, self.chip
         if watched is None:
             await self.move(plan, sign, text)
-        elif watched.level != 0:
+            return
 
-            async def watch() -> None:
-                await polled(kernel, watched, 0, chip.instruction_ps)
-                self.stop.drive(1)
+        async def watch() -> None:
+            await polled(kernel, watched, 0, chip.instruction_ps)
+            self.stop.drive(1)
 
-            watcher = kernel.spawn(watch(), f"{chip.name} watches {watched.name}")
-            try:
-                await self.move(plan, sign, text)
-            finally:
-                watcher.kill()
+        watcher = kernel.spawn(watch(), f"{chip.name} watches {watched.name}")
+        try:
+            await self.move(plan, sign, text)
+        finally:
+            watcher.kill()
 
     async def home(self, sign: int, interval: int, text: str) -> None:
         """Find the end of travel, then the home position, at the start-stop speed."""
@@ -72,7 +73,7 @@ class Motion:
 
     def begin(self, text: str) -> None:
         """A motion begins."""
-        self.moving, self.text = True, text
+        self.moving, self.stopped, self.text = True, False, text
         self.stop.drive(0)
         self.chip.waits(f"{text} in motion")
 
@@ -125,7 +126,9 @@ class Motion:
             if switch is not None and switch.level == 0:
                 return kernel.now
             if self.stop_net.level == 1 and not stopping:
-                plan, step, fresh, stopping = profile.stopped(plan, step), 0, True, True
+                room, plan = plan.steps - step, profile.stopped(plan, step)
+                self.stopped = plan.steps <= room
+                plan, step, fresh, stopping = profile.within(plan, room), 0, True, True
                 continue
             if chip.enable.level == 0:
                 await self.held(bool(plan.steps) and not stopping)

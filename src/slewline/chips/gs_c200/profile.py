@@ -110,3 +110,8 @@ def stopped(of: Plan, step: int) -> Plan:
         return plan(("down", mirrored(head(mirrored(leg.runs), left))))
     up = of.legs[0]
     return plan(("down", mirrored(head(up.runs, min(step, up.count))))) if up.name == "up" else Plan(())
+
+
+def within(of: Plan, room: int) -> Plan:
+    """As many steps of a plan as there are before the end of the counter."""
+    return of if of.steps <= room else plan(*((leg.name, head(leg.runs, room - leg.first)) for leg in of.legs))

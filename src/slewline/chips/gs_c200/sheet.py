@@ -76,6 +76,11 @@ PORT = Port(
     }),
     checksum_pin="chs",
     longest=LONGEST,
+    answers=MappingProxyType({
+        "Y": "accepted", "B": "busy", "R": "ready", "V": "what was asked for", "END": "end of the listing",
+        "E1": "parity, checksum or length", "E2": "argument", "E3": "program memory full", "E4": "unknown, or not now",
+        "E5": "the position counter overflowed", "E6": "the EEPROM failed",
+    }),
     where="baud rate programming; module address programming; data exchange protocol",
 )
 
@@ -89,8 +94,8 @@ SIGNED = Arg("position", 3, -(1 << 23), (1 << 23) - 1, sign="must")
 _CD = "command descriptions"
 
 
-def _stored(form: str, name: str, args: tuple[Arg, ...], says: str, *, room: int, head: str = "", code: int = -1, motion: bool = False, tail: tuple[str, ...] = (), when: str = "") -> Row:
-    return Row(form, name, args, MS, says, _CD, program_us=MS, code=code, motion=motion, head=head, room=room, tail=tail, when=when)
+def _stored(form: str, name: str, args: tuple[Arg, ...], says: str, *, room: int, head: str = "", code: int = -1, motion: bool = False, tail: tuple[str, ...] = (), when: str = "", flow: str = "n") -> Row:
+    return Row(form, name, args, MS, says, _CD, program_us=MS, code=code, motion=motion, head=head, room=room, tail=tail, when=when, flow=flow)
 
 
 def _immediate(form: str, name: str, says: str, *args: Arg, when: str, head: str = "") -> Row:
@@ -106,13 +111,13 @@ ROWS = (
     _immediate("H", "HOME", "find the home position", replace(DIRECTION, optional=True), when="i"),
     _immediate("K", "KILL", "end program and motion at once", when="ir"),
     _stored("L0", "LOOP_START", (), "begin of what a loop repeats", room=2, head="L", code=ord("l"), tail=("0", "o")),
-    _stored("L", "LOOP", (Arg("passes", 1, 1, 255),), "repeat from the loop start, so many passes in all", room=2),
+    _stored("L", "LOOP", (Arg("passes", 1, 1, 255),), "repeat from the loop start, so many passes in all", room=2, flow="nl"),
     _immediate("M", "MEMORIZE", "program to EEPROM", when="ip"),
     _immediate("Q", "QUERY", "list the program", when="ip"),
     _stored("R", "RAMP", (Arg("ramp", 3, 1, 999, unit="steps"),), "length of both ramps", room=4),
     _stored("S", "START_STOP", (SPEED,), "start-stop speed", room=4),
     _stored("T", "TOP_SPEED", (SPEED,), "slew speed", room=4),
-    _stored("U", "UNTIL", (INPUT,), "repeat the program until an input is low", room=2),
+    _stored("U", "UNTIL", (INPUT,), "repeat the program until an input is low", room=2, flow="n0"),
     _immediate("V", "VERIFY", "position (1) or user inputs and outputs (2)", Arg("what", 1, 1, 2), when="ip"),
     _stored("W", "WAIT", (INPUT,), "wait until an input is high", room=2),
     _immediate("X", "EXCHANGE", "EEPROM to program memory", when="ip"),
@@ -132,8 +137,8 @@ C200S_ROWS = (
     _stored("g±", "VELOCITY", (DIRECTION,), "run until K or Z", room=4, head="g", code=ord("g"), motion=True),
     _stored("g±x", "CONTROLLED_VELOCITY", (DIRECTION, INPUT), "run until an input is low", room=4, head="g", code=ord("x"), motion=True),
     _stored("I", "INITIALIZE", (Arg("what", 1, 1, 3),), "clear counter (1), user outputs (2), both (3)", room=2, when="i"),
-    _stored("j", "JUMP", (LOCATION,), "continue at a location", room=2),
-    _stored("jc", "JUMP_ON", (Arg("inputs", 0, 0, 7), LOCATION), "continue at a location if the user inputs read so", room=2, code=0x80),
+    _stored("j", "JUMP", (LOCATION,), "continue at a location", room=2, flow="t"),
+    _stored("jc", "JUMP_ON", (Arg("inputs", 0, 0, 7), LOCATION), "continue at a location if the user inputs read so", room=2, code=0x80, flow="nt"),
     _immediate("Po", "PROGRAM", "begin programming; erases the program", when="ip"),
     _immediate("Px", "PROGRAM_END", "end programming without a run", when="ip"),
 )
@@ -175,18 +180,18 @@ def _sheet(part: str, rows: tuple[Row, ...], sister: tuple[str, ...]) -> Sheet:
         part=part,
         title=f"{part.upper()} intelligent stepper motor controller module",
         manual="GS-C200/GS-C200S data sheet, June 1994",
-        crystal_hz=PICOSECONDS * 1_000_000,
-        crystal_low_hz=0,
-        crystal_high_hz=0,
         pins=PINS,
         commands=Table(*ROWS, *rows),
         registers=REGISTERS,
         times=TIMES,
         buffer_bytes=LOCATIONS,
+        buffer_where="program storage area",
         suffix=f".{part}",
         notes=NOTES,
         port=PORT,
         heads=sister,
+        enter="PROGRAM",
+        leave=tuple(row.name for row in (*ROWS, *rows) if row.name in ("EXECUTE", "PROGRAM_END")),
     )
 
 

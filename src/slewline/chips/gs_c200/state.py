@@ -138,6 +138,7 @@ class State(LineChip):
 
     def rewired(self) -> None:
         """Pins have been joined with others: take their nets anew (called by the bench before the first run)."""
+        super().rewired()
         self._name_pins()
 
     def _tie_pull_down(self) -> None:

@@ -1,0 +1,172 @@
+"""The GS-C modules' motion, one step at a time: the oracle of the fast path, slow and obvious.
+
+The fast path plans whole moves and promises step trains.  This twin knows how many steps it has made and how many there
+are to be, looks at the pins just before each step, and drives every edge when it comes; it reports no findings.
+
+             setup                index 0         index 1
+           |<----->|           |<------------>|<--------->|
+    MOV  __/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾ ...
+    DIR  ==X====================================
+    CLOCK ‾‾‾‾‾‾‾‾‾\\_/‾‾‾‾‾‾‾‾‾‾‾‾‾\\_/‾‾‾‾‾‾‾‾‾\\_ ...
+                   look           look        look: Z? input? ENABLE? (in a homing EOT or HOME? ENABLE?)
+
+Step i is followed by the period of the rate at an index of the ramp: min(i, n-1-i, R), of the n steps of the move.  A
+request to stop makes n as small as the way down from the index reached allows.
+"""
+
+from __future__ import annotations
+
+from math import isqrt
+from typing import TYPE_CHECKING
+
+from ...core.net import Driver, Net
+from ...core.train import Playing, StepTrain
+from ...core.waits import first_of, until
+from . import sheet
+
+if TYPE_CHECKING:
+    from .firmware import GsC
+
+SECOND = 10**12
+
+
+class Stepwise:
+    """Plays every motion step by step."""
+
+    def __init__(self, chip: GsC) -> None:
+        self.chip, self.kernel = chip, chip.kernel
+        self.moving = False
+        self.stop = Driver(Net(chip.kernel, f"{chip.name}.(stop)", pull=0), chip.name)
+        self.made = 0  # steps of this motion
+        self.number: int | None = None  # how many there are to be; None: no end
+        self.begun_ps = 0  # when the last one began
+        self.start_stop = self.top = self.ramp = 0  # S, T and R as this motion takes them
+
+    # ------------------------------------------------------------------------------------------------------- motions
+    async def move(self, number: int, sign: int, text: str) -> None:
+        """A move of so many steps."""
+        self.number = number
+        await self.go(sign, text, number, None)
+
+    async def run(self, sign: int, text: str, watched: Net | None, limit: int) -> None:
+        """Steps without end, until a request to stop, a low input, or the end of the position counter."""
+        self.number = None
+        await self.go(sign, text, limit, watched)
+
+    async def go(self, sign: int, text: str, limit: int, watched: Net | None) -> None:
+        """From MOV high to the end of the last period."""
+        chip = self.chip
+        self.made = 0
+        self.start_stop, self.top, self.ramp = chip.speeds_in_force()
+        if self.top <= self.start_stop:
+            self.start_stop, self.ramp = self.top, 0
+        self.stop.drive(0)
+        chip.waits(f"{text} in motion")
+        self.moving = True
+        chip.ramp.drive(1 if self.ramp and self.number != 1 else 0)
+        await self.set_out(sign)
+        while await self.may_step(limit, watched):
+            index = self.index(self.made)
+            chip.ramp.drive(1 if index < self.ramp and self.number != 1 else 0)
+            last = self.made + 1 in (self.number, limit)
+            await self.step(self.period(index), sign, last)
+        self.rest()
+
+    async def home(self, sign: int, speed: int, text: str) -> None:
+        """To the end of travel, and back to the home position."""
+        chip = self.chip
+        chip.waits(f"{text}: the end of travel")
+        self.moving = True
+        await self.set_out(sign)
+        while await self.not_there(chip.eot):
+            await self.step(SECOND // (10 * speed), sign, False)
+        chip.waits(f"{text}: the home position")
+        await self.set_out(-sign)
+        while await self.not_there(chip.home):
+            await self.step(SECOND // (10 * speed), -sign, False)
+        self.rest()
+
+    async def kill(self) -> None:
+        """No further step; a pulse that has begun is completed."""
+        if self.moving:
+            await until(self.kernel, self.begun_ps + self.chip.clock_ps)
+            self.chip.clock_pin.drive(1)
+            self.rest()
+
+    def cut(self) -> None:
+        """The supply is gone."""
+        self.moving = False
+
+    # --------------------------------------------------------------------------------------------------------- steps
+    async def set_out(self, sign: int) -> None:
+        """MOV and DIR, and the time from there to the first step."""
+        chip = self.chip
+        chip.mov.drive(1)
+        chip.dir.drive(1 if sign > 0 else 0)
+        await until(self.kernel, self.kernel.now + chip.dir_setup_ps)
+
+    async def step(self, period: int, sign: int, last: bool) -> None:
+        """A pulse, and the time to the next one."""
+        chip = self.chip
+        begin = self.begun_ps = self.kernel.now
+        self.made += 1
+        chip.clock_pin.drive(0)
+        chip.axis1.follow(Playing(StepTrain(chip.clock, begin, ((period, 1),))), sign)
+        await until(self.kernel, begin + chip.clock_ps)
+        chip.clock_pin.drive(1)
+        if last and not chip.options.mov_hold:
+            chip.mov.drive(0)
+            chip.ramp.drive(0)
+        await until(self.kernel, begin + period)
+
+    def rest(self) -> None:
+        self.chip.mov.drive(0)
+        self.chip.ramp.drive(0)
+        self.moving = False
+
+    def index(self, step: int) -> int:
+        """How far up the ramp a step is."""
+        down = self.number - 1 - step if self.number is not None else self.ramp
+        return min(step, down, self.ramp)
+
+    def period(self, index: int) -> int:
+        """The reciprocal of the rate at an index of the ramp, in picoseconds: the rate's square grows evenly."""
+        if self.ramp == 0:
+            return SECOND // (10 * self.start_stop)
+        low, high = (10 * self.start_stop) ** 2, (10 * self.top) ** 2
+        return isqrt(SECOND**2 * self.ramp // (low * self.ramp + (high - low) * index))
+
+    # --------------------------------------------------------------------------------------------------------- looks
+    async def may_step(self, limit: int, watched: Net | None) -> bool:
+        """Just before a step: is there one to be made?  Returns when it may be made."""
+        stop, enable = self.stop.net, self.chip.enable
+        while True:
+            if stop.level == 1 or (watched is not None and watched.level == 0):
+                self.slow_down()
+            if self.made in (self.number, limit):
+                return False
+            if enable.level == 1:
+                return True
+            if stop.level == 1:
+                await first_of(self.kernel, None, (enable, 1))
+            else:
+                await first_of(self.kernel, None, (stop, 1), (enable, 1))
+            if enable.level == 1 and not (stop.level == 1 and self.at_start_stop()):
+                await until(self.kernel, self.kernel.now + self.chip.release_ps)
+
+    def at_start_stop(self) -> bool:
+        return self.made == 0 or self.index(self.made - 1) == 0
+
+    def slow_down(self) -> None:
+        """Make the motion as short as the way down from here allows."""
+        end = self.made + (self.index(self.made - 1) if self.made else 0)
+        self.number = end if self.number is None else min(self.number, end)
+
+    async def not_there(self, switch: Net) -> bool:
+        """Just before a step of a homing: has the switch not been reached yet?  Returns when the step may be made."""
+        while switch.level == 1:
+            if self.chip.enable.level == 1:
+                return True
+            await first_of(self.kernel, None, (self.chip.enable, 1))
+            await until(self.kernel, self.kernel.now + self.chip.release_ps)
+        return False
