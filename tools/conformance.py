@@ -1,11 +1,11 @@
-"""Print how much of each chip's data sheet is proven by a test, and what is open.
+"""Print how much of each data sheet is proven by a test, and what is open.
 
-    python tools/conformance.py            the table: per chip and kind, and the open facts with their reasons
-    python tools/conformance.py --check    fail where table and tests disagree
-    python tools/conformance.py --page F   the same as a Markdown page, every fact with its tests
+    python tools/conformance.py            the tables: per sheet and kind, and the open facts with their reasons
+    python tools/conformance.py --check    fail where tables and tests disagree
 
-The table of a chip lies in conformance/<chip>/*.toml: `[[fact]]` with id, kind, says (and `open` with a reason), and
-`[[choice]]` for what the model had to decide.  Tests carry the ids in `@pytest.mark.fact("CMD-A-1")`.
+The table of a sheet lies in conformance/<chip folder>/*.toml: `[[fact]]` with id, kind, says, and `[[choice]]` for what
+the model had to decide.  A fact that no test proves has `open` with the reason, or `later` where it needs a part that
+is not in the house; such a fact does not count.  Tests carry the ids in `@pytest.mark.fact("CMD-A-1")`.
 """
 
 from __future__ import annotations
@@ -15,26 +15,53 @@ import ast
 import sys
 import tomllib
 from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
+
+from slewline.chips import PARTS
 
 ROOT = Path(__file__).resolve().parent.parent
 PROVEN = ("language", "protocol", "pin", "motion", "timing")  # every fact of these kinds
-SYSTEM_SHARE = 0.90  # of kind system, without what comes with other parts
-LATER = ("PANEL-", "CIRCUIT-CY232", "CIRCUIT-EEPROM", "CIRCUIT-CYB002")
+SYSTEM_SHARE = 0.90  # of kind system
 
 
-def table(chip: str) -> tuple[dict[str, dict[str, str]], dict[str, dict[str, str]]]:
-    """Facts and choices of a chip, by id."""
-    facts: dict[str, dict[str, str]] = {}
-    choices: dict[str, dict[str, str]] = {}
-    for path in sorted((ROOT / "conformance" / chip).glob("*.toml")):
+@dataclass
+class Table:
+    """Facts and choices of a data sheet, by id."""
+
+    title: str  # the parts that it describes
+    facts: dict[str, dict[str, str]] = field(default_factory=dict)
+    choices: dict[str, dict[str, str]] = field(default_factory=dict)
+
+    def shares(self, tests: Mapping[str, list[str]]) -> dict[str, tuple[int, int]]:
+        """Per kind: facts proven and facts in all; what comes later does not count."""
+        proven: Counter[str] = Counter()
+        total: Counter[str] = Counter()
+        for fact, row in self.facts.items():
+            if "later" not in row:
+                total[row["kind"]] += 1
+                proven[row["kind"]] += fact in tests
+        return {kind: (proven[kind], total[kind]) for kind in (*PROVEN, "system") if total[kind]}
+
+
+def read(folder: Path) -> Table:
+    """The table of a data sheet."""
+    parts = [part.upper() for part, (package, *_) in PARTS.items() if package == folder.name]
+    table = Table(" and ".join(parts))
+    for path in sorted(folder.glob("*.toml")):
         data = tomllib.loads(path.read_text("utf-8"))
-        for key, into in (("fact", facts), ("choice", choices)):
+        for key, into in (("fact", table.facts), ("choice", table.choices)):
             for row in data.get(key, []):
                 if row["id"] in into:
                     sys.exit(f"{path.name}: {row['id']} stands twice")
                 into[row["id"]] = row
-    return facts, choices
+    return table
+
+
+def tables() -> dict[str, Table]:
+    """All tables, by their folders."""
+    return {folder.name: read(folder) for folder in sorted((ROOT / "conformance").iterdir())}
 
 
 def ids_of(decorator: ast.expr) -> list[str]:
@@ -63,102 +90,87 @@ def markers() -> dict[str, list[str]]:
     return found
 
 
-def disagreements(
-    facts: dict[str, dict[str, str]], choices: dict[str, dict[str, str]], tests: dict[str, list[str]]
-) -> list[str]:
-    """Where table and tests do not fit."""
-    wrong = [
-        f"{fact}: carried by {tests[fact][0]}, but not in the table"
-        for fact in tests
-        if fact not in facts and fact not in choices
-    ]
-    for fact, row in facts.items():
-        if fact not in tests and "open" not in row:
+def disagreements(table: Table, tests: Mapping[str, list[str]]) -> list[str]:
+    """Where a table and the tests do not fit."""
+    wrong = []
+    for fact, row in table.facts.items():
+        reason = next((key for key in ("open", "later") if key in row), None)
+        if fact not in tests and reason is None:
             wrong.append(f"{fact}: no test carries it, and no reason says why it is open")
-        if fact in tests and "open" in row:
-            wrong.append(f"{fact}: open in the table, but {tests[fact][0]} carries it")
-    for kind, (proven, total) in shares(facts, tests).items():
+        if fact in tests and reason is not None:
+            wrong.append(f"{fact}: {reason} in the table, but {tests[fact][0]} carries it")
+    for kind, (proven, total) in table.shares(tests).items():
         if kind in PROVEN and proven < total:
-            wrong.append(f"kind {kind}: {proven} of {total} proven; all are wanted")
+            wrong.append(f"{table.title}, kind {kind}: {proven} of {total} proven; all are wanted")
         if kind == "system" and proven < SYSTEM_SHARE * total:
-            wrong.append(f"kind system: {proven} of {total} proven; {SYSTEM_SHARE:.0%} are wanted")
+            wrong.append(f"{table.title}, kind system: {proven} of {total} proven; {SYSTEM_SHARE:.0%} are wanted")
     return wrong
 
 
-def shares(facts: dict[str, dict[str, str]], tests: dict[str, list[str]]) -> dict[str, tuple[int, int]]:
-    """Per kind: facts proven and facts in all; what comes with other parts does not count."""
-    proven: Counter[str] = Counter()
-    total: Counter[str] = Counter()
-    for fact, row in facts.items():
-        if not fact.startswith(LATER):
-            total[row["kind"]] += 1
-            proven[row["kind"]] += fact in tests
-    return {kind: (proven[kind], total[kind]) for kind in (*PROVEN, "system") if total[kind]}
+def strangers(every: Iterable[Table], tests: Mapping[str, list[str]]) -> list[str]:
+    """Ids that tests carry and no table knows."""
+    known = {fact for table in every for fact in (*table.facts, *table.choices)}
+    return [f"{fact}: carried by {tests[fact][0]}, but in no table" for fact in tests if fact not in known]
 
 
-def report(
-    chip: str, facts: dict[str, dict[str, str]], choices: dict[str, dict[str, str]], tests: dict[str, list[str]]
-) -> str:
+def report(table: Table, tests: Mapping[str, list[str]]) -> str:
     """The table for people."""
     lines = [
-        f"{chip.upper()}: {len(facts)} facts, {len(choices)} choices",
+        f"{table.title}: {len(table.facts)} facts, {len(table.choices)} choices",
         "",
         f"  {'kind':10} {'proven':>6} {'of':>5}",
     ]
-    for kind, (proven, total) in shares(facts, tests).items():
+    for kind, (proven, total) in table.shares(tests).items():
         lines.append(f"  {kind:10} {proven:6} {total:5}  {'' if proven == total else f'{proven / total:.0%}'}")
-    later = sum(fact.startswith(LATER) for fact in facts)
-    lines += [f"  {'later':10} {'':6} {later:5}  (with the panel, the CY232, CY250 and CYB-002)", "", "open:"]
-    lines += [f"  {fact:20} {row['open']}" for fact, row in facts.items() if "open" in row] or ["  nothing"]
-    covered = sum(choice in tests for choice in choices)
-    lines += ["", f"choices pinned by a test: {covered} of {len(choices)}"]
+    for reason in ("open", "later"):
+        found = [f"  {fact:20} {row[reason]}" for fact, row in table.facts.items() if reason in row]
+        lines += ["", f"{reason}:", *(found or ["  nothing"])]
+    covered = sum(choice in tests for choice in table.choices)
+    lines += ["", f"choices pinned by a test: {covered} of {len(table.choices)}", ""]
     return "\n".join(lines)
 
 
-def page(
-    chip: str, facts: dict[str, dict[str, str]], choices: dict[str, dict[str, str]], tests: dict[str, list[str]]
-) -> str:
+def page(table: Table, tests: Mapping[str, list[str]]) -> str:
     """Every fact with its tests, as Markdown."""
     lines = [
-        f"# {chip.upper()}: conformance",
+        f"# {table.title}: conformance",
         "",
         "What the manual states, and which test proves it.",
         "",
         "| fact | kind | says | proven by |",
         "|---|---|---|---|",
     ]
-    for fact, row in facts.items():
-        by = (
-            "<br>".join(f"`{test.split('::')[-1]}`" for test in tests.get(fact, [])[:3])
-            or f"*open: {row.get('open', '')}*"
-        )
-        lines.append(f"| {fact} | {row['kind']} | {row['says'].replace('|', '/')} | {by} |")
+    for fact, row in table.facts.items():
+        reason = f"*open: {row.get('open') or row.get('later', '')}*"
+        lines.append(f"| {fact} | {row['kind']} | {cell(row['says'])} | {named(tests.get(fact, [])[:3]) or reason} |")
     lines += ["", "## What the manual leaves open", "", "| choice | what the model does | pinned by |", "|---|---|---|"]
-    for choice, row in choices.items():
-        by = "<br>".join(f"`{test.split('::')[-1]}`" for test in tests.get(choice, [])[:2])
-        lines.append(f"| {choice} | {row['says'].replace('|', '/')} | {by} |")
+    for choice, row in table.choices.items():
+        lines.append(f"| {choice} | {cell(row['says'])} | {named(tests.get(choice, [])[:2])} |")
     return "\n".join(lines) + "\n"
 
 
+def cell(text: str) -> str:
+    """A text that may stand in a table."""
+    return text.replace("|", "/")
+
+
+def named(tests: Iterable[str]) -> str:
+    """Tests by their names alone."""
+    return "<br>".join(f"`{test.split('::')[-1]}`" for test in tests)
+
+
 def main() -> int:
-    """Print, check, or write the page."""
+    """Print, or check."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true")
-    parser.add_argument("--page", type=Path)
-    options = parser.parse_args()
-    tests = markers()
-    wrong = []
-    for folder in sorted((ROOT / "conformance").iterdir()):
-        facts, choices = table(folder.name)
-        wrong += disagreements(facts, choices, tests)
-        if options.page:
-            options.page.write_text(page(folder.name, facts, choices, tests), "utf-8")
-        elif not options.check:
-            print(report(folder.name, facts, choices, tests))
-    if options.check:
-        print("\n".join(wrong) or "conformance: table and tests agree")
-        return 1 if wrong else 0
-    return 0
+    every, tests = tables().values(), markers()
+    if not parser.parse_args().check:
+        for table in every:
+            print(report(table, tests))
+        return 0
+    wrong = [*strangers(every, tests), *(line for table in every for line in disagreements(table, tests))]
+    print("\n".join(wrong) or "conformance: tables and tests agree")
+    return int(bool(wrong))
 
 
 if __name__ == "__main__":

@@ -4,9 +4,10 @@ python tools/describe_docs.py            write them
 python tools/describe_docs.py --check    fail where a committed one differs from what the code says
 
 docs/reference/cy525.md         the data sheet, the rates and the quirks
+docs/reference/gs-c200.md       the data sheet of both modules, and the quirks
 docs/reference/cli.md           commands and options
 docs/reference/parts.md         what stands around a chip
-docs/reference/conformance.md   facts and their tests
+docs/reference/conformance_*.md facts and their tests
 docs/images/weld.svg            the first workpiece of `slewline demo`
 """
 
@@ -16,7 +17,8 @@ import argparse
 import re
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from functools import partial
 from inspect import Parameter, cleandoc, signature
 from pathlib import Path
 
@@ -25,10 +27,14 @@ import click
 import conformance
 import slewline
 from slewline.chips import sheet_of
-from slewline.chips.cy525.quirks import QUIRKS
+from slewline.chips.cy525 import quirks as cy525_quirks
 from slewline.chips.cy525.sheet import STEPS_PER_SECOND
+from slewline.chips.gs_c200 import quirks as gs_c200_quirks
+from slewline.chips.gs_c200.sheet import POSITIONS
 from slewline.core.kernel import Kernel
-from slewline.language.describe import describe, table
+from slewline.core.quirk import Quirk
+from slewline.language.describe import describe, line_table, table
+from slewline.language.lines import usage
 from slewline.parts import KINDS, part_class
 from slewline.tools import demo
 from slewline.tools.commands import cli
@@ -39,22 +45,48 @@ NEAR = 0.15  # two numbers of a picture that differ by less (points) look the sa
 
 
 # ----------------------------------------------------------------------------------------------------------- data sheet
-def chip_page() -> str:
+def cy525_page() -> str:
     """The data sheet of the CY525, its rates, and its quirks."""
     rates = ((f"**{first}**", *STEPS_PER_SECOND[first : first + 8]) for first in range(0, 128, 8))
-    quirks = ((quirk.id, quirk.where, quirk.says, quirk.why) for quirk in QUIRKS)
     return "\n".join(
         [
             NOTE + describe(sheet_of("cy525")),
             "## Rates\n",
             "Steps per second at 11 MHz for every rate parameter; they scale with the crystal.\n",
             table(("", *(f"+{n}" for n in range(8))), rates),
-            "\n## Quirks\n",
-            "Where the manual is silent (UND) or contradicts itself (CON): what the model does, and why. Times hold at",
-            "11 MHz. The [conformance page](conformance.md) names the tests.\n",
-            table(("id", "manual", "what the chip does", "because"), quirks) + "\n",
+            *quirk_lines("cy525", cy525_quirks.QUIRKS, " Times hold at\n11 MHz."),
         ]
     )
+
+
+def gs_c200_page() -> str:
+    """The data sheet of both modules: the GS-C200S whole, what is different on the GS-C200, and the quirks."""
+    older, newer = sheet_of("gs-c200"), sheet_of("gs-c200s")
+    lacks = [f"`{usage(row)}`" for row in newer.commands if row not in older.commands.rows]
+    low, high = POSITIONS["gs-c200"][0], POSITIONS["gs-c200"][-1]
+    whole = describe(newer).replace(f"# {newer.title}", "# GS-C200 and GS-C200S stepper motor controller modules", 1)
+    note = "The tables are those of the GS-C200S.\n\n- source"
+    return "\n".join(
+        [
+            NOTE + whole.replace("- source", note, 1),
+            "## GS-C200\n",
+            f"It does not have {', '.join(lacks)}; in their place it has:\n",
+            line_table(row for row in older.commands if row not in newer.commands.rows),
+            f"\nIts position counter goes from {low} to {high} and does not wrap: a program that leaves it ends (E5).",
+            *quirk_lines("gs_c200", gs_c200_quirks.QUIRKS),
+        ]
+    )
+
+
+def quirk_lines(folder: str, quirks: Iterable[Quirk], note: str = "") -> list[str]:
+    """The chapter about what a manual leaves open."""
+    rows = ((quirk.id, quirk.where, quirk.says, quirk.why) for quirk in quirks)
+    return [
+        "\n## Quirks\n",
+        f"Where the manual is silent (UND) or contradicts itself (CON): what the model does, and why.{note}",
+        f"The [conformance page](conformance_{folder}.md) names the tests.\n",
+        table(("id", "manual", "what the chip does", "because"), rows) + "\n",
+    ]
 
 
 # --------------------------------------------------------------------------------------------------------- command line
@@ -112,8 +144,8 @@ def parts_page() -> str:
         )
     text = (
         "What stands around a chip: `bench.part(kind, to=x, ...)` in Python, `[[part]]` in a bench file. With `to`,\n"
-        "pins that have an arrow are wired to those of the neighbour. Figures are those of the CY525 manual. What a\n"
-        "part can be told from Python stands in its class in `src/slewline/parts`.\n"
+        "pins that have an arrow are wired to those of the neighbour. Figures are those of the CY525 manual, with\n"
+        "GS-C those of its data sheet. What a part can be told from Python stands in its class in `src/slewline/parts`.\n"
     )
     return f"{NOTE}# Parts\n\n{text}\n{table(('kind', 'what it is', 'options', 'pins'), rows)}\n"
 
@@ -124,10 +156,9 @@ def spelled(parameter: Parameter) -> str:
 
 
 # ---------------------------------------------------------------------------------------------------------- conformance
-def conformance_page() -> str:
-    """Facts and choices, with the tests that carry them."""
-    facts, choices = conformance.table("cy525")
-    return NOTE + conformance.page("cy525", facts, choices, conformance.markers())
+def conformance_page(folder: str) -> str:
+    """Facts and choices of a data sheet, with the tests that carry them."""
+    return NOTE + conformance.page(conformance.tables()[folder], conformance.markers())
 
 
 # -------------------------------------------------------------------------------------------------------------- picture
@@ -158,10 +189,11 @@ def same_picture(one: str, two: str) -> bool:
 
 
 FILES = {
-    "reference/cy525.md": chip_page,
+    "reference/cy525.md": cy525_page,
+    "reference/gs-c200.md": gs_c200_page,
     "reference/cli.md": cli_page,
     "reference/parts.md": parts_page,
-    "reference/conformance.md": conformance_page,
+    **{f"reference/conformance_{folder}.md": partial(conformance_page, folder) for folder in conformance.tables()},
     "images/weld.svg": picture,
 }
 

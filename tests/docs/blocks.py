@@ -27,7 +27,7 @@ from sybil.parsers.markdown.lexers import FencedCodeBlockLexer
 from slewline.tools.main import invoke
 
 ROOT = Path(__file__).parents[2]
-NAMED = re.compile(r"(?:#|;) ([\w/]+\.\w+)\b.*\n")
+NAMED = re.compile(r"(?:#|;) ([\w/]+\.[\w-]+)\b.*\n")
 execute = PythonEvaluator()
 
 

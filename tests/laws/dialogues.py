@@ -110,10 +110,12 @@ class Played:
 
     bench: slewline.Bench
     chip: Any
+    outputs = OUTPUTS
 
     def traces(self) -> dict[str, tuple[list[int], list[int]]]:
         """Edges of every output pin."""
-        return {pin: tuple(part.tolist() for part in self.bench.edges(f"x.{pin}")) for pin in OUTPUTS}  # type: ignore[misc]
+        edges = {pin: self.bench.edges(f"{self.chip.name}.{pin}") for pin in self.outputs}
+        return {pin: (times.tolist(), levels.tolist()) for pin, (times, levels) in edges.items()}
 
     def state(self) -> dict[str, Any]:
         """Registers, travel and every step."""
@@ -165,7 +167,7 @@ def differences(one: Played, two: Played) -> list[str]:
     """Where two runs of a dialogue part, pin by pin; empty: nowhere."""
     found = []
     a, b = one.traces(), two.traces()
-    for pin in OUTPUTS:
+    for pin in one.outputs:
         if a[pin] != b[pin]:
             pairs = list(zip(zip(*a[pin], strict=True), zip(*b[pin], strict=True), strict=False))
             first = next((pair for pair in pairs if pair[0] != pair[1]), "one is longer")

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from collections import Counter
-from pathlib import Path
 from random import Random
 
 import pytest
@@ -14,6 +10,7 @@ import pytest
 import slewline
 
 from .dialogues import Dialogue, Played, differences, made, play
+from .digests import digests
 
 KINDS = ("abort", "inhibit", "rate", "read", "reset", "tie")
 
@@ -98,37 +95,15 @@ def test_followers_agree() -> None:
             assert pulses(one, name) == pulses(two, name), f"followers {seed}"
 
 
-DIGESTS = """
-import sys
-sys.path.insert(0, sys.argv[1])
-from tests.laws.dialogues import made, play
-for seed in range(int(sys.argv[2]), int(sys.argv[3])):
-    dialogue = made(seed)
-    print(play(dialogue).digest(), play(dialogue, stepwise=True, shuffle=seed).digest())
-"""
-
-
-def digests(hash_seed: str, first: int, last: int) -> str:
-    root = str(Path(__file__).resolve().parents[2])
-    run = subprocess.run(
-        [sys.executable, "-c", DIGESTS, root, str(first), str(last)],
-        env={**os.environ, "PYTHONHASHSEED": hash_seed},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    return run.stdout
-
-
 def test_hash_seeds_change_nothing() -> None:
-    one = digests("1", 20_000, 20_010)
-    assert one == digests("2", 20_000, 20_010)
+    one = digests("dialogues", "1", 20_000, 20_010)
+    assert one == digests("dialogues", "2", 20_000, 20_010)
     assert all(fast == slow for fast, slow in (line.split() for line in one.splitlines()))
 
 
 @pytest.mark.long
 @pytest.mark.timeout(3000)
 def test_two_hash_seeds_and_a_thousand_dialogues() -> None:
-    one = digests("11", 30_000, 31_000)
-    assert one == digests("22", 30_000, 31_000)
+    one = digests("dialogues", "11", 30_000, 31_000)
+    assert one == digests("dialogues", "22", 30_000, 31_000)
     assert all(fast == slow for fast, slow in (line.split() for line in one.splitlines()))

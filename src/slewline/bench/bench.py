@@ -10,6 +10,7 @@ bench.run_until_idle()
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from inspect import signature
 from random import Random
 from typing import TYPE_CHECKING, Any
 
@@ -44,10 +45,19 @@ class Bench(Recording):
         seed: of every chance element that is handed a source.
         journal: a file that takes every input from outside, to be replayed with `slewline.replay`.
         shuffle: run the tasks of a round in random order (from this seed): results must not change.
+        stores: gives a chip of a name the store in which it keeps what it knows without power; else it keeps that
+            in memory.
     """
 
-    def __init__(self, seed: int = 0, journal: str | PathLike[str] | None = None, shuffle: int | None = None) -> None:
+    def __init__(
+        self,
+        seed: int = 0,
+        journal: str | PathLike[str] | None = None,
+        shuffle: int | None = None,
+        stores: Callable[[str], Any] | None = None,
+    ) -> None:
         super().__init__(Kernel(None if shuffle is None else Random(shuffle)))
+        self.stores = stores
         self.seed = seed
         self.random = Random(seed)
         self.chips: dict[str, Chip] = {}
@@ -90,7 +100,10 @@ class Bench(Recording):
                     f"crystal {crystal!r}: {cls.sheet.part.upper()} takes {cls.sheet.crystal_low_hz / 1e6:g} to "
                     f"{cls.sheet.crystal_high_hz / 1e6:g} MHz (up to {high / 1e6:g} with a finding); {cls.sheet.manual}"
                 )
+        if self.stores is not None and "store" in signature(cls).parameters:
+            options.setdefault("store", self.stores(name))
         if self.journal is not None:
+            kept = {"store": list(options["store"].read())} if options.get("store") is not None else {}
             self.journal.write(
                 "add",
                 part=cls.sheet.part,
@@ -98,7 +111,7 @@ class Bench(Recording):
                 crystal_hz=hz,
                 straps=dict(straps or {}),
                 bare=bare,
-                options=options,
+                options=options | kept,
             )
         chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
         self.chips[name] = chip
@@ -166,12 +179,20 @@ class Bench(Recording):
             raise UsageError(f"name {name!r}: letters, digits and underscores, please")
         return name
 
-    def host(self, *chips: Chip, name: str | None = None, delay: Time = 0, baud: int | None = None) -> Any:
+    def host(
+        self,
+        *chips: Chip,
+        name: str | None = None,
+        delay: Time = 0,
+        baud: int | None = None,
+        line: Part | None = None,
+    ) -> Any:
         """A host computer on the command port of a chip, or of several that share its bus or its line.
 
         Args:
             delay: what the host's own program takes before each byte (on a bus).
             baud: another rate than the chip is strapped for (on a serial line).
+            line: a part of kind rs232_line between the host and the chips.
         """
         if not chips:
             raise UsageError("host: which chip? bench.host(x)")
@@ -181,9 +202,10 @@ class Bench(Recording):
                 raise UsageError(
                     "host: some of these chips have a bus, some a serial line; one host speaks to one kind"
                 )
-            return self._serial_host(chips, name, delay, baud)
-        if baud is not None:
-            raise UsageError(f"host: baud {baud!r}; {chips[0].name} has no serial line")
+            return self._serial_host(chips, name, delay, baud, line)
+        if baud is not None or line is not None:
+            wrong = f"baud {baud!r}" if baud is not None else "line"
+            raise UsageError(f"host: {wrong}; {chips[0].name} has no serial line")
         name = self._new_name(name, "host")
         for chip in chips[1:]:
             if chip.bus is not chips[0].bus:
@@ -200,18 +222,25 @@ class Bench(Recording):
         self.kernel.settle()
         return host
 
-    def _serial_host(self, chips: Sequence[Chip], name: str | None, delay: Time, baud: int | None) -> SerialHost:
+    def _serial_host(
+        self, chips: Sequence[Chip], name: str | None, delay: Time, baud: int | None, line: Part | None
+    ) -> SerialHost:
         """A host on an RS-232 line, wired to every module on it."""
         if picoseconds(delay):
             raise UsageError(f"host: delay {delay!r}; on a serial line let the host's program pause")
         name = self._new_name(name, "host")
-        self._note("host", name=name, chips=[chip.name for chip in chips], delay_ps=0, baud=baud)
+        self._note(
+            "host", name=name, chips=[chip.name for chip in chips], delay_ps=0, baud=baud, line=line and line.name
+        )
         host = SerialHost(self.kernel, name, chips, baud=baud)
         host.wait_for = self._wait_for
         if self.journal is not None:
             host.on_input = lambda verb, args: self._note("input", part=name, verb=verb, args=args)
         self.place(host)
-        self.connect(host, chips)
+        if line is not None:
+            for theirs, own in line.wiring.items():
+                self._join(host.pins[own].net, line.pins[theirs].net)
+        self.connect(host if line is None else line, chips)
         return host
 
     def connect(self, connector: Part, chips: Sequence[Chip]) -> None:

@@ -4,19 +4,37 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..core.timebase import picoseconds
 from ..core.waits import first_of, level, until
 from ..errors import UsageError
-from .stage import Act, Queue, Stage, sending
+from ..parts.rs232 import SerialHost
+from .stage import Act, Fits, Queue, Stage, answers, asking, meaning, sending
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
-    from ..parts.host import Port
 
 PIN = r"(\w+(?:\.\w+)?)"
-Reading = tuple[Queue, str]  # how a directive is queued, and the pin that it needs
+POLL_PS = 5 * 10**10  # a host that waits for a module asks it so often
+
+
+class Reading(NamedTuple):
+    """How a directive is queued, the pin that it needs, and what raises if a chip does not know such a thing."""
+
+    queue: Queue
+    pin: str = ""
+    fits: Fits | None = None
+
+
+def _on_bus(chip: Chip) -> None:
+    if chip.sheet.in_lines:
+        raise UsageError(f"a directive for a chip on a bus; {chip.name} ({chip.sheet.part}) is on a serial line")
+
+
+def _on_line(chip: Chip) -> None:
+    if not chip.sheet.in_lines:
+        raise UsageError(f"a directive for a module on a serial line; {chip.name} ({chip.sheet.part}) has a bus")
 
 
 def _acting(act: Act) -> Queue:
@@ -28,11 +46,11 @@ async def _tell(stage: Stage, text: str) -> None:
 
 
 def _telling(text: str) -> Act:
-    return lambda stage, port: _tell(stage, text)
+    return lambda stage, chip: _tell(stage, text)
 
 
 def _number(text: str, low: int, high: int) -> int:
-    if not (text.isascii() and text.isdigit() and low <= int(text[:9]) <= high):
+    if re.fullmatch(r"[+-]?[0-9]+", text) is None or not low <= int(text[:9]) <= high:
         raise UsageError(f"{text}: allowed {low}..{high}")
     return int(text)
 
@@ -50,22 +68,28 @@ def _matched(pattern: str, text: str) -> list[str]:
     return [group or "" for group in match.groups()]
 
 
+# ---------------------------------------------------------------------------------------------------- for every chip
 def _wait(rest: str) -> Reading:
     ps = picoseconds(rest)
 
-    async def act(stage: Stage, port: Port) -> None:
+    async def act(stage: Stage, chip: Chip) -> None:
         await until(stage.kernel, stage.kernel.now + ps)
 
-    return _acting(act), ""
+    return Reading(_acting(act))
 
 
 def _until(rest: str) -> Reading:
-    name, value = _matched(PIN + r"\s*=\s*(\w+)", rest)
+    if rest == "ready":
+        return Reading(_acting(_ready), fits=_on_line)
+    name, value = _matched(PIN + r"\s*=\s*([+-]?\w+)", rest)
     if name == "position":
-        position = _number(value, 0, 65535)
-        return _acting(lambda stage, port: _reached(stage, stage.chip(port), position)), ""
+
+        def position(chip: Chip) -> int:
+            return _number(value, chip.axes[0].positions[0], chip.axes[0].positions[-1])
+
+        return Reading(_acting(lambda stage, chip: _reached(stage, chip, position(chip))), fits=position)
     wanted = _level(value)
-    return _acting(lambda stage, port: level(stage.terminal(name, port.chip).net, wanted)), name
+    return Reading(_acting(lambda stage, chip: level(stage.terminal(name, chip).net, wanted)), name)
 
 
 async def _reached(stage: Stage, chip: Chip, position: int) -> None:
@@ -86,19 +110,19 @@ async def _reached(stage: Stage, chip: Chip, position: int) -> None:
 
 def _drive(rest: str) -> Reading:
     name, value, at = _matched(PIN + r"\s*=\s*(\w+)\s*(?:@\s*(.+))?", rest)
-    return _put(name, _level(value), at), name
+    return Reading(_put(name, _level(value), at), name)
 
 
 def _release(rest: str) -> Reading:
     name, at = _matched(PIN + r"\s*(?:@\s*(.+))?", rest)
-    return _put(name, None, at), name
+    return Reading(_put(name, None, at), name)
 
 
 def _put(name: str, value: int | None, at: str) -> Queue:
     ps = picoseconds(at) if at else None
 
-    async def act(stage: Stage, port: Port) -> None:
-        stage.put_at(stage.terminal(name, port.chip), value, ps)
+    async def act(stage: Stage, chip: Chip) -> None:
+        stage.put_at(stage.terminal(name, chip), value, ps)
         await stage.next_round()
 
     return _acting(act)
@@ -108,24 +132,68 @@ def _pulse(rest: str) -> Reading:
     name, value, width = _matched(PIN + r"\s*=\s*(\w+)\s+(.+)", rest)
     wanted, ps = _level(value), picoseconds(width)
 
-    async def act(stage: Stage, port: Port) -> None:
-        terminal = stage.terminal(name, port.chip)
+    async def act(stage: Stage, chip: Chip) -> None:
+        terminal = stage.terminal(name, chip)
         stage.put(terminal, wanted)
         stage.put_at(terminal, None, stage.kernel.now + ps)
         await stage.next_round()
 
-    return _acting(act), name
+    return Reading(_acting(act), name)
 
 
+def _power(rest: str) -> Reading:
+    if rest not in ("on", "off"):
+        raise UsageError(f"power {rest!r}; allowed on, off")
+
+    async def act(stage: Stage, chip: Chip) -> None:
+        stage.tell(f"power {rest}")
+        kept, chip.on_power = chip.on_power, None  # the journal has the whole script already
+        chip.power(rest == "on")
+        chip.on_power = kept
+        await stage.next_round()
+
+    return Reading(_acting(act))
+
+
+def _bytes(rest: str) -> Reading:
+    try:
+        data = bytes.fromhex(rest)
+    except ValueError:
+        raise UsageError(f"{rest!r}: bytes are pairs of hexadecimal digits") from None
+
+    async def send(stage: Stage, chip: Chip) -> None:
+        stage.tell(f"bytes {data.hex(' ').upper()}")
+        if not chip.sheet.in_lines:
+            await stage.bus_host.send_now(stage.port(chip), data)
+        elif data.endswith(b"\r"):
+            stage.tell(f"-> {meaning(await answers(stage, chip, data), chip.sheet)}")
+        else:
+            stage.line_host.send(data)
+
+    return Reading(lambda stage: (_acting if isinstance(stage.host, SerialHost) else sending)(send)(stage))
+
+
+def _to(rest: str) -> Reading:
+    def queue(stage: Stage) -> None:
+        stage.host.to(rest)
+
+    return Reading(queue)
+
+
+def _note(rest: str) -> Reading:
+    return Reading(_acting(_telling(rest)))
+
+
+# ---------------------------------------------------------------------------------------------------------- on a bus
 def _reset(_rest: str) -> Reading:
-    async def act(stage: Stage, port: Port) -> None:
-        terminal = port.pins["reset"]
+    async def act(stage: Stage, chip: Chip) -> None:
+        terminal = chip.pins["reset"]
         kept, terminal.on_input = terminal.on_input, None
-        stage.chip(port).reset()
+        chip.reset()
         terminal.on_input = kept
         await stage.next_round()
 
-    return _acting(act), ""
+    return Reading(_acting(act), fits=_on_bus)
 
 
 def _live(rest: str) -> Reading:
@@ -138,7 +206,7 @@ def _live(rest: str) -> Reading:
         with stage.only_queued() as host:
             host.live(*commands)
 
-    return queue, ""
+    return Reading(queue, fits=_on_bus)
 
 
 def _rate(rest: str) -> Reading:
@@ -149,7 +217,7 @@ def _rate(rest: str) -> Reading:
             host.change_rate(rate)
         stage.do(_telling(f"rate {rate} on the fly"))
 
-    return queue, ""
+    return Reading(queue, fits=_on_bus)
 
 
 def _read(rest: str) -> Reading:
@@ -159,9 +227,9 @@ def _read(rest: str) -> Reading:
     def queue(stage: Stage) -> None:
         with stage.only_queued() as host:
             host.read_position()
-        stage.do(lambda stage, port: _tell(stage, f"position {stage.host.answer} on the fly"))
+        stage.do(lambda stage, chip: _tell(stage, f"position {stage.bus_host.answer} on the fly"))
 
-    return queue, ""
+    return Reading(queue, fits=_on_bus)
 
 
 def _verify(rest: str) -> Reading:
@@ -170,37 +238,28 @@ def _verify(rest: str) -> Reading:
     def queue(stage: Stage) -> None:
         with stage.only_queued() as host:
             host.verify(group)
-        stage.do(lambda stage, port: _tell(stage, f"verify {group}: {_shown(stage.host.answer)}"))
+        stage.do(lambda stage, chip: _tell(stage, f"verify {group}: {_shown(stage.bus_host.answer)}"))
 
-    return queue, ""
+    return Reading(queue, fits=_on_bus)
 
 
 def _shown(data: bytes) -> str:
     return data.decode("ascii") if data.isdigit() else data.hex(" ").upper()
 
 
-def _bytes(rest: str) -> Reading:
-    try:
-        data = bytes.fromhex(rest)
-    except ValueError:
-        raise UsageError(f"{rest!r}: bytes are pairs of hexadecimal digits") from None
-
-    async def send(stage: Stage, port: Port) -> None:
-        stage.tell(f"bytes {data.hex(' ').upper()}")
-        await stage.host.send_now(port, data)
-
-    return sending(send), ""
+# -------------------------------------------------------------------------------------------------- on a serial line
+def _ask(rest: str) -> Reading:
+    return Reading(asking(rest), fits=_on_line)
 
 
-def _to(rest: str) -> Reading:
-    def queue(stage: Stage) -> None:
-        stage.host.to(rest)
-
-    return queue, ""
-
-
-def _note(rest: str) -> Reading:
-    return _acting(_telling(rest)), ""
+async def _ready(stage: Stage, chip: Chip) -> None:
+    """Ask F until the module is no longer busy."""
+    while True:
+        found = await answers(stage, chip, "F")
+        if found != ["B"]:
+            stage.tell(f"F -> {meaning(found, chip.sheet)}")
+            return
+        await until(stage.kernel, stage.kernel.now + POLL_PS)
 
 
 DIRECTIVES: dict[str, Callable[[str], Reading]] = {
@@ -209,12 +268,14 @@ DIRECTIVES: dict[str, Callable[[str], Reading]] = {
     "drive": _drive,
     "release": _release,
     "pulse": _pulse,
+    "power": _power,
+    "bytes": _bytes,
+    "to": _to,
+    "note": _note,
     "reset": _reset,
     "live": _live,
     "rate": _rate,
     "read": _read,
     "verify": _verify,
-    "bytes": _bytes,
-    "to": _to,
-    "note": _note,
+    "ask": _ask,
 }

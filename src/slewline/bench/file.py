@@ -23,9 +23,14 @@
     invert = false
 
     [[host]]                        # a host computer; script: a run script (slewline run --help), text or list of lines
-    chips = ["x"]                   # the only chip, if left out
-    delay = "100 us"                # before each byte
+    chips = ["x"]                   # the only chip, if left out; several share a bus or a serial line
+    delay = "100 us"                # before each byte on a bus; on a serial line give baud = 300, or nothing
     file = "weld.cy525"             # the script from a file beside this one; or: script = "A 0"
+
+    [[serve]]                       # for slewline serve: chips on a port; several modules share a line
+    chips = ["x"]                   # the only chip, if left out
+    tcp = "127.0.0.1:4001"          # or: pty = "/tmp/x", rfc2217 = "127.0.0.1:4001", serial = "/dev/ttyUSB0"
+    framing = false                 # true: lines of text with read-back, for a chip on a bus
 
     [[drive]]
     pin = "x.abort"
@@ -48,7 +53,7 @@ from contextlib import contextmanager
 from difflib import get_close_matches
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from ..core.timebase import picoseconds
 from ..errors import BenchFileError, ProgramError, SlewlineError
@@ -63,12 +68,14 @@ except ImportError:
     raise SlewlineError("bench files need msgspec: pip install 'slewline[bench]'") from None
 
 if TYPE_CHECKING:
-    from ..parts.host import Host
+    from ..core.chip import Chip
+    from .stage import Computer
 
 Time = str | int
 Level = Literal[0, 1]
 Place = Sequence[str | int]  # ("chip", 0, "crystal")
 
+PORTS = ("tcp", "pty", "rfc2217", "serial")
 TIMES = 'a time such as "25 us"; text, because a number with a point would be rounded'
 ALLOWED = {  # by key, or by type
     **dict.fromkeys(("until", "timeout", "delay", "at", "keep"), TIMES),
@@ -122,8 +129,20 @@ class HostTable(Table, frozen=True):
     chips: list[str] = []
     name: str | None = None
     delay: Time = 0
+    baud: int | None = None
     script: str | list[str] | None = None
     file: str | None = None
+
+
+class ServeTable(Table, frozen=True):
+    """[[serve]]"""
+
+    chips: list[str] = []
+    tcp: str | None = None
+    pty: str | None = None
+    rfc2217: str | None = None
+    serial: str | None = None
+    framing: bool = False
 
 
 class DriveTable(Table, frozen=True):
@@ -149,8 +168,19 @@ class Tables(Table, frozen=True):
     part: list[dict[str, Any]] = []
     wire: list[WireTable] = []
     host: list[HostTable] = []
+    serve: list[ServeTable] = []
     drive: list[DriveTable] = []
     record: list[RecordTable] = []
+
+
+class Served(NamedTuple):
+    """A port that is asked for: the number of its table, chips, kind of port, where, and whether it has our framing."""
+
+    number: int
+    chips: list[Chip]
+    kind: str
+    where: str
+    framing: bool
 
 
 # -------------------------------------------------------------------------------------------------------------- reading
@@ -302,19 +332,40 @@ class BenchFile:
                         raise SlewlineError(f"{key}: found {part[key]!r}; allowed text")
                 bench.part(**part)
 
-    def hosts(self, bench: Bench) -> list[Host]:
+    def hosts(self, bench: Bench) -> list[Computer]:
         """Put the hosts on the bench."""
         found = []
         for number, host in enumerate(self.tables.host):
-            names = host.chips or (list(bench.chips) if len(bench.chips) == 1 else [])
-            if not names:
-                raise self.error(("host", number), f'which chip? chips = ["{next(iter(bench.chips), "x")}"]')
-            for name in names:
-                if name not in bench.chips:
-                    known = ", ".join(bench.chips) or "none"
-                    raise self.error(("host", number, "chips"), f"no chip {name!r} on the bench; there are: {known}")
+            chips = self.chips_of(bench, "host", number, host.chips)
             with self.at("host", number):
-                found.append(bench.host(*(bench.chips[name] for name in names), name=host.name, delay=host.delay))
+                found.append(bench.host(*chips, name=host.name, delay=host.delay, baud=host.baud))
+        return found
+
+    def chips_of(self, bench: Bench, key: str, number: int, names: list[str]) -> list[Chip]:
+        """The chips that a table names; the only one, if it names none."""
+        names = names or (list(bench.chips) if len(bench.chips) == 1 else [])
+        if not names:
+            raise self.error((key, number), f'which chip? chips = ["{next(iter(bench.chips), "x")}"]')
+        for name in names:
+            if name not in bench.chips:
+                known = ", ".join(bench.chips) or "none"
+                raise self.error((key, number, "chips"), f"no chip {name!r} on the bench; there are: {known}")
+        return [bench.chips[name] for name in names]
+
+    def served(self, bench: Bench) -> list[Served]:
+        """What [[serve]] tables ask for."""
+        found: list[Served] = []
+        taken = [name for host in self.tables.host for name in host.chips or list(bench.chips)]
+        for number, table in enumerate(self.tables.serve):
+            chips = self.chips_of(bench, "serve", number, table.chips)
+            for chip in chips:
+                if chip.name in taken:
+                    raise self.error(("serve", number), f"{chip.name} has a host or a port already; leave out one")
+                taken.append(chip.name)
+            ports = [(kind, where) for kind in PORTS if (where := getattr(table, kind)) is not None]
+            if len(ports) != 1:
+                raise self.error(("serve", number), f"found {len(ports)} ports; give one of {', '.join(PORTS)}")
+            found.append(Served(number, chips, *ports[0], table.framing))
         return found
 
     def wire(self, bench: Bench) -> None:
@@ -344,6 +395,7 @@ def _keys(place: Place) -> tuple[str, ...]:
         "chip": ChipTable,
         "wire": WireTable,
         "host": HostTable,
+        "serve": ServeTable,
         "drive": DriveTable,
         "record": RecordTable,
     }

@@ -22,6 +22,7 @@ from ..core.kernel import Kernel
 from ..errors import BenchFileError
 
 if TYPE_CHECKING:
+    from ..chips.gs_c200.state import Memory
     from .bench import Bench
 
 VERSION = 1
@@ -111,10 +112,14 @@ def apply(bench: Bench, entry: dict[str, Any]) -> None:
     """Do again what an entry says."""
     do = entry["do"]
     if do == "add":
-        bench.add(entry["part"], entry["name"], entry["crystal_hz"], entry["straps"], entry["bare"], **entry["options"])
+        options = entry["options"]
+        if options.get("store") is not None:
+            options["store"] = _memory(bytes(options["store"]))
+        bench.add(entry["part"], entry["name"], entry["crystal_hz"], entry["straps"], entry["bare"], **options)
     elif do == "host":
         chips = [bench.chips[name] for name in entry["chips"]]
-        bench.host(*chips, name=entry["name"], delay=entry["delay_ps"], baud=entry.get("baud"))
+        line = bench[entry["line"]] if entry.get("line") else None
+        bench.host(*chips, name=entry["name"], delay=entry["delay_ps"], baud=entry.get("baud"), line=line)
     elif do == "part":
         bench.part(entry["kind"], entry["name"], **entry["options"])
     elif do == "input":
@@ -146,3 +151,12 @@ def apply(bench: Bench, entry: dict[str, Any]) -> None:
             bench.run_to(entry["to"])
     else:
         raise BenchFileError(f"unknown entry {do!r}")
+
+
+def _memory(data: bytes) -> Memory:
+    """A memory as a chip found it when it was put on the bench."""
+    from ..chips.gs_c200.state import Memory
+
+    memory = Memory()
+    memory.write(data)
+    return memory

@@ -7,8 +7,15 @@
     @until run=1           a line that begins with @ directs the host
 
 A directive begins when the chip is READY after the command above it, or has been at work on it for 1 ms (at 11 MHz: a
-motion, a delay, a wait).  Directives take times such as 20 ms, and pins of the chip that the host speaks to (abort) or
-of anything on the bench (y.abort):
+motion, a delay, a wait).  A module on a serial line is asked line by line: address, checksum and carriage return are
+added, and what comes next waits for the answer.
+
+    Po                     the transcript shows the answer: Po -> Y
+    S10
+    E                      the program runs while what follows is asked
+
+Directives take times such as 20 ms, and pins of the chip that the host speaks to (abort) or of anything on the bench
+(y.abort):
 
     @wait 20 ms            let time pass
     @until run=1           wait for a level of a pin
@@ -17,16 +24,23 @@ of anything on the bench (y.abort):
     @drive abort=0@12 ms   or at an instant of the run
     @release abort         let go of a pin, now; or, as above, @release abort@15 ms
     @pulse wait=0 20 us    put a level on a pin for a time
+    @power off             switch the supply off, or on
+    @bytes 43 00           send bytes as they are
+    @to y                  from here on, speak to chip y of those that share the bus or the line
+    @note the door opens   say something in the transcript
+
+To a chip on a bus (CY525); while ASCII/BINARY is low, commands go out in binary form:
+
     @reset                 pulse RESET
     @live R 20 | B         commands to a running program, through PROG/LIVE
     @rate 60               another rate on the fly, when the motor slews
     @read position         read the position on the fly, while the motor steps
     @verify 3              read a verify group
-    @bytes 43 00           send bytes as they are
-    @to y                  from here on, speak to chip y of those that share the bus
-    @note the door opens   say something in the transcript
 
-While ASCII/BINARY is low, commands go out in binary form.
+To a module on a serial line (GS-C200, GS-C200S):
+
+    @until ready           ask F until the answer is no longer B
+    @ask V1                ask something, as a line without @ does
 """
 
 from __future__ import annotations
@@ -42,14 +56,14 @@ from .directives import DIRECTIVES
 from .stage import Script, Stage, Step, command
 
 if TYPE_CHECKING:
-    from ..parts.host import Host
     from .bench import Bench
+    from .stage import Computer
 
 LONGEST = 1000  # characters of a line; no chip takes as many
 EXAMPLES = re.findall(r"^    (@(\w+).*?)  +\S", __doc__ or "", re.MULTILINE)
 
 
-def run_script(bench: Bench, host: Host, script: Script | str | Iterable[str], where: str = "script") -> None:
+def run_script(bench: Bench, host: Computer, script: Script | str | Iterable[str], where: str = "script") -> None:
     """Queue a script on a host; it plays while time passes, side by side with those of other hosts.
 
     Args:
@@ -62,8 +76,8 @@ def run_script(bench: Bench, host: Host, script: Script | str | Iterable[str], w
     if not isinstance(script, Script):
         script = read_script(script if isinstance(script, str) else "\n".join(script), where)
     check_script(bench, host, script)
-    if host.on_input is not None:
-        host.on_input("script", [host.port.chip, script.text, script.where])
+    if bench.journal is not None:
+        bench.journal.write("script", host=host.name, args=[host.chip.name, script.text, script.where])
     stage = Stage(bench, host, script)
     following = [*script.steps[1:], None]
     for stage.step, then in zip(script.steps, following, strict=False):
@@ -71,20 +85,22 @@ def run_script(bench: Bench, host: Host, script: Script | str | Iterable[str], w
         stage.step.queue(stage)
 
 
-def check_script(bench: Bench, host: Host, script: Script) -> None:
+def check_script(bench: Bench, host: Computer, script: Script) -> None:
     """Raise what is wrong with a script, pins and chips that the bench does not have included."""
     found = list(script.problems)
-    stage, chip = Stage(bench, host, script), host.port.chip
+    stage, chip = Stage(bench, host, script), host.chip
     for step in script.steps:
-        if step.to in host.ports:
-            chip = step.to
+        if step.to in host.chips:
+            chip = host.chips[step.to]
         elif step.to:
-            found.append(step.problem("unknown-chip", f"{host.name} serves {', '.join(host.ports)}, but not {step.to}"))
-        if step.pin:
-            try:
+            found.append(step.problem("unknown-chip", f"{host.name} serves {', '.join(host.chips)}, but not {step.to}"))
+        try:
+            if step.pin:
                 stage.terminal(step.pin, chip)
-            except SlewlineError as error:
-                found.append(step.problem("unknown-pin", str(error)))
+            if step.fits is not None:
+                step.fits(chip)
+        except SlewlineError as error:
+            found.append(step.problem("unknown-pin" if step.pin else "directive", str(error)))
     script.refuse(found)
 
 
@@ -120,5 +136,5 @@ def _directive(step: Step) -> Step:
     rest = step.text[1 + len(step.verb) :].strip()
     if bool(rest) == (step.verb == "reset"):
         raise UsageError("@reset takes no argument" if rest else f"@{step.verb} needs an argument")
-    queue, pin = DIRECTIVES[step.verb](rest)
-    return replace(step, queue=queue, pin=pin, to=rest if step.verb == "to" else "")
+    queue, pin, fits = DIRECTIVES[step.verb](rest)
+    return replace(step, queue=queue, pin=pin, fits=fits, to=rest if step.verb == "to" else "")

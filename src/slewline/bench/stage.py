@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Iterable, Iterator
+from collections.abc import Awaitable, Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -13,24 +13,28 @@ from ..errors import SlewlineError, UsageError
 from ..language.assemble import RefusedProgram
 from ..language.dialects import Command, Decoder, encode_binary
 from ..language.problems import Problem
+from ..parts.host import Host, Port
+from ..parts.rs232 import SerialHost
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
     from ..core.pin import Terminal
     from ..core.table import Sheet
-    from ..parts.host import Host, Port
     from .bench import Bench
 
 SHOWN = 160  # characters of a line in a message
 TAKEN_US = 1000  # a command that keeps the chip busy for longer has begun a motion, a delay or a wait
 
-Act = Callable[["Stage", "Port"], Awaitable[None]]
+Computer = Host | SerialHost
+Act = Callable[["Stage", "Chip"], Awaitable[None]]
 Queue = Callable[["Stage"], None]
+Fits = Callable[["Chip"], object]
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A line of a script.  `queue` puts it into the queue of a host; the bench must have what `pin` and `to` name."""
+    """A line of a script.  `queue` puts it into the queue of a host; the bench must have what `pin` and `to` name, and
+    `fits` raises what is wrong with it for the chip that is spoken to."""
 
     line: int
     column: int
@@ -38,6 +42,7 @@ class Step:
     queue: Queue
     pin: str = ""
     to: str = ""
+    fits: Fits | None = None
 
     @property
     def directs(self) -> bool:
@@ -76,7 +81,7 @@ class Stage:
     """A host that plays a script on a bench.  `step` is the line that is being queued, `directed` says whether a
     directive follows it."""
 
-    def __init__(self, bench: Bench, host: Host, script: Script) -> None:
+    def __init__(self, bench: Bench, host: Computer, script: Script) -> None:
         self.bench, self.host, self.script = bench, host, script
         self.kernel = bench.kernel
         self.step: Step | None = None
@@ -85,17 +90,41 @@ class Stage:
 
     def do(self, act: Act) -> None:
         """Queue an action of the host for the present line; what goes wrong in it is told with the line."""
-        step, script = self.step, self.script
+        step, script, host, chip = self.step, self.script, self.host, self.host.chip
         assert step is not None
+        text = f"at {step.text[:60]!r} ({script.where}, line {step.line})"
 
-        async def action(port: Port) -> None:
-            self.host.doing = f"at {step.text[:60]!r} ({script.where}, line {step.line})"
+        async def action() -> None:
             try:
-                await act(self, port)
+                await act(self, chip)
             except SlewlineError as error:
                 script.refuse([step.problem("refused", str(error))])
 
-        self.host.do(action)
+        if isinstance(host, SerialHost):
+            host.work(text, action)
+            return
+
+        async def on_bus(port: Port) -> None:
+            self.bus_host.doing = text
+            await action()
+
+        host.do(on_bus)
+
+    @property
+    def bus_host(self) -> Host:
+        """The host, which has a bus; `Step.fits` has seen to that."""
+        assert isinstance(self.host, Host)
+        return self.host
+
+    @property
+    def line_host(self) -> SerialHost:
+        """The host, which has a serial line."""
+        assert isinstance(self.host, SerialHost)
+        return self.host
+
+    def port(self, chip: Chip) -> Port:
+        """What the host has on the bus of a chip."""
+        return self.bus_host.ports[chip.name]
 
     def tell(self, text: str) -> None:
         """Say what the host does, in the transcript."""
@@ -115,7 +144,7 @@ class Stage:
     @contextmanager
     def only_queued(self) -> Iterator[Host]:
         """Calls of the host that are just queued: no time passes, and the journal has the whole script already."""
-        host = self.host
+        host = self.bus_host
         kept = host.wait_for, host.on_input
         host.wait_for = host.on_input = None
         try:
@@ -123,13 +152,9 @@ class Stage:
         finally:
             host.wait_for, host.on_input = kept
 
-    def chip(self, port: Port) -> Chip:
-        """The chip at a port."""
-        return self.bench.chips[port.chip]
-
-    def terminal(self, name: str, chip: str) -> Terminal:
+    def terminal(self, name: str, chip: Chip) -> Terminal:
         """A pin by its short or full name."""
-        return self.bench.pin(name if "." in name else f"{chip}.{name}")
+        return self.bench.pin(name if "." in name else f"{chip.name}.{name}")
 
     def put(self, terminal: Terminal, value: int | None) -> None:
         """Drive a pin or let go of it; the journal has the whole script already."""
@@ -178,16 +203,21 @@ def spelled_binary(body: str, sheet: Sheet) -> bytes:
 
 
 def command(body: str) -> Queue:
-    async def send(stage: Stage, port: Port) -> None:
+    """Send a command, on a bus when the chip is READY; on a serial line the host waits for the answer."""
+
+    async def send(stage: Stage, chip: Chip) -> None:
+        port = stage.port(chip)
         await level(port.ready, 1)
         data = (spelled if port.mode.level != 0 else spelled_binary)(body, port.sheet)
         stage.tell(body)
-        await stage.host.send_now(port, data)
+        await stage.bus_host.send_now(port, data)
 
-    return sending(send)
+    return lambda stage: (asking(body) if isinstance(stage.host, SerialHost) else sending(send))(stage)
 
 
 def sending(send: Act) -> Queue:
+    """Bytes over a bus; a directive behind them waits until the chip has taken them."""
+
     def queue(stage: Stage) -> None:
         stage.do(send)
         if stage.directed:
@@ -196,6 +226,29 @@ def sending(send: Act) -> Queue:
     return queue
 
 
-async def _taken(stage: Stage, port: Port) -> None:
+async def _taken(stage: Stage, chip: Chip) -> None:
     """The chip is READY again, or at work for so long that it moves or waits."""
+    port = stage.port(chip)
     await first_of(stage.kernel, stage.kernel.now + port.ps(TAKEN_US), (port.ready, 1))
+
+
+def asking(text: str) -> Queue:
+    """A line over a serial line, and its answer."""
+
+    async def ask(stage: Stage, chip: Chip) -> None:
+        stage.tell(f"{text} -> {meaning(await answers(stage, chip, text), chip.sheet)}")
+
+    return lambda stage: stage.do(ask)
+
+
+async def answers(stage: Stage, chip: Chip, line: str | bytes) -> list[str]:
+    """What a module answers."""
+    return await stage.line_host.to(chip.name).exchange(line)
+
+
+def meaning(found: Sequence[str], sheet: Sheet) -> str:
+    """Answers, with what the sheet says to one that is an error or a state."""
+    if not found:
+        return "no answer"
+    says = sheet.port.answers.get(found[0], "") if sheet.port is not None and found[0] != "Y" else ""
+    return f"{' '.join(found)}{f' ({says})' if says else ''}"

@@ -18,6 +18,7 @@ from ..core.chip import Chip
 from ..core.kernel import Kernel, Task
 from ..core.serial import RS232, Receiver, Word, bit_clock, transmit
 from ..core.table import Port
+from ..core.waits import next_round
 from ..language.lines import Refusal, parse
 
 CR, LF = 0x0D, 0x0A
@@ -155,6 +156,7 @@ class LineChip(Chip):
             if isinstance(item, Line):
                 self.busy(True)
                 await self.at_tick(self.clock.ticks_from(item.end_ps + self.turnround_ps))
+                await next_round(self.kernel)  # a line acts after all timed work of its instant
                 self.sync()
                 answers = await self.obey(item)
                 self.busy(False)

@@ -120,6 +120,11 @@ class Axis:
                 last = min(stop, bound - 1 if bound is not None else stop)
                 yield stretch, start, last
 
+    def count(self, start: int, stop: int) -> int:
+        """How many steps there are at start <= t <= stop."""
+        trains = ((stretch.playing, first, last) for stretch, first, last in self._windows(start, stop))
+        return sum(max(playing.begun(last) - playing.begun(first - 1), 0) for playing, first, last in trains if playing)
+
     def steps(self, start: int, stop: int) -> Steps:
         """Steps at start <= t <= stop."""
         import numpy as np

@@ -236,6 +236,12 @@ class Port:
     answers: Mapping[str, str] = field(default_factory=dict)
     where: str = ""
 
+    @property
+    def fastest(self) -> dict[str, int]:
+        """The straps of the highest rate."""
+        levels = max(self.bauds, key=lambda levels: self.bauds[levels])
+        return dict(zip(self.baud_pins, levels, strict=True))
+
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
@@ -264,7 +270,7 @@ class Sheet:
 
     @property
     def in_lines(self) -> bool:
-        """Are commands lines of text (language/lines.py)?  Else letters with data behind them (language/dialects.py)."""
+        """Are commands lines of text (language/lines.py)?  Else letters and data behind them (language/dialects.py)."""
         return self.port is not None
 
     def pin(self, name: str) -> Pin:

@@ -28,6 +28,13 @@ def until(kernel: Kernel, ps: int) -> Generator[None, Any, None]:
 
 
 @coroutine
+def next_round(kernel: Kernel) -> Generator[None, Any, None]:
+    """Let whatever else this instant brings be done first."""
+    kernel.woken.append(kernel.task)
+    yield
+
+
+@coroutine
 def level(net: Net, wanted: int) -> Generator[None, Any, None]:
     """Wait until a net has a level; it may have it already."""
     if net.level != wanted:

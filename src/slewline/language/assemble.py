@@ -9,13 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ..core.table import Sheet
-from ..errors import ProgramError
+from ..core.table import Row, Sheet
+from ..errors import ProgramError, UsageError
 from .dialects import encode_binary, spell
+from .lines import framed
 from .problems import Problem, picture
-from .source import LABELS, Block, Source, Statement, read
-
-BUFFER = "s.5"  # the manual's section about the program buffer
+from .source import LABELS, read
+from .statements import Block, Source, Statement
 
 
 class RefusedProgram(ProgramError):
@@ -39,7 +39,8 @@ class Assembly:
     """An assembled program.
 
     `stored` is the program buffer, `lines` says which instruction stands where, `labels` the address of each label;
-    `preset` are the commands outside E..Q, which a host sends in command mode; `findings` is what was odd.
+    `preset` are the commands outside program entry, which a host sends in command mode; `findings` is what was odd.
+    `framing` are the commands that begin and end program entry.
     """
 
     sheet: Sheet
@@ -49,21 +50,20 @@ class Assembly:
     preset: tuple[str, ...]
     findings: tuple[Problem, ...]
     statements: tuple[Statement, ...]
+    framing: tuple[Row, Row]
 
     def listing(self) -> str:
         """Address, bytes and source of every instruction."""
-        shown = []
-        for statement, line in zip(self.statements, self.lines, strict=True):
-            data = self.stored[statement.address : statement.end].hex(" ").upper()
-            shown.append(f"{line.address:02}  {data:<8}  {line.source}")
-        return "\n".join(shown)
+        parts = ((s.address, self.stored[s.address : s.end], s.text) for s in self.statements)
+        return "\n".join(listed(*part, self.sheet) for part in parts)
 
 
 def assemble(text: str, sheet: Sheet, where: str = "<text>", resolve: bool = False) -> Assembly:
     """Assemble one program.
 
     Args:
-        text: a command a line; E and Q around the program may be left out together, then all of it is the program.
+        text: a command a line; what begins and ends program entry may be left out together, then all of it is the
+            program.
         where: the name of the text in messages.
         resolve: store addresses where a label is meant; else letters, as the chip keeps them until the instruction
             is executed (s.3).
@@ -75,16 +75,18 @@ def assemble(text: str, sheet: Sheet, where: str = "<text>", resolve: bool = Fal
     link(source)
     for extra in source.blocks[1:]:
         assert extra.entry is not None  # only a text without E has a program without E, and then just one
-        source.report(extra.entry, "second-program", "error", "a second E", remedy="assemble one program at a time")
+        found, remedy = f"a second {extra.entry.text}", "assemble one program at a time"
+        source.report(extra.entry, "second-program", "error", found, remedy=remedy)
     errors = sorted(problem for problem in source.problems if problem.severity == "error")
     if errors:
         raise RefusedProgram(errors, text, where)
     block = source.blocks[0]
     stored = b"".join(s.row.pack(_resolved(s, block) if resolve else s.values) for s in block.statements)
     outside = [s.text for s in source.statements if s.block < 0 and s not in (block.entry, block.quit)]
+    framing = entry_and_end(sheet) if block.quit is None else (entry_and_end(sheet)[0], block.quit.row)
     lines = tuple(Line(s.address, s.line, s.text) for s in block.statements)
     findings = tuple(sorted(source.problems))
-    return Assembly(sheet, stored, lines, block.labels, tuple(outside), findings, tuple(block.statements))
+    return Assembly(sheet, stored, lines, block.labels, tuple(outside), findings, tuple(block.statements), framing)
 
 
 def link(source: Source) -> None:
@@ -100,28 +102,57 @@ def link(source: Source) -> None:
                 )
         over = next((statement for statement in block.statements if statement.end > room), None)
         if over is not None:
-            found = f"{block.size} bytes of program; this instruction does not fit"
+            found = f"{block.size} {units(source.sheet)} of program; this instruction does not fit"
             remedy = "parameters that stay the same need no room in the program: set them before E"
-            source.report(over, "overflow", "error", found, allowed=f"{room}", section=BUFFER, remedy=remedy)
+            section = source.sheet.buffer_where
+            if source.sheet.in_lines:
+                remedy = "let a loop repeat what comes again"
+            source.report(over, "overflow", "error", found, allowed=f"{room}", section=section, remedy=remedy)
 
 
-def to_ascii(assembly: Assembly) -> bytes:
-    """What an ASCII host sends to enter the program: from E to Q, labels as labels."""
-    commands = assembly.sheet.commands
-    stream = [commands.named("ENTER").form, "\r"]
+def entry_and_end(sheet: Sheet) -> tuple[Row, Row]:
+    """The commands that begin and end program entry."""
+    return sheet.commands.named(sheet.enter), sheet.commands.named(sheet.leave[-1])
+
+
+def units(sheet: Sheet) -> str:
+    """What the manual counts the program memory in."""
+    return "locations" if sheet.in_lines else "bytes"
+
+
+def listed(address: int, data: bytes, text: str, sheet: Sheet) -> str:
+    """A line of a listing."""
+    digits, widest = len(str(sheet.buffer_bytes - 1)), 3 * max(row.size for row in sheet.commands) - 1
+    return f"{address:0{digits}}  {data.hex(' ').upper():<{widest}}  {text}"
+
+
+def to_ascii(assembly: Assembly, check: bool = False) -> bytes:
+    """What an ASCII host sends to enter the program, from begin to end of program entry, labels as labels.
+
+    `check`: every line with its checksum, on a part that has them.
+    """
+    enter, leave = assembly.framing
+    if assembly.sheet.in_lines:
+        texts = [enter.form, *(statement.text for statement in assembly.statements), leave.form]
+        return b"".join(framed(text, check) for text in texts)
+    stream = [enter.form, "\r"]
     for statement in assembly.statements:
         stream += [f"{letter}$" for letter in statement.labels]
         stream += [spell(statement.row, [operand.label or operand.value for operand in statement.operands]), "\r"]
-    return "".join([*stream, commands.named("QUIT").form]).encode()
+    return "".join([*stream, leave.form]).encode()
 
 
 def to_binary(assembly: Assembly, single_count: bool = False) -> bytes:
     """What a binary host sends to enter the program: from E to Q, labels as addresses, since binary has none (s.3).
 
     `single_count`: one count for all bytes behind the first opcode, which are sent as they are stored (s.5).
+
+    Raises:
+        UsageError: the part has no binary mode.
     """
-    commands = assembly.sheet.commands
-    enter, leave = encode_binary(commands.named("ENTER")), encode_binary(commands.named("QUIT"))
+    if assembly.sheet.in_lines:
+        raise UsageError(f"the {assembly.sheet.part.upper()} takes no binary commands; ascii is what a host sends it")
+    enter, leave = (encode_binary(row) for row in assembly.framing)
     block = Block(list(assembly.statements), assembly.labels)
     program = [encode_binary(s.row, _resolved(s, block)) for s in block.statements]
     if single_count and program:

@@ -4,28 +4,40 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from ..core.table import Arg, Row, Sheet
+from ..core.table import Arg, Port, Row, Sheet
 from ..errors import UnknownName
+from . import lines
+from .assemble import units
+from .dialects import Command
 
 LEVEL = {0: "low", 1: "high", None: ""}
+OWN = "Opcodes are the model's own: the sheet gives none. A carriage return ends a line."
+SECTIONS = "; s. is a section, T. a table of it"
+STATES = {"i": "idle", "p": "during program entry", "r": "while a program runs"}
 
 
 def describe(sheet: Sheet, command: str | None = None) -> str:
-    """The whole sheet, or a single command by its letter or name.
+    """The whole sheet, or a single command by its letter or name, all forms of it.
 
     Raises:
         UnknownName: the part has no such command; the message lists those that it has.
     """
     if command is not None:
         return describe_command(sheet, command)
-    parts = [_head(sheet), _commands(sheet), _pins(sheet), _registers(sheet), _times(sheet)]
+    commands = f"## Commands\n\n{line_table(sheet.commands)}\n\n{OWN}" if sheet.in_lines else _commands(sheet)
+    port = _port(sheet.port) if sheet.port is not None else ""
+    parts = [_head(sheet), commands, port, _pins(sheet), _registers(sheet), _times(sheet)]
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
 def describe_command(sheet: Sheet, command: str) -> str:
     """One command in full: how it is written, sent and stored, what it takes, how long it lasts."""
-    row = _find(sheet, command)
-    lines = [
+    in_full = _line_in_full if sheet.in_lines else _in_full
+    return "\n".join(in_full(sheet, row) for row in find(sheet, command))
+
+
+def _in_full(sheet: Sheet, row: Row) -> str:
+    text = [
         f"# {row.name}: {row.says}",
         "",
         f"- ASCII: `{usage(row)}`{', then a carriage return' if row.terminated else ', without a carriage return'}",
@@ -35,14 +47,37 @@ def describe_command(sheet: Sheet, command: str) -> str:
         + (f"; {row.program_us} µs in a program" if row.stored else ""),
         f"- manual: {row.where}",
     ]
-    lines += [f"- `{arg.name}`: {_range(sheet, arg)}, {_bytes(arg.size)}" for arg in row.args]
-    return "\n".join(lines) + "\n"
+    text += [f"- `{arg.name}`: {_range(sheet, arg)}, {_bytes(arg.size)}" for arg in row.args]
+    return "\n".join(text) + "\n"
 
 
-def _find(sheet: Sheet, command: str) -> Row:
-    for row in sheet.commands:
-        if command in (row.form, row.name) or command.upper() in (row.form, row.name):
-            return row
+def _line_in_full(sheet: Sheet, row: Row) -> str:
+    room = f"{row.size} {units(sheet)}, opcode {_opcodes(row)}" if row.stored else "not stored"
+    text = [
+        f"# {row.name}: {row.says}",
+        "",
+        f"- line: `{lines.usage(row)}`",
+        f"- taken: {_taken(row)}",
+        f"- program memory: {room}",
+        f"- manual: {row.where}",
+    ]
+    text += [f"- `{arg.name}`: {_limits(arg)}" for arg in row.args]
+    return "\n".join(text) + "\n"
+
+
+def find(sheet: Sheet, command: str) -> list[Row]:
+    """The rows of a command, by letter (all forms of it), by name, or by a line that is one.
+
+    Raises:
+        UnknownName: the part has no such command; the message lists those that it has.
+    """
+    for wanted in (command, command.upper()):
+        rows = [row for row in sheet.commands if wanted in (row.form, row.name, row.head)]
+        if rows:
+            return rows
+    line = lines.parse(sheet, command) if sheet.in_lines else None
+    if isinstance(line, Command):
+        return [line.row]
     letters = ", ".join(f"{row.form} ({row.name})" for row in sheet.commands)
     raise UnknownName(f"{sheet.part} has no command {command!r}; it has {letters}")
 
@@ -77,6 +112,22 @@ def _range(sheet: Sheet, arg: Arg) -> str:
     return f"{arg.low}..{arg.high}{label}{f' ({arg.unit})' if arg.unit else ''}"
 
 
+def _limits(arg: Arg) -> str:
+    unit = f" ({arg.unit})" if arg.unit else ""
+    return f"{lines.range_of(arg)}{unit}{', may be left out' if arg.optional else ''}"
+
+
+def _opcodes(row: Row) -> str:
+    first, last = row.codes[0], row.codes[-1]
+    return f"{first:02X}" if first == last else f"{first:02X} to {last:02X}"
+
+
+def _taken(row: Row) -> str:
+    """In which states it acts at once; a stored one is kept for the program during program entry."""
+    found = [STATES[state] for state in row.when] + (["into the program"] if row.stored else [])
+    return ", ".join(found)
+
+
 def _busy(row: Row) -> str:
     if row.motion:
         return f"{row.time_us} µs and the motion"
@@ -96,17 +147,15 @@ def _mhz(hz: float) -> str:
 
 def _head(sheet: Sheet) -> str:
     low, high = _mhz(sheet.crystal_low_hz), _mhz(sheet.crystal_high_hz)
-    lines = [
-        f"# {sheet.title}",
-        "",
-        f"- source: {sheet.manual}; s. is a section, T. a table of it",
-        f"- crystal: {low} to {high} MHz; times below hold at {_mhz(sheet.crystal_hz)} MHz unless another is named",
-        f"- program buffer: {_bytes(sheet.buffer_bytes)}",
-    ]
+    text = [f"# {sheet.title}", "", f"- source: {sheet.manual}{'' if sheet.in_lines else SECTIONS}"]
+    if sheet.crystal_high_hz:
+        at = f"times below hold at {_mhz(sheet.crystal_hz)} MHz unless another is named"
+        text.append(f"- crystal: {low} to {high} MHz; {at}")
+    text.append(f"- program buffer: {sheet.buffer_bytes} {units(sheet)}")
     if sheet.labels:
-        lines.append(f"- labels: {', '.join(f'`{letter}$`' for letter in sheet.labels)}, in ASCII programs")
-    lines += [f"- {name}: {text}" for name, text in sheet.notes.items()]
-    return "\n".join(lines)
+        text.append(f"- labels: {', '.join(f'`{letter}$`' for letter in sheet.labels)}, in ASCII programs")
+    text += [f"- {name}: {says}" for name, says in sheet.notes.items()]
+    return "\n".join(text)
 
 
 def _commands(sheet: Sheet) -> str:
@@ -126,6 +175,40 @@ def _commands(sheet: Sheet) -> str:
     ]
     note = "The time is how long the chip is busy with the last byte of the command, without conversion and motion."
     return f"## Commands\n\n{table(heads, rows)}\n\n{note}"
+
+
+def line_table(commands: Iterable[Row]) -> str:
+    """Commands that are lines, as a table."""
+    heads = ("line", "name", "what it does", "arguments", "locations", "opcode", "taken", "manual")
+    rows = [
+        (
+            f"`{lines.usage(row)}`",
+            row.name,
+            row.says,
+            "; ".join(f"{arg.name} {_limits(arg)}" for arg in row.args),
+            row.size,
+            _opcodes(row) if row.stored else "",
+            _taken(row),
+            row.where,
+        )
+        for row in commands
+    ]
+    return table(heads, rows)
+
+
+def _port(port: Port) -> str:
+    """The serial port: format, rates, addresses, answers."""
+    format_ = f"{port.bits} data bits, {port.parity} parity, {port.stop} stop bits"
+    longest = f"; lines of up to {port.longest} characters" if port.longest else ""
+    check = f"; checksums while `{port.checksum_pin}` is high" if port.checksum_pin else ""
+    parts = [f"## Serial port\n\n{format_}{longest}{check}. Source: {port.where}."]
+    for names, what, entries in ((port.baud_pins, "baud", port.bauds), (port.address_pins, "address", port.addresses)):
+        if names:
+            rows = [(*levels, value or "none: a line of its own") for levels, value in entries.items()]
+            parts.append(table((*(f"`{name}`" for name in names), what), rows))
+    if port.answers:
+        parts.append(table(("answer", "meaning"), ((f"`{answer}`", says) for answer, says in port.answers.items())))
+    return "\n\n".join(parts)
 
 
 def _pins(sheet: Sheet) -> str:
@@ -169,9 +252,17 @@ def _registers(sheet: Sheet) -> str:
 
 
 def _times(sheet: Sheet) -> str:
-    heads = ("time", "what it is", "µs", "at MHz", "clocks", "manual", "trust")
+    clocks: tuple[str, ...] = ("at MHz", "clocks") if sheet.crystal_high_hz else ()
+    heads = ("time", "what it is", "µs", *clocks, "manual", "trust")
     rows = [
-        (f"`{name}`", time.says, f"{time.us:g}", f"{time.mhz:g}", time.ticks, time.where, time.trust)
+        (
+            f"`{name}`",
+            time.says,
+            f"{time.us:.10g}",
+            *((f"{time.mhz:g}", time.ticks) if clocks else ()),
+            time.where,
+            time.trust,
+        )
         for name, time in sheet.times.items()
     ]
     note = "Trust: *stated* by the manual, *derived* from what it states, or *chosen* where it is silent."

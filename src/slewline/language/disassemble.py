@@ -12,6 +12,8 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from ..core.table import Row, Sheet
+from . import lines
+from .assemble import entry_and_end, listed
 from .dialects import spell
 
 COMMENT = 16  # column of the comments
@@ -34,7 +36,7 @@ def instructions(stored: bytes, sheet: Sheet) -> list[Instruction]:
         row = sheet.commands.by_code.get(stored[at])
         data = stored[at : at + (row.size if row else 1)]
         if row and len(data) == row.size:
-            found.append(Instruction(at, data, row, row.unpack(data[1:])))
+            found.append(Instruction(at, data, row, row.unpack(data[1:], data[0])))
         else:
             found.append(Instruction(at, data, None, ()))
         at += len(data)
@@ -49,22 +51,23 @@ def disassemble(
     Args:
         labels: name branch targets, as far as the letters go; the text then assembles with `resolve=True`.
         known: labels that are already defined, with their addresses, as a chip remembers them.
-        frame: E before and Q behind the program.
+        frame: what begins and ends program entry stands before and behind the program.
     """
     program = instructions(stored, sheet)
     marks = dict(known or {})
     names = _names(program, sheet, marks) if labels else {}
     marks |= {letter: address for address, letter in names.items()}
-    lines = [_line(instruction, sheet, marks, names) for instruction in program]
+    shown = [_line(instruction, sheet, marks, names) for instruction in program]
     if frame:
-        lines = [sheet.commands.named("ENTER").form, *lines, sheet.commands.named("QUIT").form]
-    return "".join(line + "\n" for line in lines)
+        enter, leave = entry_and_end(sheet)
+        shown = [enter.form, *shown, leave.form]
+    return "".join(line + "\n" for line in shown)
 
 
 def listing(stored: bytes, sheet: Sheet, known: Mapping[str, int] | None = None) -> str:
     """The buffer to look at: address, bytes and instruction, a line each.  `known` as for `disassemble`."""
-    lines = [(i.address, _hex(i.data), _text(i, sheet, known or {}, {})) for i in instructions(stored, sheet)]
-    return "\n".join(f"{address:02}  {data:<8}  {text}" for address, data, text in lines)
+    program = instructions(stored, sheet)
+    return "\n".join(listed(i.address, i.data, _text(i, sheet, known or {}, {}), sheet) for i in program)
 
 
 def _names(program: Sequence[Instruction], sheet: Sheet, marks: Mapping[str, int]) -> dict[int, str]:
@@ -91,6 +94,8 @@ def _text(instruction: Instruction, sheet: Sheet, marks: Mapping[str, int], name
     before = "".join(f"{letter}$" for letter, at in marks.items() if at == address)
     if row is None:
         return f"{before}??? {_hex(data)}"
+    if sheet.in_lines:
+        return lines.spell(row, values)
     # An operand that is the code of a letter is a label that the chip has not replaced yet (s.3).
     shown = [
         names.get(value) or (chr(value) if chr(value) in sheet.labels else value) if arg.label else value

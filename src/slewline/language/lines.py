@@ -27,10 +27,17 @@ _PATTERNS = {"no": "[0-9]+", "may": "[+-]?[0-9]+", "must": "[+-][0-9]+", "alone"
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """A line that is no command: "unknown", or its "argument" is wrong; `text` says how."""
+    """A line that is no command: "unknown", or its "argument" does not fit or is out of "range"; `text` says how.
+
+    The rest is for who shows the place: characters `at` to `end`, what was found there, what would be allowed.
+    """
 
     code: str
     text: str
+    at: int
+    end: int
+    found: str
+    allowed: str
 
 
 def checksum(text: bytes, kept: int = KEPT) -> int:
@@ -62,7 +69,9 @@ def parse(sheet: Sheet, text: str) -> Command | Refusal:
     patterns = _patterns(sheet)
     head = next((head for head in patterns if text.startswith(head)), SIGN if text[:1] in ("+", "-") else None)
     if head is None or not patterns.get(head):
-        return Refusal("unknown", f"{text!r} is no command of the {sheet.part}")
+        every = " ".join(dict.fromkeys(row.head for row in sheet.commands))
+        says = f"{text!r} is no command of the {sheet.part}"
+        return Refusal("unknown", says, 0, len(text), f"{text} is no command of the {sheet.part.upper()}", every)
     rest = text.removeprefix(head)
     closest: Refusal | None = None
     for row, pattern in patterns[head]:
@@ -74,11 +83,25 @@ def parse(sheet: Sheet, text: str) -> Command | Refusal:
         if bad is None:
             stored = row.pack(values) if row.stored else b""
             return Command(row, values, 0, stored, spell(row, values))
-        closest = Refusal("argument", f"{text}: {bad[0].name} {bad[1]}, allowed {_range(bad[0])}")
+        (arg, value), allowed = bad, range_of(bad[0])
+        place = places(row, text)[row.args.index(arg)]
+        says = f"{text}: {arg.name} {value}, allowed {allowed}"
+        closest = Refusal("range", says, *place, f"{row.name} {arg.name} {value}", allowed)
     if closest is not None:
         return closest
     forms = " or ".join(usage(row) for row, _ in patterns[head])
-    return Refusal("argument", f"{text!r} does not fit {forms}")
+    says = f"{text!r} does not fit {forms}"
+    return Refusal("argument", says, 0, len(text), f"{text} does not fit", forms)
+
+
+def places(row: Row, text: str) -> list[tuple[int, int]]:
+    """Where in a line its arguments stand, first character and end; one that is left out stands at the end."""
+    rest = text.removeprefix(row.head)
+    match = _pattern(row).fullmatch(rest)
+    assert match is not None  # the line has been read as this command
+    before = len(text) - len(rest)
+    spans = [match.span(number) for number in range(1, len(row.args) + 1)]
+    return [(before + at, before + end) if at >= 0 else (len(text), len(text)) for at, end in spans]
 
 
 def usage(row: Row) -> str:
@@ -91,7 +114,10 @@ def usage(row: Row) -> str:
     return text + (row.tail[0] if row.tail else "")
 
 
-def _range(arg: Arg) -> str:
+def range_of(arg: Arg) -> str:
+    """The numbers that an argument may be."""
+    if arg.sign == "alone":
+        return "+, -"
     return f"{arg.low}..{arg.high}" + ("" if arg.zero else " without 0")
 
 

@@ -1,45 +1,47 @@
 """What is odd about a program text, found without running it.  Never raises, however bad the text is.
 
-The rules here hold for every part that stores programs the CY5xx way and read nothing but its sheet; what only one part
-knows (can this ramp reach this rate in this distance?) is handed in as `checks`.
+The rules here hold for every part that stores programs, or for those that do it the CY5xx way, and read nothing but its
+sheet; what only one part knows (can this ramp reach this rate in this distance?) is handed in as `checks`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from typing import TypeVar
 
-from ..core.table import Sheet
-from .assemble import link
+from ..core.table import Row, Sheet
+from .assemble import link, units
 from .problems import Problem, render
-from .source import LABELS, Block, Operand, Source, Statement, read
+from .source import LABELS, read
+from .statements import Block, Operand, Source, Statement
 
-__all__ = ["Check", "Problem", "Source", "branches", "lint", "reached", "render", "steps_on"]
+__all__ = ["Check", "Problem", "Source", "branches", "explored", "lint", "reached", "render", "steps_on"]
 
 Check = Callable[[Source], None]
 """A rule: looks at the text and reports what it finds with `source.report`."""
 
-ENDS = {"COMMAND", "INITIALIZE"}  # the program is over
-AWAY = {"JUMP", "EXECUTE"} | ENDS  # the next instruction is not reached
-BRANCHES = "s.3"  # the manual's section about instructions that branch
+STATES = 4096  # a program that meets more registers than this is judged by the first ones
+S = TypeVar("S")
 
 
 def lint(text: str, sheet: Sheet, checks: Iterable[Check] = ()) -> list[Problem]:
     """Everything odd in a text, in the order of its places.
 
-    A text without E is taken for a stored program if it holds what makes sense in a program only: a label, a branch
-    or the command 0; else for commands of a host.
+    A text that never enters a program is taken for one if it holds what makes sense in a program only (a label, a
+    branch, the command 0 of a CY5xx, a delayed command of a GS-C), else for commands of a host.
     """
     source = read(text, sheet)
     if not source.blocks and any(_stored_only(statement) for statement in source.statements):
         source = read(text, sheet, bare=True)
     link(source)
-    for check in (*RULES, *checks):
+    for check in (*RULES, *(() if sheet.in_lines else CY5XX_RULES), *checks):
         check(source)
     return sorted(set(source.problems))
 
 
 def _stored_only(statement: Statement) -> bool:
-    return bool(statement.labels) or statement.target is not None or statement.row.code == 0
+    row = statement.row
+    return bool(statement.labels) or statement.target is not None or row.code == 0 or not row.when
 
 
 # ------------------------------------------------------------------------------------------------------- where it goes
@@ -47,14 +49,43 @@ def _stored_only(statement: Statement) -> bool:
 
 def steps_on(block: Block, statement: Statement) -> list[int]:
     """The addresses at which a program may go on after an instruction; the end of the program is one of them."""
-    name, target = statement.row.name, statement.target
-    found = [] if name in AWAY else [statement.end]
-    if name == "EXECUTE":
-        found.append(0)
-    if target is not None:
-        address = block.address_of(target)
-        found += [] if address is None else [address]
-    return found
+    target = statement.target
+    ways = {
+        "n": statement.end,
+        "0": 0,
+        "l": block.loop_start(statement),
+        "t": None if target is None else block.address_of(target),
+    }
+    found = [ways[way] for way in statement.row.flow]
+    return [address for address in found if address is not None]
+
+
+def explored(block: Block, address: int, states: Sequence[S], step: Callable[[Statement, S], S]) -> list[S]:
+    """Run a program from an address, through every branch both ways.
+
+    Args:
+        states: what the registers may hold at first; anything that can be hashed.
+        step: the registers behind an instruction.
+
+    Returns:
+        The states in which the program ends, or if it never does, all that it meets.
+    """
+    at = {statement.address: statement for statement in block.statements}
+    todo = [(address, state) for state in states]
+    seen, ends = dict.fromkeys(todo), dict[S, None]()  # in order, so that the same text gives the same answer
+    while todo and len(seen) < STATES:
+        here, state = todo.pop()
+        statement = at.get(here)
+        if statement is None:
+            ends[state] = None
+            continue
+        behind = step(statement, state)
+        if not statement.row.flow:
+            ends[behind] = None
+        ahead = [(there, behind) for there in steps_on(block, statement) if (there, behind) not in seen]
+        seen |= dict.fromkeys(ahead)
+        todo += ahead
+    return list(ends) or list(dict.fromkeys(state for _, state in seen))
 
 
 def branches(source: Source) -> list[tuple[Statement, Operand, Block]]:
@@ -62,7 +93,7 @@ def branches(source: Source) -> list[tuple[Statement, Operand, Block]]:
     found = []
     before = source.blocks[0] if source.blocks and source.blocks[0].entry is None else None
     for statement in source.statements:
-        if statement.row.name == "ENTER" and statement.block < 0:
+        if statement.row.name == source.sheet.enter and statement.block < 0:
             before = next(block for block in source.blocks if block.entry is statement)
         if statement.target is not None and before is not None:
             found.append((statement, statement.target, before))
@@ -83,28 +114,35 @@ def reached(source: Source, block: Block) -> set[int]:
     return seen
 
 
-# -------------------------------------------------------------------------------------------------------------- rules
+def section(row: Row) -> str:
+    """The manual's section that describes a command."""
+    return row.where.split("; ")[0]
+
+
+# ------------------------------------------------------------------------------------------------- rules for all parts
 
 
 def targets(source: Source) -> None:
-    """Branches must meet the first byte of an instruction; the chip does not check it (s.3 J)."""
+    """Branches must meet the first byte of an instruction; the chip does not check it."""
+    unit = units(source.sheet).removesuffix("s")
     for statement, target, block in branches(source):
         address = block.address_of(target)
         if address is None or address > source.sheet.buffer_bytes - 1:
             continue  # the assembler's business
         inside = next((other for other in block.statements if other.address <= address < other.end), None)
         if inside is None:
-            found = f"{statement.row.name} to byte {address}, but the program has {block.size} bytes"
-            source.report(target, "branch-outside", "warning", found, section=BRANCHES)
+            found = f"{statement.row.name} to {unit} {address}, but the program has {block.size} {unit}s"
+            source.report(target, "branch-outside", "warning", found, section=section(statement.row))
         elif inside.address != address:
-            found = f"{statement.row.name} to byte {address}, inside {inside.text} of line {inside.line}"
+            found = f"{statement.row.name} to {unit} {address}, inside {inside.text} of line {inside.line}"
             starts = f"{inside.address} or {inside.end}"
             remedy = "let a label count the bytes" if source.sheet.labels else ""
-            source.report(target, "branch-middle", "warning", found, allowed=starts, section=BRANCHES, remedy=remedy)
+            where = section(statement.row)
+            source.report(target, "branch-middle", "warning", found, allowed=starts, section=where, remedy=remedy)
 
 
 def flow(source: Source) -> None:
-    """Every instruction is reached by some run, and no run goes past the last one."""
+    """Every instruction is reached by some run."""
     for block in source.blocks:
         seen = reached(source, block)
         starts = {statement.address for statement in block.statements}
@@ -114,12 +152,21 @@ def flow(source: Source) -> None:
             here = statement.address in seen
             if above and not here and not stray:  # a branch into the middle of an instruction may lead anywhere
                 found = f"nothing leads to {statement.text}"
-                source.report(statement, "unreachable", "warning", found, section=BRANCHES)
-            if here and statement.end == block.size and statement.row.name not in AWAY:
-                remedy = "end with 0, or repeat with X or J"
-                found = f"the program runs past its last byte, {block.size - 1}"
-                source.report(statement, "no-end", "warning", found, section=BRANCHES, remedy=remedy)
+                source.report(statement, "unreachable", "warning", found, section=section(statement.row))
             above = here
+
+
+# ------------------------------------------------------------------------------------------------ rules for the CY5xx
+
+
+def ends(source: Source) -> None:
+    """No run goes past the last instruction."""
+    for block in source.blocks:
+        last = block.statements[-1] if block.statements else None
+        if last is not None and "n" in last.row.flow and last.address in reached(source, block):
+            remedy = "end with 0, or repeat with X or J"
+            found = f"the program runs past its last byte, {block.size - 1}"
+            source.report(last, "no-end", "warning", found, section=section(last.row), remedy=remedy)
 
 
 def loops(source: Source) -> None:
@@ -168,4 +215,5 @@ def entries(source: Source) -> None:
                     source.report(statement, "unused-label", "note", f"nothing branches to {letter}", section=LABELS)
 
 
-RULES: tuple[Check, ...] = (targets, flow, loops, misplaced, entries)
+RULES: tuple[Check, ...] = (targets, flow)
+CY5XX_RULES: tuple[Check, ...] = (ends, loops, misplaced, entries)

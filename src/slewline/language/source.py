@@ -1,6 +1,6 @@
-"""Program text of the CY5xx: lines in, statements with places out.  Assembler and linter read the same statements.
+"""Program text: lines in, statements with places out.  Assembler and linter read the same statements.
 
-A text holds what a host would send, a command a line:
+A text holds what a host would send, a command a line.  To a CY525:
 
     ; weld.cy525                 a comment runs to the end of the line
     R 80                         before E: command mode
@@ -11,6 +11,13 @@ A text holds what a host would send, a command a line:
     X
     @wait 20 ms                  a directive to the host, none of the chip's business
 
+and to a GS-C200S, whose commands are lines without address and checksum:
+
+    Po                           program entry begins
+    S10
+    jc1,18
+    E                            program entry ends, and the program runs
+
 Nothing here raises.  What is wrong with a text becomes a `Problem` with a place, so that all of them can be shown at
 once; a statement that the chip would still take is kept beside its problem, so that the
 addresses behind it are right.
@@ -19,128 +26,17 @@ addresses behind it are right.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 from ..core.table import Arg, Row, Sheet
-from .dialects import LINE_LIMIT
-from .problems import Place, Problem, Severity, Spot
+from .dialects import LINE_LIMIT, Command
+from .lines import SIGN, Refusal, parse, places, usage
+from .problems import Place
+from .statements import Block, Directive, Operand, Source, Statement
 
 LABELS = "s.3"  # the manual's section about labels
 _WORD = re.compile(r"[^ ,]+")
 _ARGUMENTS = re.compile(r"[^ ,]+(?:(?: *, *| +)[^ ,]+)*")
-
-
-@dataclass(frozen=True, slots=True)
-class Operand:
-    """An argument as written.  `value` fits the argument's bytes; for a label it is the code of the letter."""
-
-    line: int
-    column: int
-    length: int
-    value: int
-    label: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Statement:
-    """A command.  `block` numbers the program that it belongs to, `address` is its byte there; -1: command mode."""
-
-    line: int
-    column: int
-    text: str
-    row: Row
-    operands: tuple[Operand, ...] = ()
-    labels: tuple[str, ...] = ()
-    block: int = -1
-    address: int = -1
-
-    @property
-    def length(self) -> int:
-        """Characters."""
-        return len(self.text)
-
-    @property
-    def values(self) -> tuple[int, ...]:
-        """The operands as numbers, ready to be packed."""
-        return tuple(operand.value for operand in self.operands)
-
-    @property
-    def end(self) -> int:
-        """The address behind it."""
-        return self.address + self.row.size
-
-    @property
-    def target(self) -> Operand | None:
-        """The operand that says where to branch."""
-        pairs = zip(self.row.args, self.operands, strict=True)
-        return next((operand for arg, operand in pairs if arg.name == "target"), None)
-
-
-@dataclass(frozen=True, slots=True)
-class Directive:
-    """A line that begins with @: the host's, not the chip's."""
-
-    line: int
-    column: int
-    text: str
-
-    @property
-    def length(self) -> int:
-        """Characters."""
-        return len(self.text)
-
-
-Item = Statement | Directive
-
-
-@dataclass(slots=True)
-class Block:
-    """A stored program, from E to Q."""
-
-    statements: list[Statement] = field(default_factory=list)
-    labels: dict[str, int] = field(default_factory=dict)
-    entry: Statement | None = None
-    quit: Statement | None = None
-
-    @property
-    def size(self) -> int:
-        """Bytes in the buffer."""
-        return self.statements[-1].end if self.statements else 0
-
-    def address_of(self, target: Operand) -> int | None:
-        """Where a branch goes; None if its label is nowhere."""
-        return self.labels.get(target.label) if target.label else target.value
-
-
-@dataclass(slots=True)
-class Source:
-    """A text that was read: its items in order, its programs, its problems."""
-
-    sheet: Sheet
-    items: list[Item] = field(default_factory=list)
-    blocks: list[Block] = field(default_factory=list)
-    problems: list[Problem] = field(default_factory=list)
-
-    @property
-    def statements(self) -> list[Statement]:
-        """The commands, without the directives."""
-        return [item for item in self.items if isinstance(item, Statement)]
-
-    def report(
-        self,
-        spot: Spot,
-        code: str,
-        severity: Severity,
-        found: str,
-        *,
-        allowed: str = "",
-        section: str = "",
-        remedy: str = "",
-    ) -> None:
-        """Note a problem at a statement, an operand, a directive or a bare place."""
-        where = f"{self.sheet.part.upper()} manual, {section}" if section else ""
-        place = spot.line, spot.column, spot.length
-        self.problems.append(Problem(*place, code, severity, found, allowed, where, remedy))
 
 
 def host_lines(text: str) -> list[tuple[int, int, str]]:
@@ -157,16 +53,18 @@ def host_lines(text: str) -> list[tuple[int, int, str]]:
 def read(text: str, sheet: Sheet, bare: bool = False) -> Source:
     """The whole text, taken apart.
 
-    A text without E is one stored program if `bare` is set, else it is what a host sends in command mode.
+    A text that never enters a program is one stored program if `bare` is set, else it is what a host sends in command
+    mode.
     """
     source = Source(sheet)
+    kind = _CommandLine if sheet.in_lines else _Line
     pending: tuple[str, ...] = ()
     line = None
     for number, column, body in host_lines(text):
         if body.startswith("@"):
             source.items.append(Directive(number, column, body))
         else:
-            line = _Line(source, number, column, body)
+            line = kind(source, number, column, body)
             pending = line.take(pending)
     if line and pending:
         line.error(0, len(line.text), "bad-label", f"{pending[-1]}$ without an instruction", "", LABELS)
@@ -311,13 +209,54 @@ class _Line:
         return None
 
 
+class _CommandLine(_Line):
+    """A line that is one command, as the GS-C modules take them."""
+
+    def take(self, labels: tuple[str, ...]) -> tuple[str, ...]:
+        port, text = self.sheet.port, self.text
+        if port is not None and len(text) > port.longest:
+            self.error(
+                0, len(text), "too-long", f"{len(text)} characters", f"{port.longest}", port.where.split("; ")[-1]
+            )
+            return ()
+        found = parse(self.sheet, text)
+        if isinstance(found, Refusal):
+            self.refused(found)
+            return ()
+        pairs = zip(places(found.row, text), found.values, strict=True)
+        operands = tuple(Operand(*self.spot(at, end), value) for (at, end), value in pairs)
+        self.add(0, len(text), found.row, operands, ())
+        return ()
+
+    def refused(self, found: Refusal) -> None:
+        letter = SIGN if self.text[0] in "+-" else self.text[0]
+        alike = [row for row in self.sheet.commands if row.head[0] == letter]
+        unknown, remedy = found.code == "unknown", ""
+        code = {"unknown": "unknown-command", "argument": "bad-argument"}.get(found.code, found.code)
+        if meant := self.meant():
+            remedy = f"write {meant}: no blanks, and capitals count"
+        elif unknown and alike:
+            remedy = f"with this letter it has {', '.join(map(usage, alike))}"
+        elif unknown and self.text.startswith(self.sheet.heads):
+            remedy = "a sister part has this command"
+        where = "" if unknown else alike[0].where
+        self.error(found.at, found.end, code, found.found, found.allowed, where, remedy)
+
+    def meant(self) -> str:
+        """The command that the line would be with other capitals, or without blanks."""
+        tight = self.text.replace(" ", "")
+        spellings = (tight, tight.lower(), tight.capitalize())
+        return next((spelling for spelling in spellings if isinstance(parse(self.sheet, spelling), Command)), "")
+
+
 # --------------------------------------------------------------------------------------------------- the programs in it
 
 
 def _lay_out(source: Source, bare: bool) -> None:
     """Tell programs from command mode, and give the instructions of each program their addresses."""
     items, source.items = source.items, []
-    has_entry = any(isinstance(item, Statement) and item.row.name == "ENTER" for item in items)
+    enter, leave = source.sheet.enter, source.sheet.leave
+    has_entry = any(isinstance(item, Statement) and item.row.name == enter for item in items)
     block = Block() if bare and not has_entry else None
     if block:
         source.blocks.append(block)
@@ -326,15 +265,30 @@ def _lay_out(source: Source, bare: bool) -> None:
             pass
         elif block is not None and item.row.stored:
             item = _place(source, block, item)
-        elif block is not None:
-            block.quit, block = item, None
-        elif item.row.name == "ENTER":
+        elif item.row.name == enter:
             block = Block(entry=item)
             source.blocks.append(block)
-        elif item.labels:
-            remedy = "labels name instructions of a program, between E and Q"
-            source.report(item, "label-outside", "warning", "a label in command mode", section=LABELS, remedy=remedy)
+        elif block is not None and item.row.name in leave:
+            block.quit, block = item, None
+        else:
+            _outside(source, item, block)
         source.items.append(item)
+
+
+def _outside(source: Source, item: Statement, block: Block | None) -> None:
+    """A command that does not become part of a program: may it come here?"""
+    row = item.row
+    if item.labels:
+        remedy = "labels name instructions of a program, between E and Q"
+        source.report(item, "label-outside", "warning", "a label in command mode", section=LABELS, remedy=remedy)
+    if block is not None and "p" not in row.when:
+        ends = " or ".join(source.sheet.commands.named(name).form for name in source.sheet.leave)
+        remedy = f"end program entry first, with {ends}"
+        source.report(item, "not-now", "error", f"{item.text} during program entry", section=row.where, remedy=remedy)
+    elif block is None and "i" not in row.when:
+        enter = source.sheet.commands.named(source.sheet.enter).form
+        remedy = f"begin program entry with {enter}"
+        source.report(item, "not-now", "error", f"{item.text} outside a program", section=row.where, remedy=remedy)
 
 
 def _place(source: Source, block: Block, statement: Statement) -> Statement:

@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from ..core.serial import Character
-from ..parts.rs232 import SerialPort
+from ..parts.rs232 import LATE_PS, SerialPort
 from .log import TO_CHIP, TO_HOST, Log
 from .noise import Noise
 from .pace import Pace, Wait
@@ -97,6 +97,7 @@ class SerialLine(Line):
         super().__init__(name, chips, pace, log)
         self.port = port
         self.coming = 0  # characters whose last bit is not over
+        self.late_ps = 0  # a late character of the module comes then, and those behind it not before
         self.to_chip, self.to_host = Noise(port.word.bits), Noise(port.word.bits)
         port.on_character = self._character
 
@@ -112,7 +113,7 @@ class SerialLine(Line):
 
     def room(self) -> int:
         port = self.port
-        room = BACKLOG - len(port.outgoing)
+        room = BACKLOG - port.backlog
         if room <= 0:
             half = self.kernel.now + port.clock.ps(port.word.ticks * BACKLOG // 2)
             self.kernel.call_at(half, lambda: self.resume() if self.resume is not None else None)
@@ -129,7 +130,16 @@ class SerialLine(Line):
         self.kernel.call_at(character.end_ps, lambda: self._over(character.byte))
 
     def _over(self, byte: int) -> None:
-        self.coming -= 1
         passed, fault = self.to_host.hit(byte)
-        if passed is not None:
-            self.give(bytes([0 if fault else passed]))  # a driver hands over NUL for a character with a fault
+        if fault == "late":
+            self.late_ps, fault = self.kernel.now + LATE_PS, ""
+        data = b"" if passed is None else bytes([0 if fault else passed])  # a driver makes NUL of a wrong character
+        if self.kernel.now < self.late_ps:
+            self.kernel.call_at(self.late_ps, lambda: self._arrive(data))
+        else:
+            self._arrive(data)
+
+    def _arrive(self, data: bytes) -> None:
+        self.coming -= 1
+        if data:
+            self.give(data)

@@ -62,7 +62,9 @@ class Log:
         """Something has happened around a line."""
         if self.file is not None:
             self.end(line)
-            self.write(self.kernel.now, line, EVENT, text.encode("unicode_escape").decode("ascii"))
+            self.write(
+                self.kernel.now, line, EVENT, " ".join(text.split()).encode("ascii", "backslashreplace").decode()
+            )
 
     def write(self, ps: int, line: str, way: str, text: str) -> None:
         """One line of the transcript; a full disk does not stop the server."""

@@ -12,23 +12,25 @@ import select
 import selectors
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from heapq import heappop, heappush
 from itertools import count
 from time import perf_counter
-from typing import Any
 
 Call = Callable[[], object]
-Eager = Callable[[], float | None]
+Calls = tuple[Call | None, Call | None]  # when readable, when writable
+Ready = tuple[selectors.SelectorKey, int]
 
 
 class FineSelector(selectors.DefaultSelector):
     """The selector of the system, with sleeps of any length."""
 
-    def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+    def select(self, timeout: float | None = None) -> list[Ready]:
         """What is ready, after at most so many seconds."""
-        if timeout is None or timeout > 0:
+        if timeout:
             select.select([self.fileno()], [], [], timeout)
-        return super().select(0)
+            timeout = 0
+        return super().select(timeout)
 
 
 class Loop:
@@ -36,10 +38,12 @@ class Loop:
 
     def __init__(self) -> None:
         self.selector = FineSelector()
+        self.calls: dict[int, Calls] = {}  # by descriptor
         self.timers: list[tuple[float, int, Call]] = []
         self.order = count()
         self.asked: deque[Call] = deque()
         self.dirty: list[Call] = []  # what flushes bytes that were written in this turn
+        self.closed = False
         self.bell, self.button = os.pipe()
         for end in (self.bell, self.button):
             os.set_blocking(end, False)
@@ -49,13 +53,12 @@ class Loop:
     def watch(self, fd: int, readable: Call | None = None, writable: Call | None = None) -> None:
         """Call these when a descriptor can be read or written; neither: forget it."""
         events = (selectors.EVENT_READ if readable else 0) | (selectors.EVENT_WRITE if writable else 0)
-        if fd in self.selector.get_map():
-            if not events:
-                self.selector.unregister(fd)
-            else:
-                self.selector.modify(fd, events, (readable, writable))
-        elif events:
-            self.selector.register(fd, events, (readable, writable))
+        known = self.calls.pop(fd, None) is not None
+        if events:
+            self.calls[fd] = calls = readable, writable
+            (self.selector.modify if known else self.selector.register)(fd, events, calls)
+        elif known:
+            self.selector.unregister(fd)
 
     # -------------------------------------------------------------------------------------------- calls and timers
     def after(self, seconds: float, call: Call) -> None:
@@ -65,10 +68,9 @@ class Loop:
     def ask(self, call: Call) -> None:
         """Call a function in the thread of the loop; may be used in any thread, and in a signal handler."""
         self.asked.append(call)
-        try:
-            os.write(self.button, b"\0")
-        except BlockingIOError:
-            pass  # it has been rung often enough
+        with suppress(BlockingIOError):  # it has been rung often enough
+            if not self.closed:
+                os.write(self.button, b"\0")
 
     def _answer(self) -> None:
         os.read(self.bell, 4096)
@@ -76,29 +78,31 @@ class Loop:
             self.asked.popleft()()
 
     # ------------------------------------------------------------------------------------------------------ running
-    def turn(self, pause: float | None) -> None:
-        """Send what was written, then wait for at most so many seconds (None: for ever) and do what has come up."""
+    def sleep(self, pause: float | None) -> list[Ready]:
+        """Send what was written, then wait for at most so many seconds (None: for ever); returns what has come up."""
         dirty, self.dirty = self.dirty, []
         for flush in dirty:
             flush()
         if self.timers:
             left = max(self.timers[0][0] - perf_counter(), 0)
             pause = left if pause is None else min(pause, left)
-        for key, mask in self.selector.select(pause):
+        return self.selector.select(pause)
+
+    def serve(self, ready: list[Ready]) -> None:
+        """Do what has come up, timers included."""
+        calls = self.calls
+        for key, mask in ready:
             readable, writable = key.data
-            if mask & selectors.EVENT_WRITE and writable is not None:
+            if writable is not None and mask & selectors.EVENT_WRITE and calls.get(key.fd) is key.data:
                 writable()
-            if mask & selectors.EVENT_READ and readable is not None and self._watched(key):
-                readable()
+            if readable is not None and mask & selectors.EVENT_READ and calls.get(key.fd) is key.data:
+                readable()  # else it was forgotten in this very turn
         while self.timers and self.timers[0][0] <= perf_counter():
             heappop(self.timers)[2]()
 
-    def _watched(self, key: Any) -> bool:
-        """Has nobody forgotten it in this very turn?"""
-        return self.selector.get_map().get(key.fd) is key
-
     def close(self) -> None:
-        """Let go of everything."""
+        """Let go of everything; what is asked from now on is not done."""
+        self.closed = True
         self.selector.close()
         os.close(self.bell)
         os.close(self.button)

@@ -1,4 +1,4 @@
-"""Noise on a line: characters that are lost, garbled, or come with a wrong parity bit or without stop bit.
+"""Noise on a line: characters that are lost, garbled, late, or come with a wrong parity bit or without stop bit.
 
 A plan says what happens to the characters to come: to each of the next `count` ones, or, with a `chance` below 1, to
 each character with this chance until so many were hit.  The source of chance is seeded, so a plan is repeatable.
@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from random import Random
 
 from ..errors import UsageError
+from ..parts.rs232 import FAULTS
 
-KINDS = ("lost", "garbled", "parity", "framing")
+KINDS = ("lost", "garbled", *FAULTS)
 
 
 @dataclass

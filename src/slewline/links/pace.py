@@ -29,6 +29,7 @@ PS_PER_NS = 1000
 NS_PER_S = 10**9
 SLICE_NS = 20_000_000
 LATE_NS = 1_000_000  # later than this counts as late
+POWER_UP_PS = 10**9  # a module is deaf in the 400 us of its reset pulse
 LOST_NS = NS_PER_S  # further behind than this is given up
 
 
@@ -64,18 +65,23 @@ def _seen(_net: Net) -> None:
 
 
 class Pace:
-    """What both ways have in common; `goal` says how far time may go now."""
+    """What both ways have in common; `goal` says how far time may go now.
+
+    Args:
+        clock: nanoseconds of the wall clock.
+    """
 
     lockstep = False
 
-    def __init__(self, bench: Bench) -> None:
-        self.bench, self.kernel = bench, bench.kernel
+    def __init__(self, bench: Bench, clock: Callable[[], int] = perf_counter_ns) -> None:
+        self.bench, self.kernel, self.clock = bench, bench.kernel, clock
         self.waits: list[Wait] = []
         self.stop_ns = 0
         self.lag = Lag()
 
     def start(self) -> None:
-        """Serving begins."""
+        """Serving begins: the chips are powered up by the time that anybody can speak to them."""
+        self.kernel.run(self.kernel.now + POWER_UP_PS)
 
     def goal(self) -> int:
         """The instant up to which time may pass now, ps."""
@@ -85,6 +91,9 @@ class Pace:
         """How long the loop may sleep when everything up to the goal is done, seconds; None: until a byte comes."""
         raise NotImplementedError
 
+    def present(self) -> None:
+        """Something has come from outside: what it meets is the bench of this instant."""
+
     def wait(self, wait: Wait) -> None:
         """From now on, somebody waits."""
         for net in wait.nets:
@@ -93,24 +102,25 @@ class Pace:
 
     def pass_time(self) -> bool:
         """Let time pass up to the goal, for a slice at most; false when there is more to do at once."""
-        self.stop_ns = perf_counter_ns() + SLICE_NS
+        self.stop_ns = self.clock() + SLICE_NS
         kernel = self.kernel
+        kernel.settle()
         while True:
             whole = self.goal()
             goal = self._bounded(whole) if self.waits else whole
             if kernel.run_while(self._enough, goal):
                 kernel.run(goal)
             self._answer()
-            if kernel.now >= whole:
+            if kernel.now >= min(whole, self.goal()):
                 return True
-            if perf_counter_ns() >= self.stop_ns:
+            if self.clock() >= self.stop_ns:
                 return False
 
     def _enough(self) -> bool:
         for wait in self.waits:
             if wait.met():
                 return True
-        return perf_counter_ns() >= self.stop_ns
+        return self.clock() >= self.stop_ns
 
     def _bounded(self, goal: int) -> int:
         """Nobody's limit is passed, nor an instant that a promise names."""
@@ -139,22 +149,22 @@ class Paced(Pace):
         rate: virtual seconds per second, such as 1 or "0.1".
     """
 
-    def __init__(self, bench: Bench, rate: str | float = 1) -> None:
-        super().__init__(bench)
+    def __init__(self, bench: Bench, rate: str | float = 1, clock: Callable[[], int] = perf_counter_ns) -> None:
+        super().__init__(bench, clock)
         try:
             self.rate = Fraction(str(rate))
-        except ValueError:
+        except (ValueError, ZeroDivisionError):
             self.rate = Fraction(0)
         if self.rate <= 0:
             raise UsageError(f"rate {rate!r}; expected virtual seconds per second, such as 1 or 0.1")
-        self.start()
+        self.origin_ps = self.origin_ns = 0
 
     def start(self) -> None:
-        """The present of the wall clock is the present of the bench."""
-        self.origin_ps, self.origin_ns = self.kernel.now, perf_counter_ns()
+        super().start()
+        self.origin_ps, self.origin_ns = self.kernel.now, self.clock()
 
     def goal(self) -> int:
-        passed = perf_counter_ns() - self.origin_ns
+        passed = self.clock() - self.origin_ns
         return self.origin_ps + passed * PS_PER_NS * self.rate.numerator // self.rate.denominator
 
     def nanoseconds(self, ps: int) -> int:
@@ -172,7 +182,11 @@ class Paced(Pace):
                 self.origin_ns += behind
         return super().pass_time()
 
+    def present(self) -> None:
+        self.pass_time()
+
     def pause(self) -> float | None:
+        self.kernel.settle()
         times: list[int | None] = [self.kernel.next_time()]
         for wait in self.waits:
             times += [wait.limit_ps, wait.when() if wait.when is not None else None]
@@ -180,7 +194,7 @@ class Paced(Pace):
         if not ahead:
             return None
         at = self.origin_ns + self.nanoseconds(min(ahead) - self.origin_ps)
-        return max(at - perf_counter_ns(), 0) / NS_PER_S
+        return max(at - self.clock(), 0) / NS_PER_S
 
 
 class Lockstep(Pace):

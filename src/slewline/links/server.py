@@ -11,15 +11,15 @@ the next event or the next byte.  `call` brings a function from another thread i
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
-from contextlib import suppress
 from os import PathLike
 from typing import TYPE_CHECKING, Any, Protocol
 
 from ..core.chip import Chip, Finding
-from ..core.table import Port
 from ..errors import UsageError
+from .framing import FramedLine
 from .line import Line, SerialLine
 from .log import Log
 from .loop import Loop
@@ -28,7 +28,9 @@ from .tcp import TcpPort
 
 if TYPE_CHECKING:
     from ..bench import Bench
+    from ..parts.rs232 import SerialPort
 
+UART_BAUD = 9600
 KEPT_FINDINGS = 1000  # of each chip and part; a server runs for months
 KEPT_STRETCHES = 10_000  # of the past of each axis
 TIDY_S = 5.0
@@ -64,35 +66,87 @@ class Server:
         self.lines: dict[str, Line] = {}
         self.ports: list[Opened] = []
         self.found = 0  # findings since the beginning
+        self.forgotten: Counter[str] = Counter()  # steps of chips, as far as their past is no longer kept
         self.over = False
         bench.on_finding = self._finding
 
     # ---------------------------------------------------------------------------------------------------- furnishing
-    def line(self, *chips: Chip) -> SerialLine:
-        """A line to a chip, or to several that share it.
+    def line(self, *chips: Chip, framing: bool = False) -> Line:
+        """A line to a chip, or to several modules that share it.
+
+        Args:
+            framing: lines of text with read-back, for a chip on a bus (see `links.framing`).
 
         Raises:
-            UsageError: they have no serial ports, or ports of different kinds.
+            UsageError: the chips have nothing that could share a line.
         """
-        ports = {strapped_line(chip) for chip in chips}
-        if len(ports) != 1:
-            raise UsageError(f"{', '.join(chip.name for chip in chips)}: their lines differ in speed or format")
-        baud, bits, parity, stop = ports.pop()
-        part = self.bench.part("serial_port", name=f"{chips[0].name}_line", baud=baud, bits=bits, parity=parity, stop=stop)
-        for chip in chips:
-            self.bench.wire(f"{part.name}.txd", f"{chip.name}.rxd")
-            self.bench.wire(f"{part.name}.rxd", f"{chip.name}.txd")
-        return self._added(SerialLine("+".join(chip.name for chip in chips), chips, self.pace, self.log, part))
-
-    def _added(self, line: Any) -> Any:
-        self.lines[line.name] = line
+        name = "+".join(chip.name for chip in chips)
+        on_bus = [chip for chip in chips if chip.sheet.port is None]
+        if len(chips) > 1 and on_bus:
+            raise UsageError(f"{name}: {on_bus[0].name} has a bus; give it a port of its own")
+        if framing and not on_bus:
+            raise UsageError(f"{name}: has a serial line of its own; leave out the framing")
+        line: Line
+        if framing:
+            line = FramedLine(name, chips[0], self.pace, self.log, self.bench.host(chips[0], name=f"{name}_host"))
+        else:
+            port = self._uart(chips[0]) if on_bus else self._connector(chips)
+            line = SerialLine(name, chips, self.pace, self.log, port)
+        self.lines[name] = line
         return line
 
-    def tcp(self, line: Line, address: str) -> TcpPort:
-        """Serve a line on a raw TCP socket."""
+    def _connector(self, chips: Sequence[Chip]) -> SerialPort:
+        """The serial connector of a computer, wired to modules."""
+        formats = {strapped_line(chip) for chip in chips}
+        if len(formats) != 1:
+            raise UsageError(f"{', '.join(chip.name for chip in chips)}: their lines differ in speed or format")
+        baud, bits, parity, stop = formats.pop()
+        name, last = f"{chips[0].name}_line", chips[-1]
+        port = self.bench.part("serial_port", name=name, baud=baud, bits=bits, parity=parity, stop=stop)
+        for chip in chips:
+            self.bench.wire(f"{name}.txd", f"{chip.name}.rxd")
+            self.bench.wire(f"{name}.rxd", f"{chip.name}.txd")
+        if len(chips) > 1 and "txpd" in last.pins:
+            self.bench.wire(f"{name}.rxd", f"{last.name}.txpd")
+        return port  # type: ignore[no-any-return]
+
+    def _uart(self, chip: Chip) -> SerialPort:
+        """The same, and the UART of figure 10.16, which only receives."""
+        name = f"{chip.name}_line"
+        self.bench.part("uart", name=f"{chip.name}_uart", to=chip, baud=UART_BAUD)
+        port = self.bench.part("serial_port", name=name, ttl=True, baud=UART_BAUD, bits=8, parity="none", stop=1)
+        self.bench.wire(f"{name}.txd", f"{chip.name}_uart.rxd")
+        return port  # type: ignore[no-any-return]
+
+    def tcp(self, line: Line, address: str) -> Opened:
+        """Serve a line on a raw TCP socket, HOST:PORT."""
         return self._opened(TcpPort(self.loop, line, address, self.allow_remote))
 
-    def _opened(self, port: Any) -> Any:
+    def rfc2217(self, line: Line, address: str) -> Opened:
+        """Serve a line on a TCP port that takes settings, HOST:PORT."""
+        from .rfc2217 import NetPort
+
+        return self._opened(NetPort(self.loop, line, address, self.allow_remote))
+
+    def pty(self, line: Line, link: str) -> Opened:
+        """Serve a line on a pseudo-terminal, found by a symbolic link."""
+        from .pty import PtyPort
+
+        return self._opened(PtyPort(self.loop, line, link))
+
+    def serial(self, line: Line, device: str) -> Opened:
+        """Serve a line on a serial port of this machine."""
+        from .device import DevicePort
+
+        return self._opened(DevicePort(self.loop, line, device))
+
+    def control(self, address: str) -> Opened:
+        """Open a control port, HOST:PORT."""
+        from .control import Control
+
+        return self._opened(Control(self, address))
+
+    def _opened(self, port: Opened) -> Opened:
         self.ports.append(port)
         return port
 
@@ -105,7 +159,9 @@ class Server:
         try:
             while not self.over:
                 done = self.pace.pass_time()
-                self.loop.turn(self.pace.pause() if done else 0)
+                ready = self.loop.sleep(self.pace.pause() if done else 0)
+                self.pace.present()
+                self.loop.serve(ready)
         finally:
             self.close()
 
@@ -121,7 +177,7 @@ class Server:
         for port in self.ports:
             port.close()
         self.ports.clear()
-        self.bench.run(0)  # the journal learns how far it went
+        self.bench.run(0)  # the journal learns how far time has gone
         self.log.close()
         self.loop.close()
 
@@ -146,19 +202,24 @@ class Server:
         if len(findings) > 2 * KEPT_FINDINGS:
             del findings[:-KEPT_FINDINGS]
 
+    def steps_of(self, chip: Chip) -> int:
+        """How many steps a chip has made since the beginning."""
+        return self.forgotten[chip.name] + sum(axis.count(axis.past[0].start, self.bench.now_ps) for axis in chip.axes)
+
     def _tidy(self) -> None:
         """Forget the distant past of axes that have moved often."""
         for chip in self.bench.chips.values():
             for axis in chip.axes:
                 if len(axis.past) > 2 * KEPT_STRETCHES:
-                    axis.forget(axis.past[-KEPT_STRETCHES].start)
+                    first, before = axis.past[0].start, axis.past[-KEPT_STRETCHES].start
+                    self.forgotten[chip.name] += axis.count(first, before - 1)
+                    axis.forget(before)
         self.loop.after(TIDY_S, self._tidy)
 
 
 def strapped_line(chip: Chip) -> tuple[int, int, str, int]:
     """Speed and format of a chip's serial port, as its pins are strapped: baud, bits, parity, stop bits."""
-    port: Port | None = chip.sheet.port
-    if port is None:
-        raise UsageError(f"{chip.name}: a {chip.sheet.part.upper()} has no serial port")
+    port = chip.sheet.port
+    assert port is not None
     levels = tuple(0 if chip.pins[pin].level == 0 else 1 for pin in port.baud_pins)
     return port.bauds[levels], port.bits, port.parity, port.stop

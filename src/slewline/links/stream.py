@@ -22,7 +22,8 @@ class Stream:
     Args:
         take: called with what has come in.
         gone: called once, with the reason, when the other side has hung up.
-        room: how many bytes may be read now; at 0 nothing is read until `resume`.
+        room: how many bytes may be read now; at 0 nothing is read until `resume`, or until the queue is sent.
+        queue: bytes that may wait for a reader.
     """
 
     def __init__(
@@ -32,9 +33,10 @@ class Stream:
         take: Callable[[bytes], object],
         gone: Callable[[str], object],
         room: Callable[[], int] = lambda: CHUNK,
+        queue: int = QUEUE,
     ) -> None:
         self.loop, self.fd, self.take, self.gone, self.room = loop, fd, take, gone, room
-        self.outgoing = bytearray()
+        self.outgoing, self.queue = bytearray(), queue
         self.dropped = 0
         self.reading = self.open = True
         self.dirty = self.blocked = False
@@ -76,7 +78,7 @@ class Stream:
     # ------------------------------------------------------------------------------------------------------- output
     def write(self, data: bytes) -> int:
         """Send bytes, at the end of this turn; returns how many had to be dropped, because nobody reads."""
-        space = QUEUE - len(self.outgoing)
+        space = self.queue - len(self.outgoing)
         dropped = max(len(data) - space, 0) if self.open else len(data)
         self.outgoing += data[: len(data) - dropped]
         self.dropped += dropped
@@ -102,6 +104,8 @@ class Stream:
         if blocked is not self.blocked:
             self.blocked = blocked
             self._watch()
+        if not blocked:
+            self.resume()
 
     # ---------------------------------------------------------------------------------------------------------- end
     def hang_up(self, why: str) -> None:

@@ -72,6 +72,7 @@ class Host(Part):
     def __init__(self, kernel: Kernel, name: str, chips: Sequence[Chip], delay_ps: int = 0) -> None:
         super().__init__(kernel, name)
         self.delay_ps = delay_ps
+        self.chips = {chip.name: chip for chip in chips}
         self.ports = {chip.name: Port(chip, name) for chip in chips}
         self.port = next(iter(self.ports.values()))
         self.queue: deque[tuple[Port, bytes | Action]] = deque()
@@ -84,6 +85,11 @@ class Host(Part):
         self.wait_for: Callable[[Callable[[], bool], str, str], None] | None = None  # the bench lets time pass
         self.on_input: Callable[[str, list[Any]], object] | None = None  # the journal
         self.on_event: Callable[[str], object] | None = None  # a transcript
+
+    @property
+    def chip(self) -> Chip:
+        """The chip that it speaks to."""
+        return self.chips[self.port.chip]
 
     # ------------------------------------------------------------------------------------------------------ queueing
     def to(self, chip: str) -> Host:

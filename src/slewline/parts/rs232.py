@@ -12,24 +12,26 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from ..core.kernel import Kernel, Task
+from ..core.net import Driver, Net
 from ..core.pin import Condition
 from ..core.serial import RS232, TTL, Character, Receiver, Word, bit_clock, transmit
 from ..core.table import Port
-from ..core.waits import until
+from ..core.waits import first_of, until
 from ..errors import ChecksumError, Timeout, UnknownName, UsageError
 from ..language.lines import KEPT, checksum, framed
-from .part import Part
-from .worker import as_bytes
+from .worker import Worker, as_bytes
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
 
-FAULTS = ("parity", "framing")
+FAULTS = ("parity", "framing", "late")
+LATE_PS = 10**11  # how much later than it could a late character begins
 BURST = 16  # characters whose edges are promised together
+SILENCE_PS = 5 * 10**12  # no answer takes longer
 POWER_UP_PS = 10**9  # a host gives a module a millisecond after power-up, whose RESET pulse it would not hear through
 
 
-class SerialPort(Part):
+class SerialPort(Worker):
     """A serial connector: characters out on txd, characters in on rxd, at the speed of the line.
 
     Args:
@@ -68,6 +70,11 @@ class SerialPort(Part):
         if self.receiver is not None:
             self.receiver.clock, self.receiver.word = self.clock, self.word
 
+    def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
+        """The same, for who stands outside."""
+        self.set_line(baud, Word(bits, parity, stop))
+        self.input("change_line", baud, bits, parity, stop)
+
     def rewired(self) -> None:
         self.kernel.spawn(self._receive(), f"{self.name} receives")
 
@@ -76,7 +83,7 @@ class SerialPort(Part):
         """Queue characters; they go out one behind the other.
 
         Args:
-            fault: "parity" or "framing": every one of them goes out with this fault.
+            fault: "parity", "framing" or "late": every one of them goes out with this fault.
         """
         data = as_bytes(self.name, data)
         if fault and fault not in FAULTS:
@@ -86,6 +93,18 @@ class SerialPort(Part):
         if self.outgoing and (self.sender is None or not self.sender.alive):
             self.sender = self.kernel.spawn(self._send(), f"{self.name} sends")
 
+    def drop(self) -> None:
+        """Forget what is to be sent, except what is on the line already."""
+        self.input("drop")
+        while len(self.outgoing) > 1:
+            self.outgoing.pop()
+
+    def space(self, on: bool) -> None:
+        """Begin or end a break: space on the line for longer than a character; nothing is to be sent meanwhile."""
+        self.input("space", on)
+        self.drivers["txd"].drive(1 - self.mark if on else self.mark)
+        self.kernel.settle()
+
     async def before_sending(self) -> None:
         """What a computer waits for before it begins to send."""
 
@@ -94,6 +113,8 @@ class SerialPort(Part):
         await self.before_sending()
         while self.outgoing:
             data, fault = self.outgoing[0]
+            if fault == "late":
+                await until(self.kernel, self.kernel.now + LATE_PS)
             await transmit(driver, self.clock, self.word, data, self.mark, fault)
             self.outgoing.popleft()
 
@@ -104,11 +125,13 @@ class SerialPort(Part):
 
     @property
     def idle(self) -> bool:
-        return not self.outgoing
+        return not self.outgoing and super().idle
 
     @property
     def waiting(self) -> str:
-        return f"{self.name}: {self.backlog} characters to send" if self.outgoing else super().waiting
+        if self.outgoing and super().idle:
+            return f"{self.name}: {self.backlog} characters to send"
+        return super().waiting
 
     # ---------------------------------------------------------------------------------------------------- receiving
     async def _receive(self) -> None:
@@ -146,6 +169,7 @@ class SerialHost(SerialPort):
         self.chip = chips[0]
         self.answers: list[str] = []
         self.line = bytearray()
+        self.line_end = Driver(Net(kernel, f"{name}.(line end)"), name)  # changes with every complete line
         self.wait_for: Callable[[Callable[[], bool], str, str], None] | None = None  # the bench lets time pass
         self.on_event: Callable[[str], object] | None = None  # a transcript
 
@@ -219,6 +243,23 @@ class SerialHost(SerialPort):
             raise ChecksumError(f"{self.name}: parity or framing fault in the answer to {command!r}: {self.answers!r}")
         return "\r".join(self.stripped(line) for line in self.answers)
 
+    async def exchange(self, command: str | bytes) -> list[str]:
+        """The same in a task: the answers; none, if the line is silent for longer than any answer takes.
+
+        Args:
+            command: text is framed; bytes go out as they are.
+        """
+        self.answers.clear()
+        self.line.clear()
+        kept, self.on_input = self.on_input, None  # the journal has the whole script that asks
+        self.send(command if isinstance(command, bytes) else self.framed(command))
+        self.on_input = kept
+        while not self._answered(command if isinstance(command, str) else ""):
+            limit = self.kernel.now + self.backlog * self.clock.ps(self.word.ticks) + SILENCE_PS
+            if await first_of(self.kernel, limit, (self.line_end.net, None)) is None:
+                break
+        return [self.stripped(line) for line in self.answers]
+
     def _answered(self, command: str) -> bool:
         if not self.answers:
             return False
@@ -238,7 +279,7 @@ class SerialHost(SerialPort):
         if not self.checked or not line:
             return line
         text, found = line[:-1], ord(line[-1])
-        expected = checksum(text.encode("ascii"), self.kept)
+        expected = checksum(text.encode("latin-1"), self.kept)
         if found != expected:
             raise ChecksumError(f"{self.name}: {line!r} ends in {found:#04x}; its checksum is {expected:#04x}")
         return text
@@ -246,8 +287,9 @@ class SerialHost(SerialPort):
     def take(self, character: Character) -> None:
         super().take(character)
         if character.byte == 0x0D:
-            self.answers.append(self.line.decode("ascii"))
+            self.answers.append(self.line.decode("latin-1"))
             self.line.clear()
+            self.line_end.drive(len(self.received))
         else:
             self.line.append(character.byte)
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from .options import Drive, Frequency, Time
+from .options import Drive, Frequency, Setting, Strap, Time
 
 EXIT = "Exit status: 0 all is well, 1 a problem was found or time ran out, 2 wrong use."
 CHIP = click.option("--chip", metavar="CHIP", help="The part; else the ending of FILE says it, as .cy525 does.")
@@ -38,6 +38,7 @@ class Guided(click.Command):
 @click.argument("file", required=False)
 @CHIP
 @click.option("--crystal", type=Frequency(), help="Such as '11 MHz'; the chip's own by default.")
+@click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=1. May be repeated.")
 @click.option("--until", type=Time(), help="Run to this instant, such as '2 s'; else until all is idle.")
 @click.option("--timeout", type=Time(), help="When to give up waiting for that; 60 s by default.")
 @click.option("--drive", type=Drive(), multiple=True, help="Drive a pin: 'abort=0@12 ms', 'x.wait=1'. May be repeated.")
@@ -53,6 +54,7 @@ def run_command(**options: Any) -> int:
     """Run a program on a virtual chip, or a bench file (BENCH.toml) with several chips and parts.
 
     FILE holds what a host would send; - is the standard input.  The bytes of a .hex file go to a chip in binary mode.
+    A GS-C module is strapped for 9600 baud without checksums, unless --strap says otherwise.
     """
     from .run import Run
 
@@ -70,6 +72,7 @@ def run_command(**options: Any) -> int:
     help="hex, bin: the program buffer; ascii, binary: what a host sends to enter it.",
 )
 @click.option("--resolve", is_flag=True, help="Store addresses where labels are meant.")
+@click.option("--checksum", is_flag=True, help="With --format ascii: every line ends in its checksum (GS-C).")
 @JSON
 def asm_command(**options: Any) -> int:
     """Assemble a stored program: address, bytes and source of every instruction, or the bytes alone."""
@@ -123,6 +126,39 @@ def chips_command(**options: Any) -> int:
     from .programs import chips
 
     return chips(**options)
+
+
+@cli.command("serve", short_help="Chips on ports, for host software that knows nothing of this.", epilog=EXIT)
+@click.argument("chip", required=False)
+@click.option("--bench", metavar="FILE", help="A bench file with [[serve]] tables, instead of CHIP.")
+@click.option("--pty", metavar="LINK", help="On a pseudo-terminal, found by a link of this name.")
+@click.option("--tcp", metavar="HOST:PORT", help="On a TCP socket; port 0: any free one.")
+@click.option("--rfc2217", metavar="HOST:PORT", help="On a TCP socket that takes rate, parity, DTR and RTS.")
+@click.option("--serial", metavar="DEV", help="On a serial port of this machine.")
+@click.option("--framing", is_flag=True, help="For a chip on a bus: lines of text, which can also read back.")
+@click.option("--rate", metavar="R", help="Virtual seconds per second of the wall clock; 1 by default.")
+@click.option("--lockstep", is_flag=True, help="Time passes only by the bytes of the line, and by `advance`.")
+@click.option("--control", metavar="HOST:PORT", help="JSON lines: pins, time, faults, status; from any language.")
+@click.option("--state", metavar="DIR", help="Where the EEPROMs are kept.")
+@click.option("--log", metavar="F", help="Write a transcript of all lines.")
+@click.option("--journal", metavar="F", help="Write every input from outside, for slewline run --replay.")
+@click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=0. May be repeated.")
+@click.option("--option", type=Setting(), multiple=True, help="An option of the chip, such as 'eeprom_time=20 ms'.")
+@click.option("--allow-remote", is_flag=True, help="Other machines may connect.")
+@click.option("--status", is_flag=True, help="Show a status line; without it, SIGUSR1 asks for one.")
+def serve_command(**options: Any) -> int:
+    """Put a chip on a port, where host software finds it as if it were real, until SIGINT or SIGTERM.
+
+    Each port is told on the standard output as soon as it is open: its name, and the URL or the device under which
+    pySerial finds it.  A module that nothing else is said about has 9600 baud and checksums (--strap chs=0: none).
+
+    A pseudo-terminal has 8 bits and no parity, whatever the host asks for; a C library may answer a host that asks for
+    7O2 with EINVAL (invalid argument).  Everything is done to prevent that; where it happens all the same, let the host
+    ask for 8N1, or use --tcp (socket://) or --rfc2217.
+    """
+    from .serve import Serve
+
+    return Serve(**options).perform()
 
 
 @cli.command("demo", short_help="The welding machine of the CY525 manual.", epilog=EXIT)

@@ -38,11 +38,11 @@ def chip_of(path: str, chip: str | None) -> str:
         UsageError: neither of the two.
     """
     if chip is not None:
-        return chip.lower().replace("-", "_")
-    part = Path(path).suffix[1:].lower().replace("-", "_")
+        return chip.lower()
+    part = Path(path).suffix[1:].lower()
     if part in PARTS:
         return part
-    endings = ", ".join(f".{name.replace('_', '-')}" for name in PARTS)
+    endings = ", ".join(f".{name}" for name in PARTS)
     raise UsageError(f"{path}: for which chip? Give --chip {next(iter(PARTS))}, or a file name ending in {endings}")
 
 

@@ -54,3 +54,34 @@ class Drive(click.ParamType[tuple[str, int, int]]):
             return match[1], int(match[2]), picoseconds(match[3] or 0)
         except TimeError as error:
             self.fail(str(error), param, ctx)
+
+
+class Strap(click.ParamType[tuple[str, int]]):
+    """pin=level."""
+
+    name = "pin=level"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, int]:
+        """(pin, level)."""
+        if isinstance(value, tuple):
+            return value
+        match = re.fullmatch(r"\s*(\w+)\s*=\s*([01])\s*", value)
+        if match is None:
+            self.fail(f"{value!r}: give a pin and its level, such as 'chs=0'", param, ctx)
+        return match[1], int(match[2])
+
+
+class Setting(click.ParamType[tuple[str, Any]]):
+    """name=value, the value a number, true, false, or text."""
+
+    name = "name=value"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, Any]:
+        """(name, value)."""
+        if isinstance(value, tuple):
+            return value
+        name, equals, text = (part.strip() for part in value.partition("="))
+        if not equals or not name.isidentifier():
+            self.fail(f"{value!r}: give an option and its value, such as 'eeprom_time=20 ms'", param, ctx)
+        plain = {"true": True, "false": False}
+        return name, int(text) if re.fullmatch(r"-?\d+", text) else plain.get(text, text)

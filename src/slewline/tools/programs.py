@@ -31,11 +31,15 @@ def print_json(value: object) -> None:
 
 
 # ------------------------------------------------------------------------------------------------------------------ asm
-def asm(file: str, chip: str | None, output: str | None, form: str | None, resolve: bool, as_json: bool) -> int:
+def asm(
+    file: str, chip: str | None, output: str | None, form: str | None, resolve: bool, checksum: bool, as_json: bool
+) -> int:
     """Assemble a program."""
     from ..language.assemble import assemble
 
     sheet, text = sheet_for(file, chip), read_program(file)
+    if checksum and not (sheet.port is not None and sheet.port.checksum_pin):
+        raise UsageError(f"--checksum: a {sheet.part.upper()} has no checksums; leave it out")
     outputs = Outputs([file])
     outputs.claim(output)
     assembly = assemble(text, sheet, file, resolve)
@@ -45,23 +49,23 @@ def asm(file: str, chip: str | None, output: str | None, form: str | None, resol
         data = json.dumps(assembly_object(assembly), indent=2).encode() + b"\n"
     else:
         ending = Path(output or "").suffix.lower()
-        data = formatted(assembly, form or {".hex": "hex", ".bin": "bin"}.get(ending, "listing"))
+        data = formatted(assembly, form or {".hex": "hex", ".bin": "bin"}.get(ending, "listing"), checksum)
     put(data, output, outputs)
     return 0
 
 
-def formatted(assembly: Assembly, form: str) -> bytes:
+def formatted(assembly: Assembly, form: str, checksum: bool = False) -> bytes:
     """An assembled program in one of the formats."""
-    from ..language.assemble import to_ascii, to_binary
+    from ..language.assemble import to_ascii, to_binary, units
 
     if form == "bin":
         return assembly.stored
     if form in ("ascii", "binary"):
-        return to_ascii(assembly) if form == "ascii" else to_binary(assembly)
+        return to_ascii(assembly, checksum) if form == "ascii" else to_binary(assembly)
     if form == "hex":
         return f"{assembly.stored.hex(' ').upper()}\n".encode()
-    room = assembly.sheet.buffer_bytes
-    return f"{assembly.listing()}\n; {len(assembly.stored)} of {room} bytes\n".encode()
+    used = f"{len(assembly.stored)} of {assembly.sheet.buffer_bytes} {units(assembly.sheet)}"
+    return f"{assembly.listing()}\n; {used}\n".encode()
 
 
 def put(data: bytes, output: str | None, outputs: Outputs) -> None:
@@ -96,11 +100,13 @@ def dis(
     from ..language.disassemble import disassemble, instructions
 
     sheet = sheet_for(file, chip)
+    if stream and sheet.in_lines:
+        raise UsageError(f"--stream: a {sheet.part.upper()} has no binary mode; what a host sends it is text already")
     data = program_bytes(file, form)
     outputs = Outputs([file])
     outputs.claim(output)
     if not stream and len(data) > sheet.buffer_bytes:
-        remedy = "if a host sends it, give --stream"
+        remedy = "is it the right file?" if sheet.in_lines else "if a host sends it, give --stream"
         raise BenchFileError(f"{file}: {len(data)} bytes; the program buffer has {sheet.buffer_bytes}; {remedy}")
     if stream:
         commands = streamed(data, sheet)
@@ -212,7 +218,9 @@ def describe(chip: str, command: str | None, as_json: bool) -> int:
 
 def sheet_object(sheet: Sheet, command: str | None) -> dict[str, Any]:
     """A data sheet as data; the commands alone, or one of them, when one is named."""
-    rows = [row for row in sheet.commands if command is None or command.upper() in (row.form, row.name)]
+    from ..language.describe import find
+
+    rows = find(sheet, command) if command is not None else list(sheet.commands)
     found: dict[str, Any] = {"chip": sheet.part, "title": sheet.title, "manual": sheet.manual}
     found["commands"] = [dataclasses.asdict(row) for row in rows]
     if command is None:

@@ -10,6 +10,7 @@ from ..bench import Bench
 from ..core.chip import Chip, Finding
 from ..core.timebase import PS_PER_S, readable
 from ..parts.host import Host
+from ..parts.rs232 import SerialHost
 from .transcript import counted
 
 WINDOW_PS = 10**13  # steps are counted in windows of 10 s: an hour of them need not fit into memory
@@ -26,10 +27,10 @@ def as_json(bench: Bench, ended: str, whole: bool) -> str:
 
 def chip_object(bench: Bench, chip: Chip, ended: str) -> dict[str, Any]:
     """A chip as it stands."""
-    hosts = [part for part in bench.parts.values() if isinstance(part, Host) and chip.name in part.ports]
+    hosts = [part for part in bench.parts.values() if isinstance(part, (Host, SerialHost)) and chip.name in part.chips]
     return {
         "chip": chip.sheet.part,
-        "crystal_hz": chip.crystal_hz,
+        "crystal_hz": chip.crystal_hz if chip.sheet.crystal_high_hz else None,
         "time_ps": bench.now_ps,
         "ended": ended,
         "position": chip.position,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..chips import sheet_of
 from ..core.timebase import picoseconds, readable
 from ..errors import ProgramError, Timeout
 from .files import STDIN, Outputs, chip_of, read_program
@@ -19,10 +20,11 @@ if TYPE_CHECKING:
     from ..bench import Bench
     from ..bench.stage import Script
     from ..core.chip import Chip
+    from ..core.table import Sheet
     from ..parts.part import Part
 
 TIMEOUT = "60 s"
-PLOTTED = ("run", "programmable_output", "slew", "motion_complete")
+PLOTTED = ("run", "programmable_output", "slew", "motion_complete", "mov", "ramp", "uo1", "uo2", "uo3")
 COLOURS = {"finding": "red", "motion": "green", "host": "cyan"}
 
 
@@ -42,6 +44,7 @@ class Run:
     file: str | None
     chip: str | None
     crystal: str | None
+    strap: tuple[tuple[str, int], ...]
     until: int | None
     timeout: int | None
     drive: tuple[tuple[str, int, int], ...]
@@ -76,12 +79,12 @@ class Run:
         self.quiet = self.quiet or self.json == STDIN
         if (self.file is None) == (self.replay is None):
             raise click.UsageError("give a program, a bench file, or --replay JOURNAL; and only one of them")
-        names = ("chip", "crystal", "until", "timeout", "drive", "journal")
+        names = ("chip", "crystal", "strap", "until", "timeout", "drive", "journal")
         given = [name for name in names if getattr(self, name) not in (None, ())]
         if self.replay is not None and given:
             raise click.UsageError(f"--replay repeats a run as it was; leave out --{' --'.join(given)}")
-        if self.is_bench and {"chip", "crystal"} & set(given):
-            raise click.UsageError("a bench file says which chips there are; leave out --chip and --crystal")
+        if self.is_bench and {"chip", "crystal", "strap"} & set(given):
+            raise click.UsageError("a bench file says which chips there are; leave out --chip, --crystal and --strap")
 
     @property
     def is_bench(self) -> bool:
@@ -110,11 +113,12 @@ class Run:
         from ..bench import Bench
         from ..bench.script import check_script, run_script
 
-        script, straps = read(file)
+        text = read_program(file)
         part = chip_of(file, self.chip)
+        script, straps = read(text, file, sheet_of(part))
         script.refuse(script.problems)
         bench = Bench(journal=journal)
-        host = bench.host(bench.add(part, crystal=self.crystal, straps=straps))
+        host = bench.host(bench.add(part, crystal=self.crystal, straps=straps | dict(self.strap)))
         check_script(bench, host, script)
         self.prepare(bench)
         run_script(bench, host, script)
@@ -197,15 +201,21 @@ class Run:
                 click.echo(f"slewline: {found}", err=True)
 
 
-def read(file: str) -> tuple[Script, dict[str, int]]:
-    """A program file, and the straps that it needs: the bytes of a .hex file go to a chip in binary mode."""
+def read(text: str, file: str, sheet: Sheet) -> tuple[Script, dict[str, int]]:
+    """The script of a program file, and the straps that it needs.
+
+    The bytes of a .hex file go to a chip in binary mode; a module on a serial line runs at its highest rate and without
+    checksums.
+    """
     from ..bench.script import read_script
 
-    text = read_program(file)
+    port = sheet.port
+    straps = port.fastest | ({port.checksum_pin: 0} if port.checksum_pin else {}) if port is not None else {}
     if not file.lower().endswith(".hex"):
-        return read_script(text, file), {}
+        return read_script(text, file), straps
     lines = (line.split(";", 1)[0].strip() for line in text.splitlines())
-    return read_script("\n".join(line and f"@bytes {line}" for line in lines), file), {"ascii_binary": 0}
+    script = read_script("\n".join(line and f"@bytes {line}" for line in lines), file)
+    return script, straps or {"ascii_binary": 0}
 
 
 def show(ps: int, who: str, kind: str, text: str) -> None:

@@ -1,7 +1,8 @@
 """The transcript: what happened when, a line an event, while it happens.
 
 It looks at a bench from outside, as a logic analyser does, and changes nothing: pins are watched, a motion begins with
-the first low of PULSE and is over when READY is high again.  Steps in between cost nothing.
+the first low of PULSE and is over when READY is high again, or it lasts as long as MOV is high.  Steps in between cost
+nothing.
 """
 
 from __future__ import annotations
@@ -16,9 +17,10 @@ from ..core.net import Net
 from ..core.timebase import PS_PER_S, readable
 from ..core.waits import level
 from ..parts.host import Host
+from ..parts.rs232 import SerialHost
 
 MOST = 100  # lines about the same pin; an endless program would never come to an end
-WATCHED = {  # pin: what it means when it is (low, high)
+ON_BUS = {  # pin: what it means when it is (low, high)
     "reset": ("the chip is held in reset", "the chip starts anew"),
     "prog": ("program entry, or live commands", ""),
     "run": ("the program runs", "the program has ended"),
@@ -30,7 +32,23 @@ WATCHED = {  # pin: what it means when it is (low, high)
     "step_inhibit": ("", "no further step"),
     "ascii_binary": ("binary commands", "ASCII commands"),
 }
-INPUTS = ("wait", "abort", "step_inhibit", "dowhile")  # what the chip waited for is worth a word when they change
+ON_LINE = {
+    "reset": ("the driver is reset", ""),
+    "enable": ("no further step", ""),
+    "home": ("at the home position", ""),
+    "eot": ("at the end of travel", ""),
+    **dict.fromkeys((f"u{way}{n}" for way in "io" for n in (1, 2, 3)), ("", "")),
+}
+INPUTS = (
+    "wait",
+    "abort",
+    "step_inhibit",
+    "dowhile",
+    "enable",
+    "ui1",
+    "ui2",
+    "ui3",
+)  # what the chip waited for is worth a word when they change
 
 Say = Callable[[int, str, str, str], object]  # picoseconds, who, what kind of event, text
 
@@ -53,14 +71,16 @@ class Transcript:
             self.finding(found)
         self.bench.on_finding = self.finding
         for part in self.bench.parts.values():
-            if isinstance(part, Host):
+            if isinstance(part, (Host, SerialHost)):
                 part.on_event = partial(self.tell, part.name, "host")
         for chip in self.bench.chips.values():
-            for pin in WATCHED:
+            for pin, meanings in (ON_LINE if chip.sheet.in_lines else ON_BUS).items():
                 if pin in chip.pins:
-                    self.watch(chip, pin)
+                    self.watch(chip, pin, meanings)
             if "pulse" in chip.pins and "ready" in chip.pins:
                 self.bench.kernel.spawn(self.motions(chip), f"transcript of {chip.name}")
+            if "mov" in chip.pins:
+                self.bench.kernel.spawn(self.movements(chip), f"transcript of {chip.name}")
 
     @property
     def now(self) -> int:
@@ -75,7 +95,7 @@ class Transcript:
         """Something that a host did wrong."""
         self.say(found.time_ps, found.source, "finding", f"{found.code}: {found.text}")
 
-    def watch(self, chip: Chip, pin: str) -> None:
+    def watch(self, chip: Chip, pin: str, meanings: tuple[str, str]) -> None:
         """Tell the changes of a pin."""
         name = pin.upper().replace("_", " ")
 
@@ -83,7 +103,7 @@ class Transcript:
             if net.level is None:
                 text = f"{name} floats"
             else:
-                meaning = WATCHED[pin][net.level]
+                meaning = meanings[net.level]
                 text = f"{name} {'high' if net.level else 'low'}{': ' if meaning else ''}{meaning}"
             if pin in INPUTS and not chip.idle and f"{pin}=" in chip.waiting:
                 text += f" ({chip.waiting.removeprefix(f'{chip.name}: ')})"
@@ -117,6 +137,17 @@ class Transcript:
                 taken = f"{counted(abs(chip.travel - before), 'step')} {way} in {readable(over - begun)}"
                 self.seldom(chip.name, "motion", f"{ended} at {chip.position}: {taken}", about)
             await level(pulse, 1)
+
+    async def movements(self, chip: Chip) -> None:
+        """Tell when MOV rises and falls."""
+        mov, about = chip.pins["mov"].net, f"{chip.name}, motions"
+        while True:
+            await level(mov, 1)
+            before, begun, way = chip.travel, self.now, "cw" if chip.pins["dir"].level else "ccw"
+            self.seldom(chip.name, "motion", f"moves {way} from {chip.position}", about)
+            await level(mov, 0)
+            taken = f"{counted(abs(chip.travel - before), 'step')} in {readable(self.now - begun)}"
+            self.seldom(chip.name, "motion", f"at rest at {chip.position}: {taken}", about)
 
 
 def counted(number: int, noun: str) -> str:

@@ -8,13 +8,13 @@ one that the chip steps (profile.py); times hold at the reference crystal.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from ...core.table import Sheet
-from ...language.lint import ENDS, Check, steps_on
+from ...language.lint import Check, explored
 from ...language.problems import Severity
-from ...language.source import Block, Directive, Source, Statement
+from ...language.statements import Directive, Source, Statement
 from .profile import head, ramp, steps
 from .sheet import RATE_TOP, SHORT_SLEW_STEPS, STEP_TICKS, STEPS_PER_SECOND, VERIFY_BYTES
 
@@ -23,7 +23,6 @@ RAMP_TOP = (NUMBER_TOP - SHORT_SLEW_STEPS) // 2  # longest ramp that leaves room
 FIRST_STATED = 3  # the rate table has no number for the rates below (T.VII)
 BRISK = 1000  # steps per second from which many motors want a ramp; a hint, not a limit of the chip
 SHORT_CRAWL = 0.1  # seconds at the first rate that are not worth a warning
-STATES = 4096  # a program that meets more registers than this is judged by the first ones
 
 
 class State(NamedTuple):
@@ -96,35 +95,16 @@ class Walk:
                 continue
             elif item.row.name == "ENTER":
                 if latest and not started:
-                    self._run(latest, 0, states)  # somebody else may have started it
+                    explored(latest, 0, states, self._step)  # somebody else may have started it
                 latest, started = next(blocks), False
             elif latest and (item.row.name == "EXECUTE" or item.target):
                 started = True
                 address = latest.address_of(item.target) if item.target else 0
-                states = states if address is None else self._run(latest, address, states)
+                states = states if address is None else explored(latest, address, states, self._step)
             else:
                 states = [self._step(item, state) for state in states]
         if latest and not started:
-            self._run(latest, 0, states)
-
-    def _run(self, block: Block, address: int, states: Sequence[State]) -> list[State]:
-        """Run a program from an address; the states in which it ends, or if it never does, all that it meets."""
-        at = {statement.address: statement for statement in block.statements}
-        todo = [(address, state) for state in states]
-        seen, ends = dict.fromkeys(todo), dict[State, None]()  # in order, so that the same text gives the same answer
-        while todo and len(seen) < STATES:
-            here, state = todo.pop()
-            statement = at.get(here)
-            if statement is None:
-                ends[state] = None
-                continue
-            behind = self._step(statement, state)
-            if statement.row.name in ENDS:
-                ends[behind] = None
-            ahead = [(there, behind) for there in steps_on(block, statement) if (there, behind) not in seen]
-            seen |= dict.fromkeys(ahead)
-            todo += ahead
-        return list(ends) or list(dict.fromkeys(state for _, state in seen))
+            explored(latest, 0, states, self._step)
 
     def _step(self, statement: Statement, state: State) -> State:
         if statement.row.name == "HALTMODE":

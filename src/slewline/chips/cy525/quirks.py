@@ -5,20 +5,8 @@ UND-...: the manual leaves it open.  CON-...: two places of the manual disagree.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from ...core.quirk import Quirk as _Q
 
-
-class Quirk(NamedTuple):
-    """One decision."""
-
-    id: str
-    where: str  # sections and tables of the manual
-    says: str  # what the chip does
-    why: str
-    test: str  # the test function that pins it
-
-
-_Q = Quirk
 # fmt: off
 QUIRKS = (
     # ------------------------------------------------------------------------------------------- commands and numbers

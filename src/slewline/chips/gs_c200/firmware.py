@@ -19,7 +19,6 @@ from ..line import Line
 from . import sheet
 from .instructions import Instructions
 from .motion import Motion
-from .profile import period
 from .state import Store
 
 
@@ -44,7 +43,12 @@ class GsC(Instructions):
         **options: Any,
     ) -> None:
         super().__init__(kernel, name, crystal_hz, bare, straps, store, options)
-        self.motion = Motion(self)
+        if self.options.stepwise:
+            from .stepwise import Stepwise
+
+            self.motion = Stepwise(self)
+        else:
+            self.motion = Motion(self)
         self.in_work = False
         self.handlers = {row.form: getattr(self, row.handler) for row in self.sheet.commands}
         if cold:
@@ -60,14 +64,15 @@ class GsC(Instructions):
         if on == self.powered:
             return
         self.powered = on
-        if on:
-            self.up_ps = self.kernel.now
-            self.forget()
-            self.axis1.load(0)
-            self.start()
-        else:
-            self._power_off()
+        # what else belongs to this instant is done first, its steps among it
+        self.kernel.call_at(self.kernel.now, self._power_up if on else self._power_off)
         self.kernel.settle()
+
+    def _power_up(self) -> None:
+        self.up_ps = self.kernel.now
+        self.forget()
+        self.axis1.load(0)
+        self.start()
 
     def _power_off(self) -> None:
         self.hang_up()
@@ -144,8 +149,7 @@ class GsC(Instructions):
                 return ()
         fault = self._reception_fault(line)
         if fault:
-            self.finding("E1", f"{text!r}: {fault}")
-            return self.spoken("E1", checked)
+            return self.spoken(self.mistake("E1", f"{text!r}: {fault}"), checked)
         body = text[bool(self.address) : len(text) - checked].decode("ascii")
         self.answer_checked = checked
         return self.spoken(await self.answer(body), checked)
@@ -173,17 +177,21 @@ class GsC(Instructions):
             accepted = isinstance(command, Command) and "r" in command.row.when
             return await self.perform(command) if accepted and isinstance(command, Command) else "B"
         if not isinstance(command, Command):
-            error = "E4" if command.code == "unknown" else "E2"
-            self.finding(error, command.text)
-            return error
+            unknown = command.code == "unknown"
+            return self.mistake("E4", command.text) if unknown else self.mistake("E2", command.text)
         if ("p" if self.entering else "i") in command.row.when:
             return await self.perform(command)
         if self.entering and command.row.stored:
             return self.enter(command)
         if self.options.direct and command.row.stored:
             return self._run_directly(command)
-        self.finding("E4", f"{text}: not allowed {'while programming' if self.entering else 'outside a program'}")
-        return "E4"
+        state = "while programming" if self.entering else "outside a program"
+        return self.mistake("E4", f"{text}: not allowed {state}")
+
+    def mistake(self, code: str, text: str) -> str:
+        """The host has made a mistake, or the EEPROM fails: the answer, and a finding with the same code."""
+        self.finding(code, text)
+        return code
 
     async def perform(self, command: Command) -> str:
         """An immediate command; most answer Y."""
@@ -193,10 +201,8 @@ class GsC(Instructions):
     def enter(self, command: Command) -> str:
         """Programming: store an instruction, if it fits."""
         if len(self.memory) + command.row.size > self.sheet.buffer_bytes:
-            self.finding(
-                "E3", f"{command.text} does not fit: {len(self.memory)} of {self.sheet.buffer_bytes} locations"
-            )
-            return "E3"
+            room = f"{len(self.memory)} of {self.sheet.buffer_bytes} locations are taken"
+            return self.mistake("E3", f"{command.text} does not fit: {room}")
         self.memory += command.stored
         return "Y"
 
@@ -220,8 +226,7 @@ class GsC(Instructions):
         self.entering = False
         missing = self.unset_before_motion()
         if not self.memory or missing:
-            self.finding("E4", f"E with {f'{missing} never set' if missing else 'an empty program'}")
-            return "E4"
+            return self.mistake("E4", f"E with {f'{missing} never set' if missing else 'an empty program'}")
         self.overflow = False
         self.run_program()
         return "Y"
@@ -259,8 +264,7 @@ class GsC(Instructions):
     async def do_home(self, direction: int) -> str:
         speed = self.first_speed()
         if not speed:
-            self.finding("E4", "H without a start-stop speed")
-            return "E4"
+            return self.mistake("E4", "H without a start-stop speed")
         self.run_program(self._home_for_host(direction, speed))
         return "Y"
 
@@ -278,13 +282,9 @@ class GsC(Instructions):
     async def _home(self, direction: int, speed: int) -> None:
         """The counter is not kept on the way, and cleared at the end."""
         self.homing, self.before_homing = True, self.position
-        try:
-            await self.motion.home(direction, period(speed), f"H{direction:+d}"[:2])
-            self.before_homing = 0
-        finally:
-            self.homing = False
-            if self.powered:
-                self.axis1.load(self.before_homing)
+        await self.motion.home(direction, speed, "H+" if direction > 0 else "H-")
+        self.homing = False
+        self.axis1.load(0)
 
     # --------------------------------------------------------------------------------------------------------- EEPROM
     async def do_memorize(self) -> str:
@@ -297,13 +297,14 @@ class GsC(Instructions):
         """The answer comes when the program is written and verified."""
         self.waits("the EEPROM")
         await until(self.kernel, self.kernel.now + self.eeprom_ps)
-        good = not self.eeprom_fault
+        good, why = not self.eeprom_fault, "it does not hold the program"
         try:
             self.store.write(program if good else INVALID)
             good = good and self.store.read() == program
         except OSError as error:
-            good = False
-            self.finding("E6", f"the EEPROM was not written: {error}")
+            good, why = False, str(error)
+        if not good:
+            self.finding("E6", f"the EEPROM was not written: {why}")
         self.writing = False
         self.busy(self.in_work)
         self.waits("a command")
@@ -321,11 +322,9 @@ class GsC(Instructions):
         try:
             data = self.store.read()
         except OSError as error:
-            self.finding("E6", f"the EEPROM cannot be read: {error}")
-            return "E6"
+            return self.mistake("E6", f"the EEPROM cannot be read: {error}")
         if data == INVALID or not self._is_program(data):
-            self.finding("E6", "the EEPROM holds no valid program")
-            return "E6"
+            return self.mistake("E6", "the EEPROM holds no valid program")
         self.memory = bytearray(data)
         return "Y"
 
@@ -336,8 +335,6 @@ class GsC(Instructions):
         return at == len(data) <= self.sheet.buffer_bytes
 
     answer_checked = False  # the answer to the line in work carries a checksum
-    homing = False
-    before_homing = 0
     up_ps = 0  # when the supply was switched on
 
 

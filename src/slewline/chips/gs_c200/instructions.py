@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 from ...core.table import Row
 from ...core.train import OPEN
 from ...core.waits import polled, until
-from . import profile
 from .sheet import TENTH_PS
 from .state import State
 
 if TYPE_CHECKING:
     from .motion import Motion
+    from .stepwise import Stepwise
 
 Handler = Callable[..., Awaitable[str | None]]
 PARAMETERS = {"S": "start_stop", "T": "top_speed", "R": "ramp"}
@@ -25,7 +25,7 @@ PARAMETERS = {"S": "start_stop", "T": "top_speed", "R": "ramp"}
 class Instructions(State):
     """What each delayed command does: a method for each, named after its row."""
 
-    motion: Motion
+    motion: Motion | Stepwise
     handlers: dict[str, Handler]
 
     # ---------------------------------------------------------------------------------------------------- the program
@@ -46,6 +46,9 @@ class Instructions(State):
         if self.program_task is not None:
             self.program_task.kill()
         await self.motion.kill()
+        if self.homing:
+            self.homing = False
+            self.axis1.load(self.before_homing)  # a homing that is cut short leaves the counter as it was
         self.end_program()
 
     def end_program(self) -> None:
@@ -181,8 +184,7 @@ class Instructions(State):
             if self._limit(steps) < abs(steps):
                 self._overflow(f"{text} from {self.position} leaves the position counter")
                 return
-            plan = profile.move(abs(steps), *self.speeds_in_force(), self.law)
-            await self.motion.move(plan, 1 if steps > 0 else -1, text)
+            await self.motion.move(abs(steps), 1 if steps > 0 else -1, text)
 
     async def do_velocity(self, direction: int) -> None:
         await self._run_endless(direction, None)
@@ -198,15 +200,10 @@ class Instructions(State):
             return
         limit = self._limit(direction)
         text = "a run" + (f" until ui{number}=0" if number else " until K or Z")
-        plan = profile.endless(*self.speeds_in_force(), self.law, limit)
         if limit:
-            await self.motion.run(plan, direction, text, watched)
+            await self.motion.run(limit, direction, text, watched)
         if not limit or (self._limit(direction) == 0 and not self.motion.stopped):
             self._overflow("an endless motion has reached the end of the position counter")
-
-    def speeds_in_force(self) -> tuple[int, int, int]:
-        """S, T and R."""
-        return self.speeds["start_stop"], self.speeds["top_speed"], self.speeds["ramp"]
 
     def _limit(self, steps: int) -> int:
         """Steps to the end of the counter in a direction; without end where it wraps."""

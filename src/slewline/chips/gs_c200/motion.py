@@ -35,7 +35,11 @@ class Motion:
         self.stop = Driver(self.stop_net, chip.name)  # 1: come to rest
 
     # ----------------------------------------------------------------------------------------------------- motions
-    async def move(self, plan: Plan, sign: int, text: str) -> None:
+    async def move(self, number: int, sign: int, text: str) -> None:
+        """A move of so many steps."""
+        await self.through(profile.move(number, *self.chip.speeds_in_force(), self.chip.law), sign, text)
+
+    async def through(self, plan: Plan, sign: int, text: str) -> None:
         """Play a plan to its end, and let the last interval pass."""
         self.begin(text)
         end = await self.play(plan, sign)
@@ -44,30 +48,32 @@ class Motion:
         if self.chip.options.mov_hold:
             self.outputs_rest()
 
-    async def run(self, plan: Plan, sign: int, text: str, watched: Net | None) -> None:
-        """Run until the stop net says so, or until an input is low."""
+    async def run(self, limit: int, sign: int, text: str, watched: Net | None) -> None:
+        """Run until the stop net says so, until an input is low, or until `limit` steps are made."""
         kernel, chip = self.kernel, self.chip
+        plan = profile.endless(*chip.speeds_in_force(), chip.law, limit)
         if watched is None:
-            await self.move(plan, sign, text)
+            await self.through(plan, sign, text)
             return
 
         async def watch() -> None:
+            await until(kernel, kernel.now + chip.instruction_ps)  # the first look is over
             await polled(kernel, watched, 0, chip.instruction_ps)
             self.stop.drive(1)
 
         watcher = kernel.spawn(watch(), f"{chip.name} watches {watched.name}")
         try:
-            await self.move(plan, sign, text)
+            await self.through(plan, sign, text)
         finally:
             watcher.kill()
 
-    async def home(self, sign: int, interval: int, text: str) -> None:
+    async def home(self, sign: int, speed: int, text: str) -> None:
         """Find the end of travel, then the home position, at the start-stop speed."""
         chip = self.chip
         self.begin(text)
         for switch, way in ((chip.eot, sign), (chip.home, -sign)):
             if switch.level != 0:
-                await self.play(profile.steady(interval), way, switch)
+                await self.play(profile.steady(profile.period(speed)), way, switch)
         self.rest()
         self.outputs_rest()
 
@@ -94,19 +100,21 @@ class Motion:
             train, now = self.playing.train, self.kernel.now
             begun = self.playing.begun(now)
             end = max(now, train.begin(begun - 1) + self.chip.clock_ps) if begun else now
-            self.playing.until = end + 1
-            self.chip.clock_pin.renew()
+            self.end_by(end + 1)
             await until(self.kernel, end)
         self.moving = False
         self.outputs_rest()
 
     def cut(self) -> None:
         """The supply is gone: steps of this instant stand, later ones do not."""
-        if self.playing is not None:
-            bound = self.kernel.now + 1
-            if self.playing.until is None or bound < self.playing.until:
-                self.playing.until = bound
+        self.end_by(self.kernel.now + 1)
         self.moving = False
+
+    def end_by(self, ps: int) -> None:
+        """Bound the promise, unless it ends earlier."""
+        if self.playing is not None and (self.playing.until is None or ps < self.playing.until):
+            self.playing.until = ps
+            self.chip.clock_pin.renew()
 
     # ------------------------------------------------------------------------------------------------ playing a plan
     async def play(self, plan: Plan, sign: int, switch: Net | None = None) -> int:
@@ -116,11 +124,11 @@ class Motion:
             switch: an input that ends the motion when it is low just before a step.
         """
         chip, kernel = self.chip, self.kernel
+        self.playing = None  # of this plan nothing is played yet
         chip.dir.drive(int(sign > 0))
         chip.mov.drive(1)
         chip.ramp.drive(int(bool(plan.steps) and plan.leg(0).name in RAMPS))
         await until(kernel, kernel.now + chip.dir_setup_ps)
-        self.playing = None  # of this plan nothing is played yet
         step, fresh, stopping = 0, True, False
         while step < plan.steps:
             if switch is not None and switch.level == 0:
@@ -131,7 +139,7 @@ class Motion:
                 plan, step, fresh, stopping = profile.within(plan, room), 0, True, True
                 continue
             if chip.enable.level == 0:
-                await self.held(bool(plan.steps) and not stopping)
+                await self.held(not stopping)
                 fresh = True
                 continue
             leg = plan.leg(step)
@@ -188,7 +196,8 @@ class Motion:
         chip, kernel = self.chip, self.kernel
         chip.waits(f"{self.text} held by enable=0")
         if stoppable:
-            if await first_of(kernel, None, (chip.enable, 1), (self.stop_net, 1)) is self.stop_net:
+            await first_of(kernel, None, (chip.enable, 1), (self.stop_net, 1))
+            if chip.enable.level == 0:
                 return
         else:
             await level(chip.enable, 1)

@@ -78,8 +78,8 @@ PORT = Port(
     longest=LONGEST,
     answers=MappingProxyType({
         "Y": "accepted", "B": "busy", "R": "ready", "V": "what was asked for", "END": "end of the listing",
-        "E1": "parity, checksum or length", "E2": "argument", "E3": "program memory full", "E4": "unknown, or not now",
-        "E5": "the position counter overflowed", "E6": "the EEPROM failed",
+        "E1": "parity, checksum or length", "E2": "argument missing, wrong or out of range", "E3": "program memory full",
+        "E4": "unknown, or not now", "E5": "the position counter overflowed", "E6": "the EEPROM failed",
     }),
     where="baud rate programming; module address programming; data exchange protocol",
 )
@@ -126,7 +126,7 @@ ROWS = (
 )
 C200_ROWS = (
     _stored("G", "GOTO", (Arg("position", 3, 0, 9_999_999),), "move to a position", room=4, motion=True),
-    _stored("G±", "VELOCITY", (DIRECTION,), "run until K or Z", room=4, head="G", code=ord("g"), motion=True),
+    _stored("G±", "VELOCITY", (DIRECTION,), "run until K or Z", room=4, head="G", code=ord("g"), motion=True, flow=""),
     _stored("G±x", "CONTROLLED_VELOCITY", (DIRECTION, INPUT), "run until an input is low", room=4, head="G", code=ord("x"), motion=True),
     _immediate("I", "INITIALIZE", "clear counter (1), user outputs (2), both (3)", Arg("what", 1, 1, 3), when="i"),
     _immediate("P", "PROGRAM", "begin programming; erases the program", when="ip"),
@@ -134,7 +134,7 @@ C200_ROWS = (
 C200S_ROWS = (
     _stored("f", "FORCE", (SIGNED,), "preset the position counter", room=4, when="i"),
     _stored("G", "GOTO", (replace(SIGNED, sign="may"),), "move to a position", room=4, motion=True),
-    _stored("g±", "VELOCITY", (DIRECTION,), "run until K or Z", room=4, head="g", code=ord("g"), motion=True),
+    _stored("g±", "VELOCITY", (DIRECTION,), "run until K or Z", room=4, head="g", code=ord("g"), motion=True, flow=""),
     _stored("g±x", "CONTROLLED_VELOCITY", (DIRECTION, INPUT), "run until an input is low", room=4, head="g", code=ord("x"), motion=True),
     _stored("I", "INITIALIZE", (Arg("what", 1, 1, 3),), "clear counter (1), user outputs (2), both (3)", room=2, when="i"),
     _stored("j", "JUMP", (LOCATION,), "continue at a location", room=2, flow="t"),
@@ -142,7 +142,7 @@ C200S_ROWS = (
     _immediate("Po", "PROGRAM", "begin programming; erases the program", when="ip"),
     _immediate("Px", "PROGRAM_END", "end programming without a run", when="ip"),
 )
-C200_HEADS, C200S_HEADS = ("P",), ("f", "g", "j", "jc", "Po", "Px")  # what only one of the parts knows
+C200_HEADS, C200S_HEADS = ("P",), ("f", "g", "j", "jc", "Po", "P0", "Px")  # what only one of the parts knows; P0: Po, misread
 
 # ------------------------------------------------------------------------------------------------ registers and times
 REGISTERS = (
@@ -165,6 +165,8 @@ TIMES = MappingProxyType({
 # fmt: on
 TENTH_PS = 10**11  # the unit of D
 
+SUPPLY_VOLTS = (12, 40)
+LOADS_MA = MappingProxyType({("v5_20", "v5_21"): 100, ("vsl_plus",): 10, ("vsl_minus",): 10})
 NOTES = MappingProxyType(
     {
         "logic levels": "inputs: low up to 0.8 V, high 2 to 5 V; outputs: low at most 0.8 V, high 2 to 5 V",

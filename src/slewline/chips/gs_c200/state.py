@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any, Protocol
 
 from ...core.axis import Axis
 from ...core.kernel import Kernel, Task
-from ...core.net import Net
+from ...core.net import Driver, Net
 from ...core.table import Row
 from ...core.timebase import picoseconds
 from ...errors import UsageError
@@ -19,6 +19,7 @@ from .profile import LAWS, Law
 TIMES = {name: time.ticks for name, time in sheet.TIMES.items()}
 OR_SINCE = (2, 2)  # GS-C200 firmware that sets a bit of every checksum
 KEPT = 0x10
+PULL_DOWN = "txpd"  # the name of its driver on a line
 
 
 class Store(Protocol):
@@ -49,7 +50,8 @@ class Options:
     """Where the data sheet leaves a choice, or a module differs; the defaults are the choices of `quirks`.
 
     Times are text such as "1 ms".  `address` takes the place of the SEL straps; `pin_order` reads them as the pin
-    description orders them; `firmware` below 2.2 (GS-C200) leaves the bit of the checksum out.
+    description orders them; `firmware` below 2.2 (GS-C200) leaves the bit of the checksum out.  `supply` is in volts,
+    `load` what is drawn from pins by name, in milliamperes: {"v5_20": 80}; beyond the limits of the sheet is a finding.
     """
 
     firmware: str = "2.2"
@@ -67,11 +69,14 @@ class Options:
     mov_hold: bool = False  # MOV and RAMP high until the last interval is over
     plain_u: bool = False  # U at location 0 is a plain test, too
     nested_loops: bool = False
+    supply: float = 24
+    load: Mapping[str, float] = field(default_factory=dict)
+    stepwise: bool = False  # every motion step by step instead of whole; slow, and the same to the last edge
 
     def checked(self, name: str) -> Options:
         """The options themselves, if they make sense."""
-        version = self.firmware.split(".")
-        if not isinstance(self.firmware, str) or len(version) != 2 or not all(part.isdigit() for part in version):
+        version = self.firmware.split(".") if isinstance(self.firmware, str) else []
+        if len(version) != 2 or not all(part.isdigit() for part in version):
             raise UsageError(f"{name}: firmware {self.firmware!r}; expected a version such as '2.1'")
         if self.address is not None and self.address not in range(8):
             raise UsageError(f"{name}: address {self.address!r}; allowed 1 to 7, and 0 for point-to-point")
@@ -79,6 +84,10 @@ class Options:
             raise UsageError(f"{name}: law {self.law!r}; allowed {', '.join(LAWS)}, or a function")
         if picoseconds(self.instruction_time) < 1:
             raise UsageError(f"{name}: instruction_time {self.instruction_time!r}; allowed more than 0")
+        loaded = [pin for pins in sheet.LOADS_MA for pin in pins]
+        for pin in self.load:
+            if pin not in loaded:
+                raise UsageError(f"{name}: load of {pin!r}; pins that supply something: {', '.join(loaded)}")
         return self
 
 
@@ -107,6 +116,7 @@ class State(LineChip):
         self.axes = (self.axis1,)
         self._take_options()
         self._name_pins()
+        self.pull_down = Driver(self.pins["txpd"].net, PULL_DOWN)  # drives nothing, but shows where the pull-down is
         if not bare and self.strapped_address() == 0:
             self._tie_pull_down()
         self.powered = False
@@ -159,8 +169,21 @@ class State(LineChip):
         super().check_wiring()
         if self.pins["test"].level != 0:
             self.finding("test-pin", "pin 10 (test) is open; wire it to pin 8")
-        if self.strapped_address() == 0 and self.pins["txpd"].net is not self.pins["txd"].net:
-            self.finding("no-pull-down", "point-to-point, but txpd is not joined to txd: the idle line floats")
+        pull_downs = [driver for driver in self.pins["txd"].net.drivers if driver.name == PULL_DOWN]
+        if not pull_downs:
+            self.finding("no-pull-down", "no module has its txpd on this txd: the idle line floats")
+        elif len(pull_downs) > 1:
+            self.finding("pull-downs", f"{len(pull_downs)} modules have their txpd on this txd; one is enough")
+        self._check_supply()
+
+    def _check_supply(self) -> None:
+        low, high = sheet.SUPPLY_VOLTS
+        if not low <= self.options.supply <= high:
+            self.finding("supply", f"{self.options.supply:g} V; the module wants {low} to {high} V")
+        for pins, limit in sheet.LOADS_MA.items():
+            drawn = sum(self.options.load.get(pin, 0) for pin in pins)
+            if drawn > limit:
+                self.finding("load", f"{drawn:g} mA from {' and '.join(pins)}; allowed {limit} mA")
 
     # ------------------------------------------------------------------------------------------------------ memories
     def forget(self) -> None:
@@ -174,6 +197,7 @@ class State(LineChip):
         self.ending = False  # Z: the program ends when the motion has come to rest
         self.address = 0
         self.running = False
+        self.homing, self.before_homing = False, 0  # a homing runs, and where it began
         self.program_counter = 0
 
     @property
@@ -206,6 +230,10 @@ class State(LineChip):
             "user_inputs": self.read_inputs(),
             "user_outputs": self.read_outputs(),
         }
+
+    def speeds_in_force(self) -> tuple[int, int, int]:
+        """S, T and R."""
+        return self.speeds["start_stop"], self.speeds["top_speed"], self.speeds["ramp"]
 
     def parameters(self) -> tuple[dict[str, float], dict[str, object]]:
         """What a plot names: the rates of S and T in steps/s, and R."""

@@ -11,7 +11,7 @@ are to be, looks at the pins just before each step, and drives every edge when i
                    look           look        look: Z? input? ENABLE? (in a homing EOT or HOME? ENABLE?)
 
 Step i is followed by the period of the rate at an index of the ramp: min(i, n-1-i, R), of the n steps of the move.  A
-request to stop makes n as small as the way down from the index reached allows.
+request to stop after i steps makes n small: min(i, R) steps more, as many as it took to get so fast.
 """
 
 from __future__ import annotations
@@ -21,8 +21,7 @@ from typing import TYPE_CHECKING
 
 from ...core.net import Driver, Net
 from ...core.train import Playing, StepTrain
-from ...core.waits import first_of, until
-from . import sheet
+from ...core.waits import first_of, level, until
 
 if TYPE_CHECKING:
     from .firmware import GsC
@@ -30,12 +29,17 @@ if TYPE_CHECKING:
 SECOND = 10**12
 
 
+def nearest(number: int, by: int) -> int:
+    """A quotient, rounded to the nearest whole number."""
+    return (2 * number + by) // (2 * by)
+
+
 class Stepwise:
     """Plays every motion step by step."""
 
     def __init__(self, chip: GsC) -> None:
         self.chip, self.kernel = chip, chip.kernel
-        self.moving = False
+        self.moving = self.stopped = False
         self.stop = Driver(Net(chip.kernel, f"{chip.name}.(stop)", pull=0), chip.name)
         self.made = 0  # steps of this motion
         self.number: int | None = None  # how many there are to be; None: no end
@@ -46,14 +50,27 @@ class Stepwise:
     async def move(self, number: int, sign: int, text: str) -> None:
         """A move of so many steps."""
         self.number = number
-        await self.go(sign, text, number, None)
+        await self.go(sign, text, number)
 
-    async def run(self, sign: int, text: str, watched: Net | None, limit: int) -> None:
+    async def run(self, limit: int, sign: int, text: str, watched: Net | None) -> None:
         """Steps without end, until a request to stop, a low input, or the end of the position counter."""
         self.number = None
-        await self.go(sign, text, limit, watched)
+        watcher = self.kernel.spawn(self.watch(watched), "a low input stops") if watched is not None else None
+        try:
+            await self.go(sign, text, limit)
+        finally:
+            if watcher is not None:
+                watcher.kill()
 
-    async def go(self, sign: int, text: str, limit: int, watched: Net | None) -> None:
+    async def watch(self, net: Net) -> None:
+        """Look at an input once in an instruction time."""
+        while True:
+            await until(self.kernel, self.kernel.now + self.chip.instruction_ps)
+            if net.level == 0:
+                self.stop.drive(1)
+                return
+
+    async def go(self, sign: int, text: str, limit: int) -> None:
         """From MOV high to the end of the last period."""
         chip = self.chip
         self.made = 0
@@ -62,14 +79,12 @@ class Stepwise:
             self.start_stop, self.ramp = self.top, 0
         self.stop.drive(0)
         chip.waits(f"{text} in motion")
-        self.moving = True
-        chip.ramp.drive(1 if self.ramp and self.number != 1 else 0)
+        self.moving, self.stopped = True, False
+        chip.ramp.drive(self.ramping())
         await self.set_out(sign)
-        while await self.may_step(limit, watched):
-            index = self.index(self.made)
-            chip.ramp.drive(1 if index < self.ramp and self.number != 1 else 0)
-            last = self.made + 1 in (self.number, limit)
-            await self.step(self.period(index), sign, last)
+        while await self.may_step(limit):
+            chip.ramp.drive(self.ramping())
+            await self.step(self.period(self.index(self.made)), sign, self.made + 1 in (self.number, limit))
         self.rest()
 
     async def home(self, sign: int, speed: int, text: str) -> None:
@@ -77,13 +92,11 @@ class Stepwise:
         chip = self.chip
         chip.waits(f"{text}: the end of travel")
         self.moving = True
-        await self.set_out(sign)
-        while await self.not_there(chip.eot):
-            await self.step(SECOND // (10 * speed), sign, False)
-        chip.waits(f"{text}: the home position")
-        await self.set_out(-sign)
-        while await self.not_there(chip.home):
-            await self.step(SECOND // (10 * speed), -sign, False)
+        for switch, way in ((chip.eot, sign), (chip.home, -sign)):
+            if switch.level == 1:
+                await self.set_out(way)
+            while await self.not_there(switch):
+                await self.step(nearest(SECOND, 10 * speed), way, False)
         self.rest()
 
     async def kill(self) -> None:
@@ -91,7 +104,7 @@ class Stepwise:
         if self.moving:
             await until(self.kernel, self.begun_ps + self.chip.clock_ps)
             self.chip.clock_pin.drive(1)
-            self.rest()
+        self.rest()
 
     def cut(self) -> None:
         """The supply is gone."""
@@ -114,12 +127,14 @@ class Stepwise:
         chip.axis1.follow(Playing(StepTrain(chip.clock, begin, ((period, 1),))), sign)
         await until(self.kernel, begin + chip.clock_ps)
         chip.clock_pin.drive(1)
-        if last and not chip.options.mov_hold:
-            chip.mov.drive(0)
-            chip.ramp.drive(0)
+        if last:
+            self.moving = False
+            if not chip.options.mov_hold:
+                self.rest()
         await until(self.kernel, begin + period)
 
     def rest(self) -> None:
+        """The motion is over."""
         self.chip.mov.drive(0)
         self.chip.ramp.drive(0)
         self.moving = False
@@ -129,44 +144,45 @@ class Stepwise:
         down = self.number - 1 - step if self.number is not None else self.ramp
         return min(step, down, self.ramp)
 
+    def ramping(self) -> int:
+        """RAMP during the step that comes next; a single step has none."""
+        return int(self.number != 1 and self.index(self.made) < self.ramp)
+
     def period(self, index: int) -> int:
         """The reciprocal of the rate at an index of the ramp, in picoseconds: the rate's square grows evenly."""
         if self.ramp == 0:
-            return SECOND // (10 * self.start_stop)
+            return nearest(SECOND, 10 * self.start_stop)
+        if self.chip.options.law != "constant acceleration":
+            return round(SECOND / self.chip.law(10.0 * self.start_stop, 10.0 * self.top, self.ramp, index))
         low, high = (10 * self.start_stop) ** 2, (10 * self.top) ** 2
-        return isqrt(SECOND**2 * self.ramp // (low * self.ramp + (high - low) * index))
+        squared = 4 * SECOND**2 * self.ramp // (low * self.ramp + (high - low) * index)
+        return nearest(isqrt(squared), 2)
 
     # --------------------------------------------------------------------------------------------------------- looks
-    async def may_step(self, limit: int, watched: Net | None) -> bool:
+    async def may_step(self, limit: int) -> bool:
         """Just before a step: is there one to be made?  Returns when it may be made."""
         stop, enable = self.stop.net, self.chip.enable
         while True:
-            if stop.level == 1 or (watched is not None and watched.level == 0):
-                self.slow_down()
+            if stop.level == 1:
+                end = self.made + min(self.made, self.ramp)
+                self.number = end if self.number is None else min(self.number, end)
+                self.stopped = self.number <= limit
             if self.made in (self.number, limit):
                 return False
             if enable.level == 1:
                 return True
             if stop.level == 1:
-                await first_of(self.kernel, None, (enable, 1))
+                await level(enable, 1)
             else:
                 await first_of(self.kernel, None, (stop, 1), (enable, 1))
-            if enable.level == 1 and not (stop.level == 1 and self.at_start_stop()):
+            if enable.level == 1:
                 await until(self.kernel, self.kernel.now + self.chip.release_ps)
-
-    def at_start_stop(self) -> bool:
-        return self.made == 0 or self.index(self.made - 1) == 0
-
-    def slow_down(self) -> None:
-        """Make the motion as short as the way down from here allows."""
-        end = self.made + (self.index(self.made - 1) if self.made else 0)
-        self.number = end if self.number is None else min(self.number, end)
 
     async def not_there(self, switch: Net) -> bool:
         """Just before a step of a homing: has the switch not been reached yet?  Returns when the step may be made."""
         while switch.level == 1:
             if self.chip.enable.level == 1:
                 return True
-            await first_of(self.kernel, None, (self.chip.enable, 1))
+            await level(self.chip.enable, 1)
             await until(self.kernel, self.kernel.now + self.chip.release_ps)
         return False

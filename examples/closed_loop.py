@@ -1,0 +1,17 @@
+"""A closed loop through ENABLE: the next step comes when the motor has made the one before."""
+
+import slewline
+
+for closed in (False, True):
+    bench = slewline.Bench()
+    x = bench.add("gs-c200s", name="x", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0})
+    motor = bench.part("motor", to=x, lag="3 ms")  # a step takes it 3 ms; a pulse meanwhile is lost
+    if closed:
+        bench.part("step_check", name="check", to=x)
+        bench.wire("motor.x", "check.x")
+        bench.wire("motor.y", "check.y")
+    host = bench.host(x)
+    for line in ["Po", "S10", "T100", "R10", "+200", "E"]:
+        host.ask(line)
+    bench.run_until_idle()
+    print(f"{'closed' if closed else 'open'}: {host.ask('V1')}, motor at {motor.position}, {bench.now_ps / 1e12:.3f} s")

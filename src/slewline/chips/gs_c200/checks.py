@@ -1,0 +1,205 @@
+"""What only the linter of the GS-C modules knows: can this ramp reach this speed in this way, what is
+repeated, what does the counter do?
+
+The text is walked as a module would run it, with registers whose values are known or not (None), through every branch
+both ways; each motion is then judged with the registers that it would meet.  The ramp is the one of profile.py.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import NamedTuple
+
+from ...core.table import Sheet
+from ...core.timebase import PS_PER_S
+from ...language.lint import Check, explored
+from ...language.problems import Severity
+from ...language.statements import Source, Statement
+from .profile import ramp
+from .sheet import POSITIONS
+
+SPEEDS = {"S": "start", "T": "top", "R": "ramp"}
+COMMANDS = "command descriptions"
+
+
+class State(NamedTuple):
+    """Registers as far as the text tells."""
+
+    start: int | None = None
+    top: int | None = None
+    ramp: int | None = None
+    position: int | None = None
+
+
+class Motion(NamedTuple):
+    """An instruction that moves the motor, and the registers that it meets."""
+
+    statement: Statement
+    state: State
+
+    @property
+    def steps(self) -> int | None:
+        """How far it goes, with its sign, as far as that is known; None: without end, too."""
+        name, values, position = self.statement.row.name, self.statement.values, self.state.position
+        if name == "MOVE":
+            return values[0]
+        return values[0] - position if name == "GOTO" and position is not None else None
+
+
+def after(statement: Statement, state: State) -> State:
+    """The registers behind a command."""
+    row, values = statement.row, statement.values
+    if row.form in SPEEDS:
+        return state._replace(**{SPEEDS[row.form]: values[0]})
+    if row.name in ("GOTO", "FORCE"):
+        return state._replace(position=values[0])
+    if row.name == "MOVE" and state.position is not None:
+        return state._replace(position=state.position + values[0])
+    if row.name == "HOME" or (row.name == "INITIALIZE" and values[0] & 1):
+        return state._replace(position=0)
+    if row.motion or (row.stored and row.flow != "n"):  # a velocity move; what is repeated moves again
+        return state._replace(position=None)
+    return state
+
+
+# ------------------------------------------------------------------------------------------------------------- motions
+
+
+def motions(source: Source) -> None:
+    """Walk through the text, and judge every motion."""
+    found: dict[Motion, None] = {}  # in the order of their discovery
+
+    def step(statement: Statement, state: State) -> State:
+        if statement.row.motion:
+            found[Motion(statement, state)] = None
+        return after(statement, state)
+
+    states, blocks, block = [State()], iter(source.blocks), None
+    if source.blocks and source.blocks[0].entry is None:
+        block = next(blocks)
+    for statement in source.statements:
+        if statement.block >= 0:
+            continue
+        if statement.row.name == source.sheet.enter:
+            if block is not None and block.quit is None:
+                explored(block, 0, states, step)  # somebody else may run it
+            block = next(blocks)
+        elif statement.row.name == "EXECUTE" and block is not None:
+            states = explored(block, 0, states, step)
+        else:
+            states = [after(statement, state) for state in states]
+    if block is not None and (block.quit is None or block.quit.row.name != "EXECUTE"):
+        explored(block, 0, states, step)
+    for motion in found:
+        judge(source, motion)
+
+
+def judge(source: Source, motion: Motion) -> None:
+    """One motion with one set of registers."""
+    statement, (start, top, length, position) = motion
+    if start is not None and top is not None:
+        if top <= start:
+            found = f"T{top} is not above S{start}: the whole move is made at T, without ramps"
+            source.report(statement, "no-ramp", "warning", found, section=COMMANDS)
+        elif length is not None and motion.steps:
+            reach(source, motion, abs(motion.steps), start, top, length)
+    if position is not None:
+        counter(source, motion, position)
+
+
+def reach(source: Source, motion: Motion, steps: int, start: int, top: int, length: int) -> None:
+    """A move that turns round before its speed is reached."""
+    if steps <= 2 * length:
+        up = ramp(start, top, length)
+        fastest = round(PS_PER_S / up[(steps - 1) // 2][0])
+        found = f"T{top} is not reached: the ramps take {length} steps each, the move has {steps}"
+        remedy = f"the move gets as far as {fastest} steps/s; from {2 * length + 1} steps on T is reached"
+        source.report(motion.statement, "rate-unreached", "note", found, section=COMMANDS, remedy=remedy)
+
+
+def counter(source: Source, motion: Motion, position: int) -> None:
+    """The position counter of the GS-C200 has ends: a motion that leaves it ends the program (E5)."""
+    if source.sheet.part != "gs-c200":
+        return
+    positions, statement = POSITIONS[source.sheet.part], motion.statement
+    if motion.steps is not None and position + motion.steps not in positions:
+        found = f"{statement.text} from {position} leaves the position counter: E5, and the program ends"
+        allowed = f"positions {positions[0]}..{positions[-1]}"
+        source.report(statement, "overflow-counter", "error", found, allowed=allowed, section=COMMANDS)
+    elif motion.statement.row.name == "VELOCITY":
+        left = positions[-1] - position if statement.values[0] > 0 else position
+        found = f"{statement.text} from {position} ends with E5 after {left} steps, if no K or Z comes before"
+        source.report(statement, "counter-end", "warning" if left == 0 else "note", found, section=COMMANDS)
+
+
+def unset(source: Source) -> None:
+    """E is refused where a motion stands in the listing before S, T and R, and they are not known from before."""
+    known: set[str] = set()
+    for block in source.blocks:
+        for statement in block.statements:
+            missing = [letter for letter in SPEEDS if letter not in known]
+            if statement.row.motion and missing:
+                found = f"{statement.text} before {', '.join(missing)}: E is refused with E4"
+                remedy = f"set {', '.join(missing)} at the head of the program"
+                source.report(statement, "unset-speed", "warning", found, section=COMMANDS, remedy=remedy)
+                known |= set(missing)  # said once
+            known |= {statement.row.form} & set(SPEEDS)
+
+
+# ------------------------------------------------------------------------------------------------- single instructions
+
+
+def loops(source: Source) -> None:
+    """One loop at a time: there is one start and one count."""
+    for block in source.blocks:
+        inside: Statement | None = None
+        marks = 0
+        for statement in block.statements:
+            if statement.row.name == "LOOP_START":
+                if inside is not None:
+                    found = f"a loop start inside the loop of line {inside.line}: it replaces the start of that one"
+                    source.report(statement, "nested-loop", "warning", found, section=COMMANDS)
+                inside, marks = statement, marks + 1
+            elif statement.row.name == "LOOP":
+                if inside is None:
+                    severity: Severity = "warning" if marks else "note"
+                    found = f"{statement.text} has no L0 of its own: it repeats from location 0"
+                    source.report(statement, "loop-without-start", severity, found, section=COMMANDS)
+                if statement.values[0] == 1:
+                    source.report(statement, "loop-once", "warning", "a loop that runs once", section=COMMANDS)
+                inside = None
+        if inside is not None:
+            source.report(inside, "loop-unused", "warning", "no Ln closes this loop", section=COMMANDS)
+
+
+def heads(source: Source) -> None:
+    """What the first instruction of a program is, and what that means."""
+    saved = next((s for s in source.statements if s.row.name == "MEMORIZE"), None)
+    for block in source.blocks:
+        first = block.statements[0] if block.statements else None
+        if first is None:
+            if block.quit is not None and block.quit.row.name == "EXECUTE":
+                found = "E with an empty program is refused with E4"
+                source.report(block.quit, "empty-program", "warning", found, section=COMMANDS)
+            continue
+        if first.row.name == "UNTIL":
+            found = f"{first.text} at location 0: the whole program is repeated until the input is low at its end"
+            source.report(first, "until-first", "note", found, section=COMMANDS)
+        if saved is not None and first.row.form != "S":
+            found = f"a program that begins with {first.text} is not run at power-up (REC low): S must be the first"
+            source.report(first, "no-autorun", "note", found, section="stand-alone operation")
+
+
+def pulses(source: Source) -> None:
+    """An output that is on for the time of one instruction."""
+    for block in source.blocks:
+        for one, two in pairwise(block.statements):
+            if (one.row.name, two.row.name) == ("ACTIVATE", "CLEAR") and one.values == two.values:
+                found = f"user output {one.values[0]} is high for one instruction only"
+                remedy = "a D between the two makes it longer"
+                source.report(two, "short-pulse", "note", found, section=COMMANDS, remedy=remedy)
+
+
+def checks(sheet: Sheet) -> tuple[Check, ...]:
+    """The rules of these parts, for `language.lint.lint`; `sheet` names the part."""
+    return (motions, unset, loops, heads, pulses)

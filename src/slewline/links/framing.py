@@ -1,0 +1,104 @@
+"""A framing of our own for chips on a bus: lines of text, with read-back and without losses.
+
+The UART of figure 10.16 only receives, and has no way to hold a host up.  This link takes the place of a small host
+computer instead, which does the handshake for whoever sits at the far end:
+
+    R 100            a command, as in a program file; it goes out as fast as the chip takes it
+    ?0 ... ?3        read a verify group; the answer is its bytes:  ?3 4E 20 47
+    ?                are commands still to be sent or taken?        ? busy, or ? ready
+    !                forget what is to be sent, and let go of the bus
+
+Lines end with CR or LF, answers with CR LF.  Answers come in the order of the questions, except those to `?` and `!`,
+which come at once.  A line that cannot be sent is answered with a line that begins with `!` and says why.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..bench.stage import TAKEN_US, spelled
+from ..core.waits import first_of
+from ..errors import SlewlineError, UsageError
+from ..parts.host import Host
+from .line import Line
+from .log import Log
+from .pace import Pace
+
+if TYPE_CHECKING:
+    from ..core.chip import Chip
+    from ..parts.host import Port
+
+LONGEST = 256  # characters of a line
+BACKLOG = 64  # lines that may wait for the chip
+
+
+class FramedLine(Line):
+    """Lines of text to a host computer on the bench, and its answers."""
+
+    def __init__(self, name: str, chip: Chip, pace: Pace, log: Log, computer: Host) -> None:
+        super().__init__(name, [chip], pace, log)
+        self.chip, self.computer = chip, computer
+        computer.wait_for = None  # its calls only queue: the server lets time pass
+        self.line = bytearray()
+        self.too_long = False
+
+    def feed(self, data: bytes) -> None:
+        for byte in data:
+            if byte not in b"\r\n":
+                self.too_long |= len(self.line) >= LONGEST
+                if not self.too_long:
+                    self.line.append(byte)
+            elif self.line:
+                line, self.line = bytes(self.line), bytearray()
+                self._line(line)
+                self.too_long = False
+
+    def _line(self, line: bytes) -> None:
+        try:
+            if self.too_long:
+                raise UsageError(f"a line of more than {LONGEST} characters")
+            self._do(line.decode("ascii"))
+        except (SlewlineError, UnicodeDecodeError) as error:
+            self.say(f"! {error}")
+
+    def _do(self, text: str) -> None:
+        if text == "!":
+            self.computer.clear()
+        elif text == "?":
+            self.say(f"? {'ready' if self.computer.idle and self.chip.pins['ready'].level == 1 else 'busy'}")
+        elif text[0] == "?":
+            groups = [str(group) for group in self.chip.sheet.verify_bytes]
+            if text[1:] not in groups:
+                raise UsageError(f"{text}: allowed ?, ?{', ?'.join(groups)}")
+            self.computer.verify(int(text[1:]))
+            self.computer.do(self._answered(text))
+        else:
+            self.computer.send(spelled(text, self.chip.sheet))
+            self.computer.do(self._taken)
+
+    async def _taken(self, port: Port) -> None:
+        """Wait until the chip is ready again, or has been at work for so long that it moves or waits."""
+        await first_of(self.kernel, self.kernel.now + port.ps(TAKEN_US), (port.ready, 1))
+
+    def _answered(self, question: str):  # type: ignore[no-untyped-def]
+        async def answer(_port: Port) -> None:
+            self.say(f"{question} {self.computer.answer.hex(' ').upper()}")
+
+        return answer
+
+    def say(self, text: str) -> None:
+        """An answer."""
+        self.give(text.encode("ascii", "backslashreplace") + b"\r\n")
+
+    def room(self) -> int:
+        if len(self.computer.queue) < BACKLOG:
+            return LONGEST
+        self.computer.do(self._resumed)
+        return 0
+
+    async def _resumed(self, _port: Port) -> None:
+        if self.resume is not None:
+            self.resume()
+
+    def quiet(self) -> bool:
+        return self.computer.idle

@@ -1,0 +1,147 @@
+"""A pseudo-terminal: a device file that host software opens as a serial port, under the name of a link.
+
+A pseudo-terminal of Linux is no UART.  It passes 8 bits at any speed, whatever the host has set; a line of 7 bits takes
+the lower ones.  It always says that it has 8 bits and no parity, which the C library compares with what was asked for:
+opening it as 7O2 fails (EINVAL), unless the call changes something else.  So the first open succeeds, and the second
+one, which asks for the same again, fails.  The cure:
+
+    packet mode with EXTPROC        the master hears of every change of settings
+    PARODD inverted after each      the next call has something to change
+
+The C library reads the settings back at once, and the inversion must come after that: it waits `SETTLE_S`, or for the
+first byte that the host sends.  Two calls that are closer together than this can still fail.  TCP and RFC 2217 have
+none of this.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import stat
+import struct
+import termios
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from time import perf_counter
+
+from ..errors import UsageError
+from .line import Line
+from .loop import Loop
+from .stream import Stream
+
+PTS = "/dev/pts/"
+EXTPROC = 0o200000  # Linux; the module termios has no name for it
+CFLAG, LFLAG = 2, 3  # places in what tcgetattr returns
+SETTLE_S = 0.0005
+
+
+class PacketStream(Stream):
+    """The master of a pseudo-terminal in packet mode: each read begins with a byte that says what follows.
+
+    Args:
+        changed: called when the settings have changed.
+        used: called when the host has sent something.
+    """
+
+    def __init__(self, loop: Loop, fd: int, line: Line, changed: Callable[[], object], used: Callable[[], object]):
+        self.changed, self.used = changed, used
+        super().__init__(loop, fd, line.take, lambda _why: None, line.room)
+
+    def fetch(self, room: int) -> bytes | None:
+        data = os.read(self.fd, room + 1)
+        if data[:1] == b"\0":
+            self.used()
+        else:  # the settings have changed, or a queue was flushed
+            self.changed()
+        return data[1:]
+
+
+class PtyPort:
+    """A line on a pseudo-terminal; a host may come and go, which nobody notices.
+
+    Args:
+        link: a symbolic link of this name is made, and removed at the end.
+
+    Raises:
+        UsageError: the link cannot be made, or something is there already that is no old link of ours.
+    """
+
+    def __init__(self, loop: Loop, line: Line, link: str) -> None:
+        self.loop, self.line, self.link = loop, line, Path(link)
+        self.master, self.slave = os.openpty()  # without a slave of its own, the master fails when the host closes
+        self.name = os.ttyname(self.slave)
+        try:
+            self._make_link()
+        except BaseException:
+            self._close()
+            raise
+        self.ours: list[object] = []  # the settings as we made them
+        self.settled_at: float | None = None  # when a change is to be followed by an inversion
+        self._be_raw()
+        self.stream = PacketStream(loop, self.master, line, self._changed, self._used)
+        line.attach(self.name, self.stream.write, self.stream.resume)
+
+    @property
+    def where(self) -> str:
+        """The name of the link."""
+        return str(self.link)
+
+    # -------------------------------------------------------------------------------------------------- the settings
+    def _be_raw(self) -> None:
+        settings = termios.tcgetattr(self.slave)
+        settings[0] = settings[1] = 0
+        settings[LFLAG] = EXTPROC
+        termios.tcsetattr(self.slave, termios.TCSANOW, settings)
+        fcntl.ioctl(self.master, termios.TIOCPKT, struct.pack("i", 1))
+
+    def _changed(self) -> None:
+        self.settled_at = perf_counter() + SETTLE_S
+        self.loop.after(SETTLE_S, self._settled)
+
+    def _settled(self) -> None:
+        if self.stream.open and self.settled_at is not None and perf_counter() >= self.settled_at:
+            self._invert()
+
+    def _used(self) -> None:
+        if self.settled_at is not None:
+            self._invert()
+
+    def _invert(self) -> None:
+        self.settled_at = None
+        settings = termios.tcgetattr(self.slave)
+        if settings == self.ours:
+            return  # it was our own change that was told
+        settings[CFLAG] ^= termios.PARODD
+        settings[LFLAG] |= EXTPROC
+        termios.tcsetattr(self.slave, termios.TCSANOW, settings)
+        self.ours = termios.tcgetattr(self.slave)
+
+    # ------------------------------------------------------------------------------------------------------ the link
+    def _make_link(self) -> None:
+        with suppress(FileNotFoundError):
+            mode = os.lstat(self.link).st_mode
+            if not stat.S_ISLNK(mode) or not self._stale(os.readlink(self.link)):
+                raise UsageError(f"{self.link}: is there already, and no old link of ours; remove it, or name another")
+            os.unlink(self.link)
+        try:
+            os.symlink(self.name, self.link)
+        except OSError as error:
+            raise UsageError(f"{self.link}: {error.strerror}; name a link in a directory that can be written") from None
+
+    def _stale(self, target: str) -> bool:
+        """Was the link left behind by a server that has been killed?  Its device is gone, or is the one we have."""
+        return target.startswith(PTS) and (target == self.name or not os.path.exists(target))
+
+    def close(self) -> None:
+        """Remove the link, and hang up."""
+        with suppress(OSError):
+            if os.readlink(self.link) == self.name:
+                os.unlink(self.link)
+        self.stream.close()
+        self.line.detach("closed")
+        self._close()
+
+    def _close(self) -> None:
+        os.close(self.master)
+        os.close(self.slave)

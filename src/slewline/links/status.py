@@ -1,0 +1,86 @@
+"""The state of a server as data, and in a line."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ..core.timebase import PS_PER_S
+from .line import Line, SerialLine
+from .pace import Paced
+
+if TYPE_CHECKING:
+    from ..core.chip import Chip
+    from .server import Server
+
+SHOWN_FINDINGS = 20
+
+
+def status(server: Server) -> dict[str, Any]:
+    """Everything that a client of the control port may want to know."""
+    return {
+        "pace": pace(server),
+        "chips": {name: chip_status(server, chip) for name, chip in server.bench.chips.items()},
+        "lines": {name: line_status(line) for name, line in server.lines.items()},
+        "findings": server.found,
+    }
+
+
+def pace(server: Server) -> dict[str, Any]:
+    """How time passes, and how well the wall clock was kept; microseconds."""
+    lag = server.pace.lag
+    found: dict[str, Any] = {"lockstep": server.pace.lockstep}
+    if isinstance(server.pace, Paced):
+        found |= {"rate": float(server.pace.rate), "events": lag.events, "late": lag.late}
+        found |= {"worst_us": lag.worst_ns // 1000, "lost_us": lag.lost_ns // 1000}
+    return found
+
+
+def chip_status(server: Server, chip: Chip) -> dict[str, Any]:
+    """A chip as it stands; of its findings the last ones."""
+    return {
+        "part": chip.sheet.part,
+        "position": chip.position,
+        "registers": dict(chip.registers),
+        "program": chip.program.hex(),
+        "idle": chip.idle,
+        "moving": chip.moving,
+        "waiting": chip.waiting,
+        "steps": server.steps_of(chip),
+        "findings": [
+            {"time_ps": found.time_ps, "code": found.code, "text": found.text}
+            for found in chip.findings[-SHOWN_FINDINGS:]
+        ],
+    }
+
+
+def line_status(line: Line) -> dict[str, Any]:
+    """A line: who is connected, and what has passed."""
+    found: dict[str, Any] = {
+        "chips": [chip.name for chip in line.chips],
+        "host": line.host_name or None,
+        "taken": line.taken,
+        "given": line.given,
+        "dropped": line.dropped,
+    }
+    if isinstance(line, SerialLine):
+        found |= {"baud": int(line.port.baud), "format": str(line.port.word)}
+        found |= {"hits": {"chip": line.to_chip.done, "host": line.to_host.done}}
+    return found
+
+
+def as_line(server: Server) -> str:
+    """The state in a line for a terminal."""
+    bench, lag = server.bench, server.pace.lag
+    parts = [f"{bench.now_ps / PS_PER_S:.3f} s"]
+    for name, chip in bench.chips.items():
+        parts.append(f"{name} {'moves at' if chip.moving else 'idle at' if chip.idle else 'busy at'} {chip.position}")
+    hosts = sum(line.host is not None for line in server.lines.values())
+    parts.append(f"{hosts} of {len(server.lines)} lines connected")
+    dropped = sum(line.dropped for line in server.lines.values())
+    if dropped:
+        parts.append(f"{dropped} characters dropped")
+    if server.found:
+        parts.append(f"{server.found} findings")
+    if isinstance(server.pace, Paced):
+        parts.append(f"{lag.late} of {lag.events} events late, worst {lag.worst_ns / 1e6:.1f} ms")
+    return " | ".join(parts)

@@ -1,0 +1,211 @@
+"""GS-D200 and GS-D200S, the driver modules beside a GS-C: translator (figure 7) and phase current (figures 6 and 11).
+
+    state   1  2  3  4  5  6  7  8        a 3-bit counter; a clockwise half step goes to the right
+    a       0  0  1  1  1  0  0  0        a, b: the ends of one winding; c, d: those of the other
+    b       1  0  0  0  0  0  1  1
+    c       0  0  0  0  1  1  1  0
+    d       1  1  1  0  0  0  0  0
+
+Half step goes through all states.  Full step leaves the lowest bit of the counter alone: switched at an odd state, two
+phases are on; at an even one, one phase.  The state advances with the rise of CLOCK, and RESET makes it 1.
+
+Phase current.  The set-point input is a divider inside the driver, 10 kohm from 5 V and `ground` to ground; the current
+is 2 A for each volt on it.  Around it stand the resistors of figure 11:
+
+    5 V --- 10k ---.--- ground --- 0 V         MOV RAMP   on
+    5 V - Tr1 - R1 -                            0   0     Tr2        rest
+                   .--- R3 ------- 0 V          1   1     Tr1        ramp
+                   .- R2 - Tr2 --- 0 V          1   0     neither    slew
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ..core.kernel import Kernel
+from ..core.net import Net
+from ..errors import UsageError
+from .part import Part
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+STATES = ("0101", "0001", "1001", "1000", "1010", "0010", "0110", "0100")  # a, b, c, d in states 1 to 8
+PHASES = "abcd"
+SUPPLY_V = 5.0
+PULL_UP_OHM = 10e3
+AMPERES_PER_VOLT = 2.0
+
+
+# ------------------------------------------------------------------------------------------------------- translator
+class GsD200(Part):
+    """A driver module: translator and enable; `to` wires CLOCK, DIR and RESET."""
+
+    wiring = MappingProxyType({"clock": "clock", "direction": "dir", "reset": "reset"})
+
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        super().__init__(kernel, name)
+        self.state = 1
+        self.add_pin("clock", "in", "step at each rise", pull=1)
+        self.add_pin("direction", "in", "high: clockwise", pull=1)
+        self.add_pin("reset", "in", "low: state 1", pull=1)
+        self.add_pin("enable", "in", "low: no current in any phase", pull=1)
+        self.add_pin("half_full", "in", "high: half step, low: full step", pull=1)
+        self.add_pin("control", "in", "current decay; high: slow, low: fast", pull=1)
+        for phase, level in zip(PHASES, STATES[0], strict=True):
+            self.add_pin(phase, "out", f"phase {phase}, high: on", initial=int(level))
+
+    def rewired(self) -> None:
+        self.pin("clock").net.watch(self._clocked)
+        for pin in ("reset", "enable"):
+            self.pin(pin).net.watch(lambda _: self._put())
+        self._put()
+
+    @property
+    def decay(self) -> str:
+        """How the current decays in the pauses of the chopper: "slow" or "fast"."""
+        return "slow" if self.high("control") else "fast"
+
+    def _clocked(self, net: Net) -> None:
+        if net.level == 1:
+            way = 1 if self.high("direction") else -1
+            self.state = (self.state - 1 + way * (1 if self.high("half_full") else 2)) % len(STATES) + 1
+            self._put()
+
+    def _put(self) -> None:
+        if not self.high("reset"):
+            self.state = 1
+        for phase, level in zip(PHASES, STATES[self.state - 1], strict=True):
+            self.drivers[phase].drive(int(level) if self.high("enable") else 0)
+
+
+# ----------------------------------------------------------------------------------------------------- phase current
+class Network(NamedTuple):
+    """What a driver module has inside: its resistor to ground, ohms, and the greatest phase current, amperes."""
+
+    ground: float
+    most: float
+
+
+# The sheet gives 1200 ohm to the GS-D200 and 750 to the GS-D200S; the numbers of its example follow from 1200.
+NETWORKS = MappingProxyType({"gs-d200": Network(1200.0, 2.0), "gs-d200s": Network(750.0, 2.5)})
+GROUND_OHM = NETWORKS["gs-d200"].ground
+
+
+def parallel(*resistors: float) -> float:
+    """Resistors side by side, ohms."""
+    return 1 / sum(1 / r for r in resistors)
+
+
+def set_point(*to_ground: float, to_supply: float | None = None, ground: float = GROUND_OHM) -> float:
+    """Phase current in amperes.
+
+    Args:
+        to_ground: resistors from the set-point input to ground, ohms.
+        to_supply: resistor from it to 5 V, ohms.
+        ground: the driver's own resistor to ground.
+    """
+    upper = parallel(PULL_UP_OHM, to_supply) if to_supply is not None else PULL_UP_OHM
+    lower = parallel(ground, *to_ground)
+    return AMPERES_PER_VOLT * SUPPLY_V * lower / (upper + lower)
+
+
+def to_ground(amperes: float, ground: float = GROUND_OHM) -> float:
+    """The resistor to ground that makes a current below that of the open input: I / (1 - 0.933 I) kohm for 1200 ohm."""
+    volts = amperes / AMPERES_PER_VOLT
+    return _rest(volts / ((SUPPLY_V - volts) / PULL_UP_OHM), ground, f"{amperes} A by a resistor to ground")
+
+
+def to_supply(amperes: float, *others: float, ground: float = GROUND_OHM) -> float:
+    """The resistor to 5 V that makes a current, with other resistors to ground."""
+    volts = amperes / AMPERES_PER_VOLT
+    upper = (SUPPLY_V - volts) * parallel(ground, *others) / volts
+    return _rest(upper, PULL_UP_OHM, f"{amperes} A by a resistor to 5 V")
+
+
+def beside(total: float, present: float) -> float:
+    """The resistor that makes `total` ohms with one that is present."""
+    return _rest(total, present, f"{total:g} ohm beside {present:g}")
+
+
+def _rest(total: float, present: float, what: str) -> float:
+    if not 0 < total < present:
+        raise UsageError(f"{what}: no resistor does that; allowed are currents on its side of the open input's")
+    return 1 / (1 / total - 1 / present)
+
+
+class PhaseCurrent(Part):
+    """The phase current that MOV and RAMP choose through Tr1 and Tr2 (figure 11).
+
+    Args:
+        r1, r2, r3: ohms; the values of the example, 1.5 A on ramps, 0.25 A at rest, 0.5 A at speed.
+        driver: "gs-d200" or "gs-d200s".
+    """
+
+    wiring = MappingProxyType({"mov": "mov", "ramp": "ramp"})
+
+    def __init__(
+        self,
+        kernel: Kernel,
+        name: str,
+        *,
+        r1: float = 4245,
+        r2: float = 500,
+        r3: float = 937,
+        driver: str = "gs-d200",
+    ) -> None:
+        super().__init__(kernel, name)
+        if driver not in NETWORKS:
+            raise UsageError(f"{name}: driver {driver!r}; allowed {', '.join(NETWORKS)}")
+        if min(r1, r2, r3) <= 0:
+            raise UsageError(f"{name}: r1 {r1}, r2 {r2}, r3 {r3}; allowed more than 0 ohm")
+        ground, most = NETWORKS[driver]
+        self.currents = {  # by the states of Tr1 and Tr2
+            (tr1, tr2): set_point(r3, *[r2] * tr2, to_supply=r1 if tr1 else None, ground=ground)
+            for tr1 in (False, True)
+            for tr2 in (False, True)
+        }
+        if self.currents[True, False] > most:
+            raise UsageError(
+                f"{name}: {self.currents[True, False]:.3g} A on ramps; the {driver} takes {most:g} A: a greater r1"
+            )
+        self.add_pin("mov", "in", "high: in motion", pull=0)
+        self.add_pin("ramp", "in", "high: on a ramp", pull=0)
+        self.past: list[tuple[int, float]] = []  # (from, amperes)
+
+    def rewired(self) -> None:
+        for pin in ("mov", "ramp"):
+            self.pin(pin).net.watch(lambda _: self._note())
+        self._note()
+
+    @property
+    def transistors(self) -> tuple[bool, bool]:
+        """Are Tr1 and Tr2 on?"""
+        return self.high("ramp"), not self.high("mov")
+
+    @property
+    def amperes(self) -> float:
+        """The current now."""
+        return self.currents[self.transistors]
+
+    def _note(self) -> None:
+        if not self.past or self.past[-1][1] != self.amperes:
+            self.past.append((self.kernel.now, self.amperes))
+
+    def current_at(self, ps: int) -> float:
+        """The current at one instant of the past, amperes."""
+        return self.past[max(bisect_right(self.past, ps, key=lambda entry: entry[0]) - 1, 0)][1]
+
+    def currents_at(self, times_ps: Any) -> NDArray[np.float64]:
+        """The current at many instants of the past (int64 ps): float64, shape as `times_ps`."""
+        import numpy as np
+
+        starts, amperes = (
+            np.array([ps for ps, _ in self.past], np.int64),
+            np.array([amperes for _, amperes in self.past]),
+        )
+        found: NDArray[np.float64] = amperes[np.maximum(np.searchsorted(starts, times_ps, side="right") - 1, 0)]
+        return found

@@ -1,0 +1,214 @@
+"""What a fixture gives: a running module, the URL under which a program finds it, and what a test asks and asserts.
+
+def test_a_feed(gs_c200s):
+    feeder = Feeder(serial.serial_for_url(gs_c200s.url, 9600, 7, "O", 2, timeout=1))     the software under test
+    feeder.feed(200)
+    gs_c200s.until_idle()
+    gs_c200s.assert_steps(200, direction=+1)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from io import StringIO
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from ..bench import Bench
+from ..core.axis import Steps
+from ..core.chip import Chip
+from ..core.pin import Condition, Terminal
+from ..core.serial import Word
+from ..core.timebase import picoseconds, readable
+from ..errors import Timeout, UsageError
+from .differences import counted, difference
+from .faults import Faults
+from .rig import Rig, never
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+Time = str | int
+DIRECTIONS = MappingProxyType({1: "cw", -1: "ccw"})
+LEVELS = MappingProxyType({0: "low", 1: "high", -1: "floating"})
+SHOWN = 40  # lines of the transcript in a report
+
+
+class Controller:
+    """A running module.
+
+    Args:
+        rig: the module on its bench, which has not begun.
+        label: what the report of a failed test calls it.
+    """
+
+    def __init__(self, rig: Rig, label: str, seed: int) -> None:
+        self.rig, self.label, self.seed = rig, label, seed
+        self.bench: Bench = rig.bench
+        self.chip: Chip = rig.chip
+        rig.log.file = self._transcript = StringIO()
+        self.faults = Faults(rig.chip, rig.line, rig.do, seed)
+        self.bench.place(self.faults)
+        self.bench.record()
+
+    @property
+    def url(self) -> str:
+        """Where a program finds the module: what serial.serial_for_url takes."""
+        return self.rig.url
+
+    @property
+    def now(self) -> int:
+        """Virtual time, picoseconds: what `since` takes."""
+        return self.bench.now_ps
+
+    @property
+    def position(self) -> int:
+        """The position counter."""
+        return self.chip.position
+
+    def pin(self, name: str) -> Terminal:
+        """A pin of the module, for example pin("ui1").drive(0)."""
+        return self.chip.pin(name)
+
+    # ----------------------------------------------------------------------------------------------------------- time
+    def advance(self, time: Time) -> None:
+        """Let virtual time pass."""
+        self.rig.wait(never, picoseconds(time))
+
+    def until(self, condition: Condition | Callable[[], bool] | str, timeout: Time = "60 s") -> None:
+        """Let virtual time pass until a condition is met: pin("mov").is_(0), or "mov=0" for short, or any function.
+
+        Raises:
+            Timeout: it has not come about.
+        """
+        if isinstance(condition, str):
+            condition = self._level(condition)
+        if isinstance(condition, Condition):
+            met, text, nets = condition.met, condition.text, condition.nets
+            when = condition.when if type(condition).when is not Condition.when else None
+            self.rig.do(condition.begin)
+        else:
+            met, text, nets = condition, getattr(condition, "__name__", "the condition"), tuple(self.chip.step_nets())
+            when = None
+        if not self.rig.wait(met, picoseconds(timeout), when, nets):
+            raise Timeout(f"{self.label}: waited {timeout} for {text}; {self.chip.waiting}")
+
+    def until_idle(self, timeout: Time = "60 s") -> None:
+        """Let virtual time pass until the module has done everything and the line is quiet."""
+        self.until(self._idle, timeout)
+
+    def _idle(self) -> bool:
+        return self.chip.idle and self.rig.line.quiet()
+
+    def _level(self, text: str) -> Condition:
+        pin, equals, level = text.partition("=")
+        if not equals or level.strip() not in ("0", "1"):
+            raise UsageError(f"until({text!r}): expected a pin and its level, such as 'mov=0'")
+        return self.chip.pin(pin.strip()).is_(int(level))
+
+    # ------------------------------------------------------------------------------------------------------- exchange
+    def ask(self, command: str, timeout: Time = "5 s") -> str:
+        """Send a command over the line, as a host would, and return the answer without checksum and carriage return.
+
+        The line is borrowed from the program that may hold it.  The listing of Q is lines with "\\r" between them.
+
+        Raises:
+            ChecksumError: the answer has a wrong checksum.
+            Timeout: no answer.
+        """
+        rig, answer = self.rig, bytearray()
+
+        def take(data: bytes) -> int:
+            answer.extend(data)
+            return 0
+
+        before = rig.do(lambda: self._borrow(take, command))
+        try:
+            came = rig.wait(lambda: answer.endswith(b"\r") and rig.line.quiet(), picoseconds(timeout))
+        finally:
+            rig.do(lambda: self._give_back(*before))
+        if not came:
+            raise Timeout(
+                f"{self.label}: {command!r}: no answer in {timeout}, but {bytes(answer)!r}; {self.chip.waiting}"
+            )
+        return "\r".join(rig.host.stripped(line) for line in answer.decode("latin-1").split("\r")[:-1])
+
+    def _borrow(self, take: Callable[[bytes], int], command: str) -> tuple[Any, Any, Word]:
+        line, host = self.rig.line, self.rig.host
+        before = line.host, host.baud, host.word
+        line.host = take
+        host.set_line(host.baud, Word(host.port.bits, host.port.parity, host.port.stop))
+        host.follow_straps()
+        line.take(host.framed(command))
+        return before
+
+    def _give_back(self, holder: Any, baud: Any, word: Word) -> None:
+        self.rig.line.host = holder
+        self.rig.host.set_line(baud, word)
+
+    # ----------------------------------------------------------------------------------------------------- assertions
+    def assert_reply(self, command: str, expected: str) -> None:
+        """Ask, and compare the answer."""
+        __tracebackhide__ = True
+        answer = self.ask(command)
+        if answer != expected:
+            raise AssertionError(f"{command}: the answer is {answer!r}, expected {expected!r}")
+
+    def assert_steps(
+        self, expected: int | Sequence[Time] | Steps, direction: int | None = None, since: Time = 0
+    ) -> None:
+        """Compare the steps since an instant: how many; or when, measured from that instant; or those of another run.
+
+        Args:
+            direction: +1 or -1, in which all of them must go.
+        """
+        __tracebackhide__ = True
+        origin = picoseconds(since)
+        steps: Steps = self.rig.do(lambda: self.chip.steps(origin))
+        found = [(int(time) - origin, int(sign)) for time, sign in zip(steps.times_ps, steps.directions, strict=True)]
+        text = ""
+        if isinstance(expected, int):
+            wanted = [(time, direction or sign) for time, sign in found]
+            if len(found) != expected:
+                text = f"{counted(len(found), 'step')} came, expected {expected}"
+        elif isinstance(expected, Steps):
+            wanted = list(zip(map(int, expected.times_ps), map(int, expected.directions), strict=True))
+        else:
+            signs = [direction or sign for _, sign in found]
+            wanted = [
+                (picoseconds(time), signs[n] if n < len(signs) else direction or 1) for n, time in enumerate(expected)
+            ]
+        text = text or difference(found, wanted, "step", DIRECTIONS, self.chip.clock.hz)
+        if text:
+            raise AssertionError(text)
+
+    def assert_edges(self, pin: str, expected: Sequence[tuple[Time, int]], since: Time = 0) -> None:
+        """Compare the changes of a pin since an instant: (time, level from then on), measured from that instant."""
+        __tracebackhide__ = True
+        origin = picoseconds(since)
+        name = f"{self.chip.name}.{self.chip.pin(pin).row.name}"
+        times, levels = self.rig.do(lambda: self.bench.edges(name, origin))
+        found = [(int(time) - origin, int(level)) for time, level in zip(times, levels, strict=True)]
+        wanted = [(picoseconds(time), level) for time, level in expected]
+        text = difference(found, wanted, "edge", LEVELS, self.chip.clock.hz)
+        if text:
+            raise AssertionError(f"{pin}: {text}")
+
+    # --------------------------------------------------------------------------------------------------------- report
+    def report(self) -> str:
+        """What a failed test should tell: where the module stands, its faults, its findings, and what was said."""
+        return self.rig.do(lambda: "\n".join(self._told()))
+
+    def _told(self) -> Iterable[str]:
+        yield f"{self.chip.sheet.part} at {self.url}, seed {self.seed}, {readable(self.now)}, position {self.position}"
+        yield self.chip.waiting
+        findings = [str(found) for found in self.bench.findings]
+        yield from ["", "faults and findings:", *findings] if findings else []
+        self.rig.log.end(self.rig.line.name)
+        said = self._transcript.getvalue().splitlines()
+        yield f"\ntranscript (< to the module, > to the host), {min(len(said), SHOWN)} of {len(said)} lines:"
+        yield from said[-SHOWN:]
+
+    def close(self) -> None:
+        """End it."""
+        self.rig.close()

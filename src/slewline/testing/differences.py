@@ -1,0 +1,72 @@
+"""What is different between what came and what was expected, in words: "step 412 is 2 ticks late".
+
+Both are sequences of events: an instant in picoseconds, and what happened at it (a direction, a level).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+
+from ..core.timebase import PS_PER_S, readable
+
+Event = tuple[int, int]
+
+
+def difference(
+    found: Sequence[Event], expected: Sequence[Event], noun: str, words: Mapping[int, str], hz: int = PS_PER_S
+) -> str:
+    """The first difference, and how many more there are; empty if there is none.
+
+    Args:
+        noun: "step", "edge".
+        words: how to say what happened: {1: "cw", -1: "ccw"}.
+        hz: the clock in whose ticks a time is told, if it is a whole number of them.
+    """
+    wrong = [n for n, (one, other) in enumerate(zip(found, expected, strict=False)) if one != other]
+    if not wrong:
+        return _rest(found, expected, noun, words)
+    n = wrong[0]
+    if found[n:] == expected[n + 1 :]:
+        return f"{noun} {n + 1} is missing: expected {_told(expected[n], words)}"
+    if found[n + 1 :] == expected[n:]:
+        return f"{noun} {n + 1} is one too many: {_told(found[n], words)}"
+    more = f"; {len(wrong) - 1} more are wrong" if len(wrong) > 1 else ""
+    many = f"; {counted(len(found), noun)} came, expected {len(expected)}" if len(found) != len(expected) else ""
+    return _wrong(found[n], expected[n], f"{noun} {n + 1}", words, hz) + more + many
+
+
+def _rest(found: Sequence[Event], expected: Sequence[Event], noun: str, words: Mapping[int, str]) -> str:
+    """What one has behind the end of the other."""
+    missing = expected[len(found) :]
+    extra = found[len(expected) :]
+    if not missing and not extra:
+        return ""
+    first, what = (missing[0], "missing at the end") if missing else (extra[0], "too many at the end")
+    number = counted(len(missing or extra), noun)
+    return f"{number} {what}: {len(found)} came, expected {len(expected)}; the first is {_told(first, words)}"
+
+
+def _wrong(found: Event, expected: Event, name: str, words: Mapping[int, str], hz: int) -> str:
+    late = found[0] - expected[0]
+    if not late:
+        return f"{name} is {_told(found, words)}, expected {words[expected[1]]}"
+    how = f"{name} is {amount(abs(late), hz)} {'late' if late > 0 else 'early'}"
+    return f"{how}: {_told(found, words)}, expected {_told(expected, words)}"
+
+
+def _told(event: Event, words: Mapping[int, str]) -> str:
+    return f"{words[event[1]]} at {readable(event[0])}"
+
+
+def amount(ps: int, hz: int) -> str:
+    """A time between two instants, in ticks of a clock where it is a whole number of them."""
+    ticks = round(Fraction(ps * hz, PS_PER_S))
+    if hz < PS_PER_S and ticks and abs(ps - Fraction(ticks * PS_PER_S, hz)) < 1:  # both instants are rounded down
+        return counted(ticks, "tick")
+    return readable(ps)
+
+
+def counted(number: int, noun: str) -> str:
+    """ "1 step", "2 steps"."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"

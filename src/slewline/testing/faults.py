@@ -1,0 +1,212 @@
+"""Faults on purpose: what goes wrong around a module, by name, repeatable by its seed.
+
+    with gs_c200s.faults.stuck_switch("ui1", 0):             while the block lasts
+    gs_c200s.faults.power_cut(at="1.5 s", lasting="20 ms")   at an instant, for a time
+    gs_c200s.faults.garbled_byte(to="host")                  from now on; here: the next character, and no other
+
+Everything that a fault does is kept as a finding of the part "faults", so that the report of a failed test tells it.
+A fault drives pins from outside, as a test does; who drives a pin later has the last word.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from random import Random
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+from ..core.timebase import picoseconds, readable
+from ..errors import UsageError
+from ..links.line import SerialLine
+from ..links.noise import Noise
+from ..parts.part import Part
+
+if TYPE_CHECKING:
+    from ..core.chip import Chip
+
+Time = str | int
+WAYS = ("module", "host")
+FAULTS = {"parity": "its parity is wrong", "framing": "its stop bit is wrong", "late": "it is late"}
+
+
+class Fault:
+    """A fault that begins now or at an instant, and ends when it is told to, after a time, or with a `with` block."""
+
+    def __init__(self, owner: Faults, name: str, begin: Callable[[], str], end: Callable[[], object]) -> None:
+        self.owner, self.name, self._begin, self._end = owner, name, begin, end
+        self.active = self.over = False
+
+    def begin(self) -> None:
+        """The fault is there."""
+        if not self.over:
+            self.active = True
+            self.owner.tell(f"{self.name}: {self._begin()}")
+
+    def end(self) -> None:
+        """The fault has gone; one that has not begun never will."""
+        self.over = True
+        if self.active:
+            self.active = False
+            self._end()
+            self.owner.tell(f"{self.name}: over")
+
+    def __enter__(self) -> Fault:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.owner.do(self.end)
+
+
+class Faults(Part):
+    """The faults that a module can have.
+
+    Each takes `at`, the instant at which it begins (now), and `lasting`, after which it ends by itself (never).
+
+    Args:
+        do: calls a function while no time passes; a server has its own thread.
+        seed: of all chance.
+    """
+
+    def __init__(self, chip: Chip, line: SerialLine, do: Callable[[Callable[[], Any]], Any], seed: int) -> None:
+        super().__init__(chip.kernel, "faults")
+        self.chip, self.do, self.seed = chip, do, seed
+        self.random = Random(seed)
+        self.noise = {way: TellingNoise(line.port.word.bits, way, self.tell) for way in WAYS}
+        line.to_chip, line.to_host = self.noise["module"], self.noise["host"]
+
+    def tell(self, what: str) -> None:
+        """Keep what a fault does."""
+        self.finding("fault", f"{what} (seed {self.seed})")
+
+    def _made(
+        self, name: str, begin: Callable[[], str], end: Callable[[], object], at: Time | None, lasting: Time | None
+    ) -> Fault:
+        fault = Fault(self, name, begin, end)
+        self.do(lambda: self._schedule(fault, at, lasting))
+        return fault
+
+    def _schedule(self, fault: Fault, at: Time | None, lasting: Time | None) -> None:
+        now = self.kernel.now
+        start = now if at is None else picoseconds(at)
+        if start < now:
+            raise UsageError(f"{fault.name} at {readable(start)}: that is over; it is {readable(now)}")
+        if at is None:
+            fault.begin()
+        else:
+            self.kernel.call_at(start, fault.begin)
+        if lasting is not None:
+            self.kernel.call_at(start + picoseconds(lasting), fault.end)
+
+    # ----------------------------------------------------------------------------------------------------- characters
+    def lost_byte(
+        self, to: str = "module", count: int = 1, at: Time | None = None, lasting: Time | None = None
+    ) -> Fault:
+        """The next characters to the module or to the host do not arrive."""
+        return self._noisy("lost byte", "lost", to, count, at, lasting)
+
+    def garbled_byte(
+        self, to: str = "module", count: int = 1, at: Time | None = None, lasting: Time | None = None
+    ) -> Fault:
+        """A data bit of the next characters is wrong, and their parity bit fits: only a checksum finds it out."""
+        return self._noisy("garbled byte", "garbled", to, count, at, lasting)
+
+    def late_byte(
+        self, to: str = "module", count: int = 1, at: Time | None = None, lasting: Time | None = None
+    ) -> Fault:
+        """The next characters come 100 ms later than they could, each; what follows waits behind them."""
+        return self._noisy("late byte", "late", to, count, at, lasting)
+
+    def wrong_parity(
+        self, to: str = "module", count: int = 1, at: Time | None = None, lasting: Time | None = None
+    ) -> Fault:
+        """The parity bit of the next characters is wrong."""
+        return self._noisy("wrong parity", "parity", to, count, at, lasting)
+
+    def _noisy(self, name: str, kind: str, to: str, count: int, at: Time | None, lasting: Time | None) -> Fault:
+        if to not in WAYS:
+            raise UsageError(f"{name}: to {to!r}; allowed {', '.join(WAYS)}")
+        noise, planned = self.noise[to], []
+
+        def begin() -> str:
+            noise.plan(kind, count, seed=self.random.getrandbits(32))
+            planned.append(noise.plans[-1])
+            return f"the next {f'{count} characters' if count > 1 else 'character'} to the {to}"
+
+        def end() -> None:
+            noise.plans = [plan for plan in noise.plans if plan not in planned]
+
+        return self._made(name, begin, end, at, lasting)
+
+    # ----------------------------------------------------------------------------------------------------------- pins
+    def stuck_switch(self, pin: str, level: int, at: Time | None = None, lasting: Time | None = None) -> Fault:
+        """An input has a level, whatever happens."""
+        return self._stuck("stuck switch", pin, level, at, lasting)
+
+    def enable_held_low(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
+        """ENABLE is low: the next step is held until it is high again."""
+        return self._stuck("ENABLE held low", "enable", 0, at, lasting)
+
+    def _stuck(self, name: str, pin: str, level: int, at: Time | None, lasting: Time | None) -> Fault:
+        terminal = self.chip.pin(pin)
+
+        def begin() -> str:
+            terminal.drive(level)
+            return f"{pin}={level}"
+
+        return self._made(name, begin, terminal.release, at, lasting)
+
+    def bouncing_limit(
+        self,
+        pin: str = "eot",
+        level: int = 0,
+        bounces: int = 5,
+        within: Time = "2 ms",
+        at: Time | None = None,
+        lasting: Time | None = None,
+    ) -> Fault:
+        """A contact closes, opens again some times at instants that the seed says, and stays closed.
+
+        Args:
+            bounces: how often it opens again.
+            within: all of it happens in this time.
+        """
+        terminal = self.chip.pin(pin)
+
+        def begin() -> str:
+            now = self.kernel.now
+            times = sorted(self.random.sample(range(1, picoseconds(within)), 2 * bounces))
+            terminal.drive(level)
+            for n, time in enumerate(times):
+                terminal.drive(level if n % 2 else 1 - level, at=now + time)
+            return f"{pin}={level}, bounces at {', '.join(readable(now + time) for time in times[::2])}"
+
+        return self._made("bouncing limit", begin, terminal.release, at, lasting)
+
+    def power_cut(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
+        """The supply of the module fails."""
+
+        def begin() -> str:
+            self.chip.power(False)
+            return "the supply is off"
+
+        return self._made("power cut", begin, lambda: self.chip.power(True), at, lasting)
+
+
+class TellingNoise(Noise):
+    """Noise that tells what it does to each character."""
+
+    def __init__(self, bits: int, way: str, tell: Callable[[str], object]) -> None:
+        super().__init__(bits)
+        self.way, self.tell = way, tell
+
+    def hit(self, byte: int) -> tuple[int | None, str]:
+        passed, fault = super().hit(byte)
+        if passed is None:
+            self.tell(f"{byte:#04x} to the {self.way} is lost")
+        elif fault:
+            self.tell(f"{byte:#04x} to the {self.way}: {FAULTS[fault]}")
+        elif passed != byte:
+            self.tell(f"{byte:#04x} to the {self.way} has become {passed:#04x}")
+        return passed, fault

@@ -1,0 +1,228 @@
+"""The pySerial URL handler: slewline://gs-c200s is a module in the process of the program that opens it.
+
+    slewline://gs-c200s                          a new module, at 9600 baud, with checksum; gone when the port is closed
+    slewline://gs-c200s?chs=0&br0=1              straps; here no checksum, 4800 baud
+    slewline://gs-c200s?name=left                the same module whenever it is opened under this name
+    slewline://gs-c200s?store=left.eeprom        a file keeps the EEPROM
+    slewline://gs-c200s?rate=1.0                 virtual time follows the wall clock
+    slewline://gs-c200s?eeprom_time=20 ms        any option of the part; also seed=..., log=FILE for a transcript
+
+Virtual time passes while the program waits: a read lets it pass until the characters are there or its timeout is over,
+however long that is, at once.  Whoever only looks (in_waiting, timeout=0) pays a character's time for it, so that a
+loop that polls gets on; whoever sleeps does so with `port.sleep`, or has a rate.  A read without timeout to which
+nothing can come raises slewline.Timeout instead of hanging for ever.
+
+The line has three wires.  As usual with such a cable, the connector bridges RTS with CTS, and DTR with DSR and DCD.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+from serial.serialutil import PortNotOpenError, SerialBase, SerialException
+
+from ..bench import Bench
+from ..core.chip import Chip
+from ..core.serial import Word
+from ..core.timebase import PS_PER_S
+from ..errors import Timeout, UsageError
+from .rig import NAMED, Following, Rig, from_url, never, seconds
+
+PARITIES = {"N": "none", "O": "odd", "E": "even"}
+STOPS: dict[float, int | str] = {1: 1, 1.5: "1.5", 2: 2}
+SILENCE_PS = PS_PER_S  # a line that has been quiet for so long is going to stay so
+
+
+class Serial(SerialBase):
+    """A serial port with a module of slewline at its other end."""
+
+    rig: Rig
+
+    # ------------------------------------------------------------------------------------------------- open and close
+    def open(self) -> None:
+        """Connect to the module; it is switched on, and was before."""
+        if self.port is None:
+            raise SerialException("a port is opened by its URL, such as slewline://gs-c200s")
+        if self.is_open:
+            raise SerialException(f"{self.port}: is open already")
+        self.rig = from_url(self.port)
+        if self.rig.line.host is not None:
+            raise SerialException(f"{self.port}: somebody else has it open; one host at a time")
+        self._buffer = bytearray()
+        self._reconfigure_port()
+        self.rig.line.attach("pySerial", self._arrived, lambda: None)
+        self.is_open = True
+
+    def close(self) -> None:
+        """Let what was written go out, and hang up.  A module with a name stays as it is, its time stands still."""
+        if self.is_open:
+            self.flush()
+            self.rig.line.detach("closed")
+            self.is_open = False
+            if self.rig not in NAMED.values():
+                self.rig.close()
+
+    def _reconfigure_port(self) -> None:
+        if self.xonxoff:
+            raise UsageError(
+                f"{self.port}: xonxoff=True; a checksum may be XON or XOFF (that of R1 is), so it must be off"
+            )
+        if self.parity not in PARITIES:
+            raise UsageError(f"{self.port}: parity {self.parity!r}; allowed {', '.join(PARITIES)}")
+        host, word = self.rig.host, Word(self.bytesize, PARITIES[self.parity], STOPS[self.stopbits])
+        if (self.baudrate, word) != (host.baud, host.word):
+            with self.rig.lock:
+                host.change_line(self.baudrate, word.bits, word.parity, word.stop)
+
+    @property
+    def bench(self) -> Bench:
+        """The bench of the module, for tests that look inside."""
+        return self.rig.bench
+
+    @property
+    def chip(self) -> Chip:
+        """The module."""
+        return self.rig.chip
+
+    # -------------------------------------------------------------------------------------------------------- reading
+    def _arrived(self, data: bytes) -> int:
+        self._buffer += data
+        return 0
+
+    @property
+    def in_waiting(self) -> int:
+        """Characters that can be read at once."""
+        self._must_be_open()
+        self.rig.glance()
+        return len(self._buffer)
+
+    def read(self, size: int = 1) -> bytes:
+        """Up to `size` characters, fewer when the timeout is over.
+
+        Raises:
+            Timeout: without timeout and rate, when nothing can come.
+        """
+        self._must_be_open()
+        if len(self._buffer) < size:
+            if self.timeout == 0:
+                self.rig.glance()
+            else:
+                self._gather(size)
+        data = bytes(self._buffer[:size])
+        del self._buffer[:size]
+        return data
+
+    def _gather(self, size: int) -> None:
+        end = None if self.timeout is None else self.bench.now_ps + seconds(self.timeout)
+        while (had := len(self._buffer)) < size:
+            limit = SILENCE_PS if end is None else max(end - self.bench.now_ps, 0)
+            gap = None if self.inter_byte_timeout is None or not had else seconds(self.inter_byte_timeout)
+            if self.rig.wait(partial(self._has_more, had), limit if gap is None else min(limit, gap)):
+                continue
+            if end is not None or gap is not None:
+                return
+            self._complain(size)
+
+    def _has_more(self, than: int) -> bool:
+        return len(self._buffer) > than
+
+    def _complain(self, size: int) -> None:
+        """Nothing has come for long: say so, unless somebody may still send something meanwhile."""
+        if not isinstance(self.rig.pace, Following) and self.rig.line.quiet():
+            raise Timeout(
+                f"{self.port}: read({size}) without timeout got {len(self._buffer)}, and nothing more is coming "
+                f"({self.chip.waiting}); give the port a timeout"
+            )
+
+    def read_until(self, expected: bytes = b"\n", size: int | None = None) -> bytes:
+        """Characters up to and including `expected`, fewer when the timeout is over or there are `size` of them."""
+        end = None if self.timeout is None else self.bench.now_ps + seconds(self.timeout)
+        line = bytearray()
+        while character := self.read(1):
+            line += character
+            if line.endswith(expected) or len(line) == size or (end is not None and self.bench.now_ps >= end):
+                break
+        return bytes(line)
+
+    def reset_input_buffer(self) -> None:
+        """Forget what has come in."""
+        self._must_be_open()
+        self._buffer.clear()
+
+    # -------------------------------------------------------------------------------------------------------- writing
+    def write(self, b: Any, /) -> int:
+        """Queue characters; they go out as fast as the line allows while time passes."""
+        self._must_be_open()
+        data = bytes(b)  # a str is a TypeError
+        with self.rig.lock:
+            self.rig.pace.pass_time()
+            self.rig.line.take(data)
+        return len(data)
+
+    @property
+    def out_waiting(self) -> int:
+        """Characters that have not gone out."""
+        return self.rig.host.backlog
+
+    def flush(self) -> None:
+        """Wait until everything has gone out."""
+        self._must_be_open()
+        while not self.rig.wait(self._all_sent, PS_PER_S):
+            pass
+
+    def _all_sent(self) -> bool:
+        return self.rig.host.idle
+
+    def reset_output_buffer(self) -> None:
+        """Forget what has not gone out, except the character on the line."""
+        self._must_be_open()
+        with self.rig.lock:
+            self.rig.host.drop()
+
+    # ------------------------------------------------------------------------------------------- break and modem lines
+    def send_break(self, duration: float = 0.25) -> None:
+        """Put the line to space for a time."""
+        self.break_condition = True
+        self.sleep(duration)
+        self.break_condition = False
+
+    def sleep(self, duration: float) -> None:
+        """Let virtual time pass: what time.sleep is to a program with a real port."""
+        self._must_be_open()
+        self.rig.wait(never, seconds(duration))
+
+    def _update_break_state(self) -> None:
+        self.flush()
+        with self.rig.lock:
+            self.rig.host.space(self.break_condition)
+
+    def _update_rts_state(self) -> None:
+        pass
+
+    def _update_dtr_state(self) -> None:
+        pass
+
+    @property
+    def cts(self) -> bool:
+        """Bridged with RTS."""
+        return self.rts
+
+    @property
+    def dsr(self) -> bool:
+        """Bridged with DTR."""
+        return self.dtr
+
+    @property
+    def cd(self) -> bool:
+        """Bridged with DTR."""
+        return self.dtr
+
+    @property
+    def ri(self) -> bool:
+        """Nobody rings."""
+        return False
+
+    def _must_be_open(self) -> None:
+        if not self.is_open:
+            raise PortNotOpenError

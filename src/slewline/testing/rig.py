@@ -1,0 +1,184 @@
+"""A module on a bench of its own, and the serial line on which a program finds it: what a URL or a fixture stands for.
+
+    program --- line ---> connector ---> module            the connector is that of a host in virtual time; the line
+            <----------- (SerialHost) <---                 brings bytes from outside and back, noise included
+
+Virtual time stands still while the program does other things, and passes while it waits for characters; with a rate it
+follows the wall clock instead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from os import PathLike
+from threading import RLock
+from time import sleep
+from typing import Any, TypeVar
+from urllib.parse import parse_qsl, urlsplit
+
+from ..bench import Bench
+from ..chips import sheet_of
+from ..core.net import Net
+from ..core.timebase import PS_PER_S
+from ..errors import UsageError
+from ..links.line import SerialLine
+from ..links.log import Log
+from ..links.pace import Lockstep, Pace, Paced, Wait
+from ..links.store import FileStore
+from ..parts.rs232 import SerialHost
+
+Result = TypeVar("Result")
+SCHEME = "slewline"
+NAMED: dict[str, Rig] = {}  # modules that stay while nobody has them open, as long as the process lives
+
+
+class Driven(Lockstep):
+    """Virtual time passes while the program waits for it, at once and exactly as far."""
+
+    lockstep = False  # the line does not let time pass by itself when bytes have come
+
+
+class Following(Paced):
+    """Virtual time follows the wall clock whenever the program looks; what has passed meanwhile is made up for."""
+
+    def pass_time(self) -> bool:
+        return Pace.pass_time(self)
+
+
+class Rig:
+    """A module, its bench, its line.
+
+    Args:
+        part: for example "gs-c200s".
+        straps: of the module; nothing said about BR0 to BR2, it speaks at the highest rate of its sheet.
+        store: a file that keeps the EEPROM.
+        rate: virtual seconds per second; None: virtual time does not wait for the wall clock.
+        log: a file for the transcript.
+        options: of the part.
+    """
+
+    def __init__(
+        self,
+        part: str,
+        *,
+        name: str | None = None,
+        straps: Mapping[str, int] | None = None,
+        store: str | PathLike[str] | None = None,
+        seed: int = 0,
+        rate: str | float | None = None,
+        log: str | PathLike[str] | None = None,
+        **options: Any,
+    ) -> None:
+        port = sheet_of(part).port
+        if port is None:
+            raise UsageError(f"{part}: has no serial line; use bench.host(x)")
+        fastest = max(port.bauds, key=lambda levels: port.bauds[levels])
+        self.bench = Bench(seed)
+        if store is not None:
+            options["store"] = FileStore(store)
+        self.chip = self.bench.add(
+            part, name, straps={**dict(zip(port.baud_pins, fastest, strict=True)), **(straps or {})}, **options
+        )
+        self.host: SerialHost = self.bench.host(self.chip, name="line")
+        self.pace = self.pace_of(rate)
+        self.log = Log(self.bench.kernel, log)
+        self.line = SerialLine(self.chip.name, [self.chip], self.pace, self.log, self.host)
+        self.url = f"{SCHEME}://{part}?name={self.chip.name}"
+        self.lock = RLock()  # programs read in one thread and write in another
+
+    def begin(self) -> None:
+        """Everything is furnished: the module is switched on, and hears a host from now on."""
+        self.bench.run(0)
+        self.pace.start()
+
+    def pace_of(self, rate: str | float | None) -> Pace:
+        """How virtual time passes."""
+        return Driven(self.bench) if rate is None else Following(self.bench, rate)
+
+    # ---------------------------------------------------------------------------------------------------------- time
+    def wait(
+        self,
+        met: Callable[[], bool],
+        ps: int,
+        when: Callable[[], int | None] | None = None,
+        nets: Iterable[Net] = (),
+    ) -> bool:
+        """Let virtual time pass until a condition is met, for so many picoseconds at most; says whether it was."""
+        over: list[bool] = []
+        with self.lock:
+            self.pace.wait(Wait(met, self.bench.now_ps + ps, over.append, when, nets))
+        while not over:
+            with self.lock:
+                done = self.pace.pass_time()
+                pause = self.pace.pause() or 0
+            if done and not over:
+                sleep(pause)
+        return over[0]
+
+    def glance(self) -> None:
+        """What a program pays that looks whether there is something: a character's time, so that polling gets on."""
+        if isinstance(self.pace, Following):
+            with self.lock:
+                self.pace.pass_time()
+        else:
+            self.wait(never, self.host.clock.ps(self.host.word.ticks))
+
+    def do(self, action: Callable[[], Result]) -> Result:
+        """Call a function while no time passes, and return what it returns."""
+        with self.lock:
+            return action()
+
+    def close(self) -> None:
+        """End the transcript."""
+        self.log.close()
+
+
+def never() -> bool:
+    """A condition that only time ends."""
+    return False
+
+
+def seconds(time: float) -> int:
+    """Picoseconds of a time as pySerial has it."""
+    return round(time * PS_PER_S)
+
+
+# ----------------------------------------------------------------------------------------------------------------- URLs
+def from_url(url: str) -> Rig:
+    """The module that a URL means: a new one; or, with a name, the one that was made for this name before.
+
+    Raises:
+        UsageError: no such part, strap or option; or the name stands for another module already.
+    """
+    split = urlsplit(url)
+    part, query = split.netloc.lower(), dict(parse_qsl(split.query, keep_blank_values=True))
+    name = query.get("name")
+    if name not in NAMED:
+        rig = Rig(part, **settings(part, query))
+        rig.begin()
+        if name is None:
+            return rig
+        NAMED[name], rig.url = rig, url
+    rig = NAMED[name]
+    if part != rig.chip.sheet.part or (len(query) > 1 and url != rig.url):
+        raise UsageError(f"{url}: {name!r} is {rig.url} already; name it as then, or by {SCHEME}://{part}?name={name}")
+    return rig
+
+
+def settings(part: str, query: Mapping[str, str]) -> dict[str, Any]:
+    """What the query of a URL says, as arguments of a Rig."""
+    inputs = {row.name for row in sheet_of(part).pins if row.way == "in"}
+    found: dict[str, Any] = {"straps": {}}
+    for key, text in query.items():
+        value = _value(text)
+        if key in inputs:
+            found["straps"][key] = value
+        else:
+            found[key] = value if key not in ("name", "store", "rate", "log", "firmware") else text
+    return found
+
+
+def _value(text: str) -> Any:
+    if text in ("true", "false"):
+        return text == "true"
+    return int(text) if text.lstrip("-").isdecimal() else text

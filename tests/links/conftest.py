@@ -1,0 +1,152 @@
+"""Servers for the tests: in a thread of this process, or as the command in a process of its own."""
+
+from __future__ import annotations
+
+import select
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+import slewline
+from slewline.links.pace import Lockstep
+from slewline.links.server import Server
+
+PATIENCE = 30.0  # seconds of the wall clock after which a test gives up; nothing depends on it
+STRAPS = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}  # 9600 baud, no checksum
+COMMAND = [sys.executable, "-W", "error", "-c", "from slewline.tools.main import main; main()", "serve"]
+
+
+class Client:
+    """A host program on a socket."""
+
+    def __init__(self, where):
+        host, port = where.rpartition("//")[2].rsplit(":", 1)
+        self.socket = socket.create_connection((host, int(port)), timeout=PATIENCE)
+
+    def send(self, data):
+        self.socket.sendall(data)
+
+    def read(self, end=b"\r"):
+        """What comes, up to an end; without one, up to the end of the connection."""
+        found = b""
+        while not (end and found.endswith(end)):
+            data = self.socket.recv(1 if end else 4096)
+            if not data:
+                break
+            found += data
+        return found
+
+    def ask(self, data):
+        self.send(data)
+        return self.read()
+
+    def close(self):
+        self.socket.close()
+
+
+class Threaded:
+    """A server in a thread; `do` calls a function in it."""
+
+    def __init__(self, server):
+        self.server, self.bench = server, server.bench
+        self.thread = threading.Thread(target=server.run, daemon=True)
+
+    def __enter__(self):
+        self.thread.start()
+        return self
+
+    def __exit__(self, *_):
+        self.server.stop()
+        self.thread.join(PATIENCE)
+        assert not self.thread.is_alive()
+
+    def do(self, function):
+        return self.server.call(function, PATIENCE)
+
+    def until(self, met):
+        """Wait for something to become true in the server."""
+        end = time.monotonic() + PATIENCE
+        while not self.do(met):
+            assert time.monotonic() < end
+            time.sleep(0.005)
+
+
+class Process:
+    """`slewline serve` in a process of its own; `ports` is what it says about them."""
+
+    def __init__(self, *arguments, ports=1):
+        self.process = subprocess.Popen(
+            [*COMMAND, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        lines = [self.process.stdout.readline().strip() for _ in range(ports)]
+        if not all(lines):
+            pytest.fail(f"the server has ended: {self.process.communicate()}")
+        self.ports = dict(line.split(": ", 1) for line in lines)
+
+    @property
+    def where(self):
+        return next(iter(self.ports.values()))
+
+    def end(self, number=signal.SIGTERM):
+        """Send a signal; returns exit status and standard error."""
+        self.process.send_signal(number)
+        err = self.process.communicate(timeout=PATIENCE)[1]
+        return self.process.returncode, err
+
+    def errors(self):
+        """A line of the standard error."""
+        assert select.select([self.process.stderr], [], [], PATIENCE)[0]
+        return self.process.stderr.readline()
+
+    def memory_kb(self):
+        """What the process has of the machine's memory."""
+        with open(f"/proc/{self.process.pid}/status") as status:
+            return next(int(line.split()[1]) for line in status if line.startswith("VmRSS"))
+
+
+@pytest.fixture
+def lockstep():
+    """A bench with a module x, and a server in lockstep, to be started with Threaded(server)."""
+
+    def make(*, straps=None, journal=None, log=None, part="gs-c200s"):
+        bench = slewline.Bench(journal=journal)
+        x = bench.add(part, name="x", straps=STRAPS | (straps or {}))
+        server = Server(bench, Lockstep(bench), log)
+        return server, server.line(x)
+
+    return make
+
+
+@pytest.fixture
+def client():
+    """Connect to a port."""
+    made = []
+
+    def connect(where):
+        made.append(Client(where))
+        return made[-1]
+
+    yield connect
+    for one in made:
+        one.close()
+
+
+@pytest.fixture
+def serve():
+    """Start the command."""
+    made = []
+
+    def start(*arguments, ports=1):
+        made.append(Process(*arguments, ports=ports))
+        return made[-1]
+
+    yield start
+    for one in made:
+        if one.process.poll() is None:
+            one.process.kill()
+        one.process.communicate()

@@ -1,0 +1,83 @@
+"""A serial port of the machine: one end of a pseudo-terminal takes its place, the other one is the host."""
+
+from __future__ import annotations
+
+import os
+import select
+import tty
+
+import pytest
+
+from slewline.errors import UsageError
+
+from .conftest import PATIENCE, Threaded
+
+
+class Cable:
+    """A device under a name that stays, with the far end in our hands."""
+
+    def __init__(self, path):
+        self.path = path
+        self.plug()
+
+    def plug(self):
+        self.far, near = os.openpty()
+        tty.setraw(near)
+        self.path.unlink(missing_ok=True)
+        self.path.symlink_to(os.ttyname(near))
+        self.near = near
+
+    def unplug(self):
+        os.close(self.near)
+        os.close(self.far)
+
+    def ask(self, data):
+        os.write(self.far, data)
+        found = b""
+        while not found.endswith(b"\r"):
+            assert select.select([self.far], [], [], PATIENCE)[0]
+            found += os.read(self.far, 100)
+        return found
+
+
+@pytest.fixture
+def cable(tmp_path):
+    return Cable(tmp_path / "ttyUSB0")
+
+
+def test_a_module_at_the_end_of_a_cable(lockstep, cable):
+    server, line = lockstep()
+    port = server.serial(line, str(cable.path))
+    assert port.where == str(cable.path)
+    with Threaded(server):
+        assert cable.ask(b"F\r") == b"R\r"
+        assert cable.ask(b"V1\r") == b"V+0\r"
+    cable.unplug()
+
+
+def test_the_device_goes_and_comes_back(lockstep, cable):
+    server, line = lockstep()
+    server.serial(line, str(cable.path))
+    with Threaded(server) as running:
+        assert cable.ask(b"F\r") == b"R\r"
+        cable.unplug()
+        running.until(lambda: line.host is None)
+        cable.plug()
+        running.until(lambda: line.host is not None)
+        assert cable.ask(b"V1\r") == b"V+0\r"
+    cable.unplug()
+
+
+def test_a_device_that_is_not_there_at_the_beginning_is_told(lockstep, tmp_path):
+    server, line = lockstep()
+    with pytest.raises(UsageError, match="ttyUSB7"):
+        server.serial(line, str(tmp_path / "ttyUSB7"))
+    server.close()
+
+
+def test_a_server_that_ends_while_the_device_is_away(lockstep, cable):
+    server, line = lockstep()
+    server.serial(line, str(cable.path))
+    with Threaded(server) as running:
+        cable.unplug()
+        running.until(lambda: line.host is None)

@@ -1,0 +1,128 @@
+"""A CY525 on a port: through the UART of figure 10.16, and through lines of text."""
+
+from __future__ import annotations
+
+import pytest
+
+import slewline
+from slewline.links.framing import BACKLOG, LONGEST
+from slewline.links.pace import Lockstep
+from slewline.links.server import Server
+
+
+class Stand:
+    """A chip that is served, without any port."""
+
+    def __init__(self, framing, journal=None):
+        self.bench = slewline.Bench(journal=journal)
+        self.x = self.bench.add("cy525", name="x")
+        self.server = Server(self.bench, Lockstep(self.bench))
+        self.line = self.server.line(self.x, framing=framing)
+        self.got, self.resumed = bytearray(), 0
+        self.line.attach("host", lambda data: self.got.extend(data) or 0, self.resume)
+        self.bench.run(0)
+        self.server.pace.start()
+
+    def resume(self):
+        self.resumed += 1
+
+    def send(self, data):
+        self.line.take(data)
+        while not self.server.pace.pass_time():
+            pass
+
+    def ask(self, data):
+        self.got.clear()
+        self.send(data)
+        return bytes(self.got)
+
+
+@pytest.fixture
+def framed():
+    stand = Stand(True)
+    yield stand
+    stand.server.close()
+
+
+def test_commands_reach_the_chip_through_the_uart():
+    stand = Stand(False)
+    stand.send(b"A 0\rN 5\rR 80\r")
+    stand.bench.run("2 ms")  # what the last command takes: the line itself is quiet
+    assert (stand.x.registers["number"], stand.x.registers["rate"]) == (5, 80)
+    assert stand.bench.now_ps >= 10**9 + 11 * 10 * 10**12 // 9600  # 8 bits, no parity, 1 stop bit
+    assert not stand.got
+    stand.server.close()
+
+
+def test_the_uart_cannot_hold_a_host_up():
+    stand = Stand(False)
+    stand.send(b"A 0\rR 1\rF 1\rS 255\rN 50\rG\rA\rA\rA\rA\r")
+    assert any(found.code in ("uart-lost", "uart-overrun") for found in stand.bench.findings)
+    stand.server.close()
+
+
+def test_with_framing_nothing_is_lost(framed):
+    framed.send(b"A 0\nR 20\nD 1\nF 9\nS 255\nN 50\nG\nN 7\n?\n")
+    assert framed.x.registers["number"] == 7
+    assert framed.x.travel == 50
+    assert not framed.bench.findings
+
+
+def test_groups_are_read_back(framed):
+    direct = slewline.Bench()
+    host = direct.host(direct.add("cy525", name="x"))
+    host.send("A 0\rR 80\rF 3\rN 7\r")
+    framed.send(b"A 0\rR 80\rF 3\rN 7\r")
+    for group in range(4):
+        assert framed.ask(b"?%d\n" % group) == f"?{group} {host.verify(group).hex(' ').upper()}\r\n".encode()
+
+
+def test_answers_come_in_the_order_of_the_questions(framed):
+    assert framed.ask(b"N 5\n?3\nN 6\n?3\n?0\n").count(b"?3 ") == 2
+    lines = framed.got.decode().split("\r\n")
+    assert [line[:2] for line in lines] == ["?3", "?3", "?0", ""]
+    assert lines[0] != lines[1]
+
+
+def test_busy_ready_and_forget(framed):
+    assert framed.ask(b"?\n") == b"? ready\r\n"
+    assert framed.ask(b"R 1\nF 1\nS 255\nN 50\nG\nN 7\n?\n") == b"? busy\r\n"
+    assert framed.ask(b"?\n") == b"? ready\r\n"
+    framed.line.feed(b"N 9\n!\n")
+    framed.send(b"\n")
+    assert framed.x.registers["number"] == 7
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        (b"?7", b"! ?7: allowed ?, ?0, ?1, ?2, ?3\r\n"),
+        (b"?x", b"! ?x: allowed"),
+        (b"N \xb5", b"! 'ascii' codec"),
+        (b"x" * (LONGEST + 1), b"! a line of more than 256"),
+    ],
+)
+def test_what_cannot_be_sent_is_told(framed, line, says):
+    assert framed.ask(line + b"\r\n").startswith(says)
+    assert framed.ask(b"?\n") == b"? ready\r\n"
+
+
+def test_a_host_that_writes_without_end_is_held_up(framed):
+    framed.line.feed(b"N 5\n" * BACKLOG)
+    assert framed.line.room() == 0
+    framed.send(b"\n")
+    assert framed.resumed == 1
+    assert framed.line.room() > 0
+
+
+def test_a_framed_session_replays(tmp_path):
+    stand = Stand(True, tmp_path / "journal")
+    stand.send(b"A 0\nR 100\nF 10\nS 250\nN 40\nG\n?0\nN 9\n")
+    stand.server.close()
+    again = slewline.replay(tmp_path / "journal")
+    assert (again.now_ps, again["x"].position, again["x"].registers) == (
+        stand.bench.now_ps,
+        stand.x.position,
+        stand.x.registers,
+    )
+    assert bytes(again["x_host"].received) == bytes(stand.bench["x_host"].received)

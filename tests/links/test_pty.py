@@ -1,0 +1,118 @@
+"""Pseudo-terminals: the link, and host programs that open it as 7O2 again and again."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+import serial
+
+from slewline.errors import UsageError
+
+from .conftest import PATIENCE, Threaded
+
+HOST = """
+import serial, sys
+for _ in range(20):
+    with serial.Serial(sys.argv[1], 9600, bytesize=7, parity="O", stopbits=2, timeout=30) as port:
+        port.write(b"V1\\r")
+        assert port.read_until(b"\\r") == b"V+0\\r"
+print("well")
+"""
+
+
+@pytest.fixture
+def link(tmp_path):
+    return tmp_path / "x"
+
+
+def test_a_host_program_opens_it_as_7o2_again_and_again(serve, link):
+    """The C library refuses an open that changes nothing: without the cure, the second one fails."""
+    serve("gs-c200s", "--pty", link, "--strap", "chs=0", "--lockstep")
+    host = [sys.executable, "-c", HOST, str(link)]
+    ran = subprocess.run(host, check=False, capture_output=True, text=True, timeout=PATIENCE)
+    assert (ran.stdout, ran.stderr) == ("well\n", "")
+
+
+def test_settings_may_change_while_the_port_is_open(lockstep, link):
+    server, line = lockstep()
+    server.pty(line, str(link))
+    with Threaded(server), serial.Serial(str(link), 9600, bytesize=7, parity="O", stopbits=2, timeout=PATIENCE) as port:
+        for timeout in (20, 25, 30):
+            port.write(b"F\r")
+            assert port.read_until(b"\r") == b"R\r"
+            port.timeout = timeout  # pySerial sets everything again
+
+
+def test_a_host_without_parity_is_understood(lockstep, link):
+    server, line = lockstep()
+    server.pty(line, str(link))
+    with Threaded(server), open(link, "r+b", buffering=0) as port:
+        port.write(bytes(byte | 0x80 for byte in b"F\r"))  # as if it had 8 bits, the highest at 1
+        assert port.read(1) + port.read(1) == b"R\r"
+
+
+def test_the_link_goes_with_the_server(lockstep, link):
+    server, line = lockstep()
+    port = server.pty(line, str(link))
+    assert port.where == str(link)
+    assert os.readlink(link) == port.name
+    server.close()
+    assert not os.path.lexists(link)
+
+
+def test_a_link_that_somebody_else_has_made_since_stays(lockstep, link):
+    server, line = lockstep()
+    server.pty(line, str(link))
+    link.unlink()
+    link.symlink_to("/dev/null")
+    server.close()
+    assert os.readlink(link) == "/dev/null"
+
+
+def test_an_old_link_of_a_server_that_was_killed_is_replaced(lockstep, link):
+    link.symlink_to("/dev/pts/99999")
+    server, line = lockstep()
+    port = server.pty(line, str(link))
+    assert os.readlink(link) == port.name
+    server.close()
+
+
+@pytest.mark.parametrize("kind", ["file", "directory", "link", "dangling", "terminal"])
+def test_what_is_no_old_link_of_ours_stays(lockstep, link, kind):
+    if kind == "file":
+        link.write_text("precious")
+    elif kind == "directory":
+        link.mkdir()
+    elif kind == "terminal":
+        other = os.openpty()
+        link.symlink_to(os.ttyname(other[1]))
+    else:
+        link.symlink_to("/dev/null" if kind == "link" else "/nowhere")
+    server, line = lockstep()
+    before = os.lstat(link)
+    with pytest.raises(UsageError, match="no old link of ours"):
+        server.pty(line, str(link))
+    assert os.lstat(link) == before
+    server.close()
+    if kind == "terminal":
+        for end in other:
+            os.close(end)
+
+
+def test_a_link_needs_a_directory(lockstep, tmp_path):
+    server, line = lockstep()
+    with pytest.raises(UsageError, match="a directory that can be written"):
+        server.pty(line, str(tmp_path / "nowhere" / "x"))
+    server.close()
+
+
+def test_a_host_that_never_reads_does_not_stop_the_server(lockstep, link):
+    server, line = lockstep()
+    server.pty(line, str(link))
+    with Threaded(server) as running, open(link, "r+b", buffering=0):
+        running.do(lambda: [line.give(bytes(1000)) for _ in range(1000)])
+        running.until(lambda: line.dropped > 0)
+        assert line.given + line.dropped == 1_000_000

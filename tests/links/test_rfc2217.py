@@ -1,0 +1,132 @@
+"""RFC 2217: rate and parity that a host asks for are those of the line."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+import serial
+
+from .conftest import PATIENCE, Threaded
+
+IAC, SB, SE, COM = 255, 250, 240, 44
+
+# the client of pySerial 3.5 names its thread in a way that Python 3.10 calls deprecated
+pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name)\\(\\) is deprecated:DeprecationWarning")
+
+
+@pytest.fixture
+def port(lockstep):
+    server, line = lockstep()
+    port = server.rfc2217(line, "127.0.0.1:0")
+    with Threaded(server) as running:
+        yield running, line, port
+
+
+def opened(port, **settings):
+    settings = {"baudrate": 9600, "bytesize": 7, "parity": "O", "stopbits": 2, "timeout": PATIENCE} | settings
+    return serial.serial_for_url(port[2].where, **settings)
+
+
+def test_a_module_answers(port):
+    with opened(port) as host:
+        host.write(b"V1\r")
+        assert host.read_until(b"\r") == b"V+0\r"
+
+
+@pytest.mark.parametrize("setting", [{"parity": "E"}, {"parity": "N", "bytesize": 8}])
+def test_another_parity_gives_what_it_gives_on_a_wire(port, setting):
+    with opened(port, **setting) as host:
+        host.write(b"V1\r")
+        assert host.read_until(b"\r") == b"E1\r"
+
+
+def test_another_rate_gives_what_it_gives_on_a_wire(port):
+    running, line, _ = port
+    with opened(port, baudrate=4800) as host:
+        host.write(b"F\r")
+        running.until(lambda: line.taken == 2)
+        assert running.do(lambda: (line.port.baud, str(line.port.word))) == (4800, "7O2")
+    assert b"R\r" not in bytes(line.port.received)
+
+
+def test_settings_may_change_and_the_next_host_finds_those_of_the_module(port):
+    running, line, _ = port
+    with opened(port) as host:
+        host.baudrate, host.parity = 1200, "E"
+        running.until(lambda: (line.port.baud, str(line.port.word)) == (1200, "7E2"))
+        host.baudrate, host.parity = 9600, "O"
+        host.write(b"F\r")
+        assert host.read_until(b"\r") == b"R\r"
+        host.baudrate = 300
+    running.until(lambda: line.host is None)
+    assert (line.port.baud, str(line.port.word)) == (9600, "7O2")
+
+
+def test_a_rate_that_makes_no_sense_is_not_taken(port):
+    _, line, _ = port
+    with opened(port) as host, pytest.raises(ValueError, match="rejected"):
+        host.baudrate = 3_000_000
+    assert line.port.baud == 9600
+
+
+def test_modem_lines_and_break_are_accepted(port):
+    running, line, _ = port
+    with opened(port) as host:
+        host.dtr = host.rts = False
+        assert host.cts and host.dsr and host.cd
+        host.break_condition = True
+        running.until(lambda: line.port.pin("txd").level == 1)
+        host.break_condition = False
+        running.until(lambda: line.port.pin("txd").level == 0)
+        host.rts = True
+        host.write(b"\r\r")
+        host.write(b"F\r")
+        assert b"R\r" in host.read_until(b"R\r")
+
+
+def test_every_byte_gets_through(port):
+    """255 begins the commands of the protocol; as a character it is doubled on the way."""
+    running, line, _ = port
+    with opened(port, bytesize=8, parity="N") as host:
+        running.do(lambda: line.give(bytes(range(256))))
+        assert host.read(256) == bytes(range(256))
+        host.write(bytes([IAC]))
+        running.until(lambda: line.taken == 1)
+
+
+def test_garbage_does_not_stop_the_server(port, client):
+    running, line, tcp = port
+    chance = random.Random(7)
+    host = client(tcp.where)
+    pieces = [
+        chance.randbytes(50),
+        bytes([IAC, SB, COM, 1, 0, IAC, SE]),
+        bytes([IAC, SE]),
+        bytes([IAC, SB, COM, 3, 77, IAC, SE]),
+    ]
+    for _ in range(200):
+        host.send(chance.choice(pieces) + bytes([IAC, SE]))
+    host.close()
+    running.until(lambda: line.host is None)
+    with opened(port) as good:
+        taken = line.taken
+        good.write(b"\r")
+        running.until(lambda: line.taken == taken + 1 and line.quiet())
+        good.write(b"F\r")
+        assert good.read_until(b"R\r").endswith(b"R\r")
+
+
+def test_an_option_without_end_is_hung_up_on(port, client):
+    running, line, tcp = port
+    host = client(tcp.where)
+    running.until(lambda: line.host is not None)
+    host.send(bytes([IAC, SB, COM]) + bytes(10_000))
+    running.until(lambda: line.host is None)
+
+
+def test_the_next_host_is_refused(port, client):
+    with opened(port) as first:
+        assert b"one host at a time" in client(port[2].where).read(end=b"")
+        first.write(b"F\r")
+        assert first.read_until(b"\r") == b"R\r"

@@ -1,0 +1,265 @@
+"""`slewline serve` as a command: what it prints, how it ends, what it keeps, and what it refuses."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+
+import pytest
+import serial
+
+import slewline
+from slewline.tools.main import invoke
+
+PROGRAM = (b"Po", b"S50", b"T200", b"R20", b"+400")
+ONE = ("gs-c200s", "--strap", "chs=0", "--lockstep")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """An empty directory, in which the command runs."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def ask(host, line):
+    return host.ask(line + b"\r")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_in_good_order(serve, client, number):
+    server = serve(*ONE, "--tcp", "127.0.0.1:0")
+    assert list(server.ports) == ["gs_c200s"]
+    host = client(server.where)
+    assert ask(host, b"F") == b"R\r"
+    assert server.end(number) == (0, "")
+    assert host.read(end=b"") == b""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_removes_the_link(serve, number):
+    server = serve(*ONE, "--pty", "x")
+    assert server.where == "x"
+    assert os.readlink("x").startswith("/dev/pts/")
+    assert server.end(number) == (0, "")
+    assert not os.path.lexists("x")
+
+
+def test_paced_by_default(serve, client):
+    server = serve("gs-c200s", "--strap", "chs=0", "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0", ports=2)
+    assert list(server.ports) == ["gs_c200s", "control"]
+    host, control = client(server.ports["gs_c200s"]), client(server.ports["control"])
+    assert ask(host, b"F") == b"R\r"
+    control.send(
+        b'{"do": "advance", "time": "1 s"}\n{"do": "status"}\n{"do": "until", "pin": "gs_c200s.rdy", "level": 1}\n'
+    )
+    refused, status, met = (json.loads(control.read(b"\n")) for _ in range(3))
+    assert "start the server with --lockstep" in refused["error"]
+    assert status["pace"]["rate"] == 1.0
+    assert met["met"] is True
+    control.send(b'{"do": "until", "pin": "gs_c200s.mov", "level": 1, "timeout": "20 ms"}\n{"do": "quit"}\n')
+    before, after = status["time_ps"], json.loads(control.read(b"\n"))
+    assert after["met"] is False
+    assert after["time_ps"] >= before + 20 * 10**9
+    assert server.process.wait(30) == 0
+
+
+def test_checksums_unless_strapped_otherwise(serve, client):
+    server = serve("gs-c200", "--lockstep", "--tcp", "127.0.0.1:0")
+    assert client(server.where).ask(b"V2\x18\r").startswith(b"V")
+
+
+def test_options_of_the_chip(serve, client):
+    server = serve(*ONE, "--option", "lenient=true", "--option", "turnround=3 ms", "--tcp", "127.0.0.1:0")
+    assert ask(client(server.where), b"P0") == b"Y\r"
+
+
+def test_what_is_memorised_outlives_the_server(serve, client):
+    first = serve(*ONE, "--tcp", "127.0.0.1:0", "--state", "memories")
+    host = client(first.where)
+    for line in (*PROGRAM, b"Px", b"M"):
+        assert ask(host, line) == b"Y\r"
+    assert first.end() == (0, "")
+    assert set(os.listdir("memories")) == {".lock", "gs_c200s.eeprom"}
+    second = serve(*ONE, "--tcp", "127.0.0.1:0", "--state", "memories")
+    host = client(second.where)
+    assert ask(host, b"X") == b"Y\r"
+    host.send(b"Q\r")
+    assert b"+400" in host.read(b"END\r")
+    assert second.end() == (0, "")
+
+
+def test_a_journal_of_a_server_that_had_a_memory_replays(serve, client):
+    first = serve(*ONE, "--tcp", "127.0.0.1:0", "--state", "memories")
+    host = client(first.where)
+    for line in (*PROGRAM, b"Px", b"M"):
+        ask(host, line)
+    first.end()
+    second = serve(*ONE, "--tcp", "127.0.0.1:0", "--state", "memories", "--journal", "journal")
+    assert ask(client(second.where), b"X") == b"Y\r"
+    second.end()
+    again = slewline.replay("journal")
+    assert len(again["gs_c200s"].program) == 16
+
+
+def test_two_servers_do_not_share_a_memory(serve, capfd):
+    serve(*ONE, "--tcp", "127.0.0.1:0", "--state", "memories")
+    assert invoke([*ONE_MORE, "--state", "memories"]) == 2
+    assert "another server has it" in capfd.readouterr().err
+
+
+ONE_MORE = ["serve", "gs-c200s", "--tcp", "127.0.0.1:0"]
+
+
+def test_a_damaged_memory_is_told_before_anything_is_served(capfd):
+    os.mkdir("memories")
+    with open("memories/gs_c200s.eeprom", "wb") as file:
+        file.write(b"not ours")
+    assert invoke([*ONE_MORE, "--state", "memories"]) == 2
+    assert "gs_c200s.eeprom" in capfd.readouterr().err
+
+
+def test_the_transcript(serve, client):
+    server = serve(*ONE, "--tcp", "127.0.0.1:0", "--log", "log")
+    host = client(server.where)
+    ask(host, b"F")
+    name = "{}:{}".format(*host.socket.getsockname())
+    host.close()
+    server.end()
+    with open("log") as log:
+        lines = [line.split(maxsplit=1) for line in log.read().splitlines()]
+    assert [text for _, text in lines][:3] == [f"gs_c200s ! {name} is connected", "gs_c200s < F\\r", "gs_c200s > R\\r"]
+    assert lines[1][0] == "0.001000"
+
+
+def test_sigusr1_asks_for_a_status_line(serve, client):
+    server = serve(*ONE, "--tcp", "127.0.0.1:0")
+    host = client(server.where)
+    ask(host, b"f+40")
+    server.process.send_signal(signal.SIGUSR1)
+    shown = server.errors()
+    assert "gs_c200s idle at 40" in shown
+    assert "1 of 1 lines connected" in shown
+    assert ask(host, b"F") == b"R\r"
+
+
+# -------------------------------------------------------------------------------------------------------- bench files
+BENCH = """
+[[chip]]
+part = "gs-c200s"
+name = "x"
+straps = { br0 = 0, br1 = 0, br2 = 0, chs = 0, sel0 = 1, sel1 = 1, sel2 = 0 }
+
+[[chip]]
+part = "gs-c200s"
+name = "y"
+straps = { br0 = 0, br1 = 0, br2 = 0, chs = 0, sel0 = 1, sel1 = 0, sel2 = 1 }
+
+[[chip]]
+part = "gs-c200"
+name = "z"
+straps = { br0 = 0, br1 = 0, br2 = 0, chs = 0 }
+
+[[chip]]
+part = "cy525"
+name = "c"
+
+[[serve]]
+chips = ["x", "y"]
+tcp = "127.0.0.1:0"
+
+[[serve]]
+chips = ["z"]
+pty = "z"
+
+[[serve]]
+chips = ["c"]
+tcp = "127.0.0.1:0"
+framing = true
+"""
+
+
+def test_a_bench_file_serves_several_chips_at_once(serve, client, folder):
+    (folder / "bench.toml").write_text(BENCH)
+    server = serve("--bench", "bench.toml", "--lockstep", "--state", "memories", ports=3)
+    assert list(server.ports) == ["x+y", "z", "c"]
+    both, bus = client(server.ports["x+y"]), client(server.ports["c"])
+    bench = slewline.load("bench.toml")
+    for name, value in (("x", b"+5"), ("y", b"-6")):
+        address = str(bench[name].strapped_address()).encode()
+        assert ask(both, address + b"f" + value) == b"Y\r"
+        assert ask(both, address + b"V1") == b"V" + value + b"\r"
+    with serial.Serial(server.ports["z"], 9600, bytesize=7, parity="O", stopbits=2, timeout=30) as port:
+        port.write(b"I1\r")
+        assert port.read_until(b"\r") == b"Y\r"
+    bus.send(b"A\nN 5\n?0\n")
+    assert bus.read(b"\n").startswith(b"?0 ")
+    assert server.end() == (0, "")
+    assert os.listdir(".").count("z") == 0
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (('chips = ["z"]', 'chips = ["w"]'), "[[serve]] 2, chips: no chip 'w' on the bench; there are: x, y, z, c"),
+        (('chips = ["z"]', 'chips = ["x"]'), "[[serve]] 2: x has a host or a port already"),
+        (('pty = "z"', ""), "[[serve]] 2: found 0 ports; give one of tcp, pty, rfc2217, serial"),
+        (('pty = "z"', 'pty = "z"\ntcp = "127.0.0.1:0"'), "[[serve]] 2: found 2 ports"),
+        (('pty = "z"', 'pty = "z"\nframing = true'), "[[serve]] 2: z: has a serial line of its own"),
+        (('pty = "z"', "pty = 7"), "[[serve]] 2, pty: found 7; allowed text"),
+        (('pty = "z"', 'socket = "z"'), "unknown key; allowed chips, tcp, pty"),
+        (('chips = ["c"]\ntcp', 'chips = ["c"]\nrfc2217'), "[[serve]] 3, rfc2217: c: has no serial line"),
+        (
+            ('tcp = "127.0.0.1:0"\n\n[[serve]]\nchips = ["z"]', 'tcp = "0.0.0.0:0"\n\n[[serve]]\nchips = ["z"]'),
+            "--allow-remote",
+        ),
+    ],
+)
+def test_what_is_wrong_in_a_bench_file_is_told_with_its_place(capfd, folder, change, says):
+    assert change[0] in BENCH
+    (folder / "bench.toml").write_text(BENCH.replace(*change, 1))
+    assert invoke(["serve", "--bench", "bench.toml"]) == 2
+    assert says in capfd.readouterr().err
+    assert not os.path.lexists("z")
+
+
+def test_a_bench_file_without_serve_is_told(capfd, folder):
+    (folder / "bench.toml").write_text(BENCH.partition("[[serve]]")[0])
+    assert invoke(["serve", "--bench", "bench.toml"]) == 2
+    assert "no [[serve]] table" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ([], "give a chip, such as gs-c200s, or --bench FILE"),
+        (["gs-c200s"], "Give one of --tcp, --pty, --rfc2217, --serial"),
+        (["gs-c200s", "--tcp", "127.0.0.1:0", "--pty", "x"], "Give one of"),
+        (["gs-c200s", "--tcp", "127.0.0.1:0", "--lockstep", "--rate", "2"], "leave out --rate"),
+        (["gs-c200s", "--tcp", "127.0.0.1:0", "--rate", "0"], "expected virtual seconds per second"),
+        (["gs-c200s", "--tcp", "0.0.0.0:0"], "--allow-remote"),
+        (["gs-c200s", "--tcp", "127.0.0.1:0", "--control", "0.0.0.0:0"], "--allow-remote"),
+        (["gs-c200s", "--tcp", "nowhere"], "expected HOST:PORT"),
+        (["gs-c200s", "--serial", "/dev/nowhere"], "/dev/nowhere"),
+        (["gs-c200s", "--tcp", "127.0.0.1:0", "--framing"], "leave out the framing"),
+        (["gs-c200s", "--tcp", "127.0.0.1:0", "--strap", "chs"], "such as 'chs=0'"),
+        (["gs-c200s", "--tcp", "127.0.0.1:0", "--strap", "xyz=0"], "no pin 'xyz'"),
+        (["gs-c200s", "--tcp", "127.0.0.1:0", "--option", "xyz=0"], "no option 'xyz'"),
+        (["gs-c200s", "--tcp", "127.0.0.1:0", "--option", "xyz"], "an option and its value"),
+        (["gs-c200x", "--tcp", "127.0.0.1:0"], "no chip 'gs-c200x'"),
+        (["gs-c200s", "--tcp", "127.0.0.1:0", "--log", "no/where"], "give a file that can be written"),
+        (["gs-c200s", "--tcp", "127.0.0.1:0", "--state", "/dev/null/x"], "give a directory that can be written"),
+        (["--bench", "b.toml", "--strap", "chs=0"], "a bench file says all of this itself"),
+        (["cy525", "--rfc2217", "127.0.0.1:0", "--framing"], "has no serial line"),
+    ],
+)
+def test_wrong_use_is_told(capfd, arguments, says):
+    assert invoke(["serve", *arguments]) == 2
+    assert says in capfd.readouterr().err
+
+
+def test_other_machines_may_when_it_is_said(serve, client):
+    server = serve(*ONE, "--tcp", "0.0.0.0:0", "--allow-remote")
+    assert server.where.startswith("socket://0.0.0.0:")
+    assert ask(client(server.where), b"F") == b"R\r"

@@ -1,0 +1,168 @@
+"""Streams: bounded in both directions."""
+
+from __future__ import annotations
+
+import os
+import socket
+
+import pytest
+
+from slewline.links.loop import Loop
+from slewline.links.stream import QUEUE, Stream
+
+MUCH = bytes(range(256)) * 4096  # a megabyte
+
+
+class Ends:
+    """A stream on one end of a socket pair, and the other end."""
+
+    def __init__(self, room=None):
+        self.loop = Loop()
+        self.ours, self.theirs = socket.socketpair()
+        self.taken, self.why = bytearray(), []
+        more = {} if room is None else {"room": room}
+        self.stream = Stream(self.loop, self.ours.fileno(), self.taken.extend, self.why.append, **more)
+
+    def turn(self, times=1):
+        for _ in range(times):
+            self.loop.serve(self.loop.sleep(0))
+
+    def close(self):
+        self.stream.close()
+        self.loop.close()
+        self.ours.close()
+        self.theirs.close()
+
+
+@pytest.fixture
+def ends():
+    made = []
+
+    def make(**options):
+        made.append(Ends(**options))
+        return made[-1]
+
+    yield make
+    for one in made:
+        one.close()
+
+
+def test_a_reader_that_does_not_read_costs_a_bounded_queue(ends):
+    one = ends()
+    dropped = one.stream.write(MUCH)
+    one.turn(3)
+    for start in range(0, len(MUCH), 1000):
+        dropped += one.stream.write(MUCH[start : start + 1000])
+        assert len(one.stream.outgoing) <= QUEUE
+        one.turn()
+    assert dropped == one.stream.dropped > 0
+    one.theirs.setblocking(False)
+    received = bytearray()
+    while one.stream.outgoing or not received:
+        received += one.theirs.recv(1 << 20)
+        one.turn()
+    try:
+        while data := one.theirs.recv(1 << 20):
+            received += data
+    except BlockingIOError:
+        pass
+    assert len(received) + dropped == 2 * len(MUCH)  # every byte is sent, or counted
+    assert received[:QUEUE] == MUCH[:QUEUE]
+
+
+def test_what_is_written_in_a_turn_goes_out_at_its_end(ends):
+    one = ends()
+    one.stream.write(b"R")
+    one.stream.write(b"\r")
+    one.theirs.setblocking(False)
+    with pytest.raises(BlockingIOError):
+        one.theirs.recv(10)
+    one.turn()
+    assert one.theirs.recv(10) == b"R\r"
+
+
+def test_a_writer_without_end_is_held_up(ends):
+    left = [10]
+    one = ends(room=lambda: left[0] - len(one.taken))
+    one.theirs.send(MUCH[:100])
+    one.turn(5)
+    assert one.taken == MUCH[:10]
+    one.turn(5)
+    left[0] = 30
+    one.stream.resume()
+    one.turn(5)
+    assert one.taken == MUCH[:30]
+
+
+def test_a_stream_that_is_held_up_does_not_keep_the_loop_busy(ends):
+    one = ends(room=lambda: 0)
+    one.theirs.send(b"F")
+    one.turn(2)
+    assert one.loop.sleep(0) == []
+
+
+def test_the_end_is_told_once(ends):
+    one = ends()
+    one.theirs.close()
+    one.turn(3)
+    assert one.why == ["hung up"]
+    assert one.stream.write(b"R") == 1  # dropped
+
+
+def test_what_nobody_can_take_any_more_ends_the_stream(ends):
+    one = ends()
+    one.theirs.shutdown(socket.SHUT_RD)
+    one.stream.write(b"R")
+    one.turn(2)
+    assert one.why == [os.strerror(32)]
+
+
+# -------------------------------------------------------------------------------------------------------------- loop
+def test_a_sleep_of_part_of_a_millisecond_is_no_whole_one():
+    """epoll alone would round each of them up: 200 sleeps of 0.1 ms would take 0.2 s."""
+    import time
+
+    loop = Loop()
+    best = min(_taken(loop, time.perf_counter) for _ in range(20))
+    loop.close()
+    assert best < 0.0009
+
+
+def _taken(loop, clock):
+    start = clock()
+    loop.sleep(0.0001)
+    return clock() - start
+
+
+def test_a_descriptor_that_was_forgotten_in_this_turn_is_not_read():
+    loop = Loop()
+    pairs = [socket.socketpair() for _ in range(2)]
+    read = []
+
+    def reader(number):
+        def call():
+            read.append(number)
+            loop.watch(pairs[1 - number][0].fileno())
+
+        return call
+
+    for number, (ours, theirs) in enumerate(pairs):
+        loop.watch(ours.fileno(), reader(number))
+        theirs.send(b"x")
+    loop.serve(loop.sleep(0))
+    assert len(read) == 1
+    loop.close()
+    for pair in pairs:
+        for end in pair:
+            end.close()
+
+
+def test_calls_of_other_threads_and_timers_wake_the_loop():
+    loop = Loop()
+    called = []
+    loop.after(0.001, lambda: called.append("timer"))
+    loop.ask(lambda: called.append("asked"))
+    while len(called) < 2:
+        loop.serve(loop.sleep(None))
+    loop.close()
+    assert called == ["asked", "timer"]

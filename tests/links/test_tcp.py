@@ -1,0 +1,181 @@
+"""Modules on TCP ports: hosts that come, go, stay silent, never read, or are too many."""
+
+from __future__ import annotations
+
+import socket
+import struct
+
+import pytest
+
+import slewline
+from slewline.errors import UsageError
+from slewline.links.line import BACKLOG
+from slewline.links.pace import Lockstep, Paced
+from slewline.links.server import Server
+from slewline.links.tcp import parse_address
+
+from .conftest import STRAPS, Threaded
+
+
+@pytest.fixture
+def port(lockstep):
+    """A module on a TCP port: the running server, the line, the port."""
+    server, line = lockstep(log="/dev/null")
+    port = server.tcp(line, "127.0.0.1:0")
+    with Threaded(server) as running:
+        yield running, line, port
+
+
+def test_a_module_answers(port, client):
+    host = client(port[2].where)
+    assert host.ask(b"F\r") == b"R\r"
+    assert host.ask(b"V1\r") == b"V+0\r"
+
+
+def test_a_program_is_entered_and_runs(port, client):
+    running, _, tcp = port
+    host = client(tcp.where)
+    for line in (b"Po", b"S50", b"T200", b"R20", b"+400", b"E"):
+        assert host.ask(line + b"\r") == b"Y\r"
+    asked = 1
+    while host.ask(b"F\r") == b"B\r":
+        asked += 1
+    assert host.ask(b"V1\r") == b"V+400\r"
+    assert asked > 20  # in lockstep the motion is as far as the questions have brought it
+    assert running.do(lambda: running.bench["x"].position) == 400
+
+
+def test_the_next_host_is_told_why_and_the_first_one_stays(port, client):
+    first, second = client(port[2].where), client(port[2].where)
+    assert first.ask(b"F\r") == b"R\r"
+    name = "{}:{}".format(*first.socket.getsockname())
+    assert second.read(end=b"") == f"slewline: {name} has this port; one host at a time\r\n".encode()
+    assert first.ask(b"F\r") == b"R\r"
+
+
+def test_a_host_that_vanishes_makes_room_and_what_it_sent_is_played(port, client):
+    running, line, tcp = port
+    first = client(tcp.where)
+    first.send(b"V")
+    running.until(lambda: line.taken == 1)
+    first.close()
+    running.until(lambda: line.host is None)
+    assert client(tcp.where).ask(b"1\r") == b"V+0\r"
+
+
+def test_a_host_that_is_cut_off_makes_room(port, client):
+    running, line, tcp = port
+    first = client(tcp.where)
+    assert first.ask(b"F\r") == b"R\r"
+    first.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    first.close()  # a reset instead of an end
+    running.until(lambda: line.host is None)
+    assert client(tcp.where).ask(b"F\r") == b"R\r"
+
+
+def test_a_host_that_is_silent_for_good_is_found_out_by_the_system(port, client):
+    running, _, tcp = port
+    client(tcp.where).ask(b"F\r")
+    ours = running.do(lambda: tcp.session.connection)
+    assert ours.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
+    assert ours.getsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE) == 10
+
+
+def test_a_slow_host_is_waited_for(port, client):
+    running, line, tcp = port
+    host = client(tcp.where)
+    for byte in b"V1\r":
+        host.send(bytes([byte]))
+        taken = line.taken
+        running.until(lambda taken=taken: line.taken >= taken)
+    assert host.read() == b"V+0\r"
+
+
+def test_a_host_that_never_reads_costs_a_bounded_queue(port, client):
+    running, line, tcp = port
+    client(tcp.where)
+    running.until(lambda: line.host is not None)
+
+    def flood():
+        for _ in range(1000):
+            line.give(bytes(1000))  # in one turn, so that the system cannot take any of it
+        return len(tcp.session.stream.outgoing)
+
+    assert running.do(flood) <= 1 << 16
+    assert line.dropped >= 1_000_000 - (1 << 16)
+    assert line.given + line.dropped == 1_000_000
+
+
+def test_a_host_that_writes_without_end_is_held_up(client):
+    bench = slewline.Bench()
+    server = Server(bench, Paced(bench, "0.0001"))  # a character takes 11 s
+    line = server.line(bench.add("gs-c200s", name="x", straps=STRAPS))
+    port = server.tcp(line, "127.0.0.1:0")
+    with Threaded(server) as running:
+        host = client(port.where)
+        host.socket.setblocking(False)
+        with pytest.raises(BlockingIOError):
+            while True:
+                host.send(bytes(1 << 16))
+        running.until(lambda: line.taken == BACKLOG)
+        assert running.do(lambda: line.port.backlog) == BACKLOG
+
+
+def test_several_modules_share_a_line(client):
+    bench = slewline.Bench()
+    straps = ({"sel0": 1, "sel1": 1, "sel2": 0}, {"sel0": 1, "sel1": 0, "sel2": 1})
+    chips = [bench.add("gs-c200s", name=name, straps=STRAPS | sel) for name, sel in zip("xy", straps, strict=True)]
+    server = Server(bench, Lockstep(bench))
+    port = server.tcp(server.line(*chips), "127.0.0.1:0")
+    addresses = [str(chip.strapped_address()).encode() for chip in chips]
+    assert b"0" not in addresses and len(set(addresses)) == 2
+    with Threaded(server):
+        host = client(port.where)
+        for chip, address, value in zip(chips, addresses, (b"+5", b"-7"), strict=True):
+            assert host.ask(address + b"f" + value + b"\r") == b"Y\r"
+            assert host.ask(address + b"V1\r") == b"V" + value + b"\r"
+            assert chip.position == int(value)
+
+
+def test_modules_of_different_speed_share_no_line():
+    bench = slewline.Bench()
+    server = Server(bench, Lockstep(bench))
+    chips = [bench.add("gs-c200s", straps=STRAPS), bench.add("gs-c200s", straps=STRAPS | {"br0": 1})]
+    with pytest.raises(UsageError, match="differ in speed or format"):
+        server.line(*chips)
+    server.close()
+
+
+def test_a_chip_on_a_bus_shares_no_line():
+    bench = slewline.Bench()
+    server = Server(bench, Lockstep(bench))
+    with pytest.raises(UsageError, match="c has a bus; give it a port of its own"):
+        server.line(bench.add("gs-c200s", name="x"), bench.add("cy525", name="c"))
+    server.close()
+
+
+@pytest.mark.parametrize(
+    "text", ["127.0.0.1", "127.0.0.1:", ":4001", "127.0.0.1:65536", "127.0.0.1:http", "127.0.0.1:-1"]
+)
+def test_an_address_has_host_and_port(text):
+    with pytest.raises(UsageError, match="expected HOST:PORT"):
+        parse_address(text)
+
+
+@pytest.mark.parametrize("text", ["0.0.0.0:0", "[::]:0", "192.168.0.1:4001", "example.org:4001"])
+def test_other_machines_come_in_only_when_they_may(text):
+    with pytest.raises(UsageError, match="--allow-remote"):
+        parse_address(text)
+    assert parse_address(text, True)[1] in (0, 4001)
+
+
+@pytest.mark.parametrize("text", ["127.0.0.1:1", "127.8.8.8:1", "localhost:1", "[::1]:1"])
+def test_this_machine_always_may(text):
+    assert parse_address(text)[1] == 1
+
+
+def test_a_port_that_is_taken_is_told(lockstep):
+    server, line = lockstep()
+    with socket.create_server(("127.0.0.1", 0)) as taken, pytest.raises(UsageError, match="choose another one"):
+        server.tcp(line, f"127.0.0.1:{taken.getsockname()[1]}")
+    server.close()

@@ -1,0 +1,121 @@
+"""The pytest plugin, as somebody else's tests use it: found by its entry point."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+import slewline.testing.faces  # stays loaded between the runs
+import slewline.testing.protocol_slewline  # noqa: F401
+
+pytest_plugins = ["pytester"]
+
+FEEDER = """
+import pytest, serial
+
+def feed(url, steps):
+    with serial.serial_for_url(url, 9600, 7, "O", 2, timeout=60) as port:
+        for line in (b"Po?\\r", b"S104\\r", b"T100u\\r", b"R507\\r", steps, b"EU\\r"):
+            port.write(line)
+            assert port.read_until(b"\\r") == b"YY\\r"
+"""
+GOOD = """
+def test_one_argument_is_a_running_module(gs_c200s):
+    feed(gs_c200s.url, b"+200=\\r")
+    gs_c200s.until_idle()
+    gs_c200s.assert_steps(200, direction=+1)
+
+def test_another_part(gs_c200):
+    gs_c200.assert_reply("Q", "END")
+    assert gs_c200.chip.sheet.part == "gs-c200"
+
+def test_several(slewline_module):
+    left, right = slewline_module("gs-c200"), slewline_module("gs-c200s")
+    feed(right.url, b"+5p\\r")
+    right.until_idle()
+    assert (left.position, right.position) == (0, 5)
+
+@pytest.mark.slewline(on="tcp", straps={"chs": 0}, eeprom_time="20 ms")
+@pytest.mark.parametrize("n", range(3))
+def test_markers_say_how_it_is_set_up(gs_c200s, n):
+    assert gs_c200s.url.startswith("socket://127.0.0.1:")
+    with serial.serial_for_url(gs_c200s.url, timeout=60) as port:
+        port.write(b"M\\r")
+        assert port.read_until(b"\\r") == b"Y\\r"
+    assert gs_c200s.now < 40 * 10**9
+"""
+BAD = """
+@pytest.mark.slewline(seed=7)
+def test_that_fails(gs_c200s):
+    gs_c200s.faults.enable_held_low(at="70 ms")
+    feed(gs_c200s.url, b"+200=\\r")
+    gs_c200s.ask("F")
+    gs_c200s.advance("1 s")
+    gs_c200s.assert_steps(200)
+
+@pytest.mark.slewline(on="usb")
+def test_with_a_mistake(gs_c200s):
+    pass
+"""
+REPORT = [
+    ">*gs_c200s.assert_steps(200)",
+    "E*AssertionError: 1 step came, expected 200",
+    "*- slewline: gs-c200s on url -*",
+    "gs-c200s at slewline://gs-c200s[?]name=gs_c200s_*, seed 7, 1.0*, position 1",
+    "gs_c200s: *enable*",
+    "faults and findings:",
+    "70 ms  faults  fault: ENABLE held low: enable=0 (seed 7)",
+    "transcript (< to the module, > to the host), 16 of 16 lines:",
+    "*0.001000 gs_c200s ! pySerial is connected",
+    "*0.001000 gs_c200s < Po[?]\\r",
+    "*0.007729 gs_c200s > YY\\r",
+    "*< FV\\r",
+    "*> BR\\r",
+]
+
+
+@pytest.fixture
+def run(pytester):
+    """Runs a test file, warnings being errors; in a process of its own if asked for."""
+
+    def run(code, *arguments, alone=False):
+        pytester.makepyfile(FEEDER + code)
+        run = pytester.runpytest_subprocess if alone else pytester.runpytest_inprocess
+        return run("-W", "error", "-p", "no:cacheprovider", *arguments)
+
+    return run
+
+
+def test_it_works_under_xdist(run):
+    result = run(GOOD + BAD, "-n", "2", "--strict-markers", alone=True)
+    result.assert_outcomes(passed=6, failed=1, errors=1)
+    result.stdout.fnmatch_lines(REPORT)
+
+
+def test_what_goes_wrong_is_told(run):
+    result = run(BAD + "def test_that_passes(gs_c200s):\n    gs_c200s.ask('F')\n", "-rA")
+    result.assert_outcomes(passed=1, failed=1, errors=1)
+    result.stdout.fnmatch_lines(REPORT)
+    result.stdout.fnmatch_lines(["E*UsageError: on 'usb'; allowed url, tcp, pty, rfc2217"])
+    assert result.stdout.str().count("- slewline: ") == 1
+
+
+def test_a_run_that_does_not_use_it_loads_nothing_of_the_simulator(run):
+    code = """
+import sys
+
+def test_it():
+    ours = {name for name in sys.modules if name.startswith("slewline")}
+    assert ours == {"slewline", "slewline.testing", "slewline.testing.plugin"}
+    assert "numpy" not in sys.modules
+"""
+    run(code, alone=True).assert_outcomes(passed=1)
+
+
+def test_it_works_without_pyserial():
+    code = "import sys; sys.modules['serial'] = None; from slewline.testing.faces import running; "
+    code += "module = running('gs-c200s'); print(module.ask('F'), module.url)"
+    ran = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=True)
+    assert ran.stdout == "R slewline://gs-c200s?name=gs_c200s_1\n"

@@ -1,0 +1,372 @@
+"""A pySerial program that opens slewline://gs-c200s, in virtual time: exact bytes at exact instants."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from threading import Thread
+from time import perf_counter
+
+import pytest
+import serial
+
+import slewline
+import slewline.testing  # makes pySerial know the URL
+from slewline.errors import StoreError, Timeout, UsageError
+from slewline.language.lines import framed
+from slewline.testing import rig
+
+SETTINGS = {"baudrate": 9600, "bytesize": 7, "parity": "O", "stopbits": 2, "timeout": 1}
+CHARACTER_PS = 11 * 10**12 // 9600
+PROGRAM = ("Po", "S10", "T100", "R50", "+200")
+
+
+@pytest.fixture
+def opened():
+    """Opens ports; named modules are forgotten at the end."""
+    ports = []
+
+    def make(url="slewline://gs-c200s", **changes):
+        ports.append(serial.serial_for_url(url, **{**SETTINGS, **changes}))
+        return ports[-1]
+
+    yield make
+    for port in ports:
+        port.close()
+    rig.NAMED.clear()
+
+
+def ask(port, command):
+    """What comes back for a command, checksum and carriage return included."""
+    port.write(framed(command))
+    return port.read_until(b"\r")
+
+
+# ------------------------------------------------------------------------------------------------------------ programs
+def test_a_program_is_entered_run_polled_and_saved(opened):
+    port = opened()
+    assert [ask(port, command) for command in (*PROGRAM, "E")] == [b"YY\r"] * 6
+    polls = 0
+    while ask(port, "F") == b"BR\r":
+        polls += 1
+    assert polls > 20
+    assert ask(port, "V1") == framed("V+200")
+    assert (port.chip.position, len(port.chip.steps())) == (200, 200)
+    port.timeout = 2
+    assert ask(port, "M") == b"YY\r"
+    assert ask(port, "X") == b"YY\r"
+    assert port.bench.findings == []
+
+
+def test_an_exchange_takes_the_time_of_the_line_and_no_other(opened):
+    port = opened()
+    ask(port, "F")
+    port.flush()
+    began = port.bench.now_ps
+    assert ask(port, "F") == b"RR\r"
+    # three characters, the turnround, three characters
+    assert port.bench.now_ps - began == pytest.approx(6 * CHARACTER_PS + 10**9, abs=10)
+
+
+def test_each_opening_without_a_name_is_a_new_module(opened):
+    one, other = opened(), opened()
+    assert [ask(one, command) for command in PROGRAM] == [b"YY\r"] * 5
+    assert ask(other, "Q") == framed("END")
+    assert one.bench is not other.bench
+
+
+def test_a_name_is_the_same_module_whenever_it_is_opened(opened):
+    port = opened("slewline://gs-c200s?name=left&chs=0")
+    port.write(b"Po\rS10\r")
+    assert port.read_until(b"S\r", size=4) == b"Y\rY\r"
+    port.close()
+    now = port.bench.now_ps
+    again = opened("slewline://gs-c200s?name=left")
+    assert again.chip is port.chip
+    assert again.bench.now_ps == now
+    again.write(b"Q\r")
+    assert again.read_until(b"END\r") == b"S10\rEND\r"
+
+
+def test_two_hosts_cannot_have_one_module(opened):
+    opened("slewline://gs-c200s?name=left")
+    with pytest.raises(serial.SerialException, match="one host at a time"):
+        opened("slewline://gs-c200s?name=left")
+
+
+def test_a_name_stands_for_one_module(opened):
+    opened("slewline://gs-c200s?name=left&chs=0").close()
+    for url in ("slewline://gs-c200?name=left", "slewline://gs-c200s?name=left&chs=1"):
+        with pytest.raises(UsageError, match=r"'left' is slewline://gs-c200s\?name=left&chs=0 already"):
+            opened(url)
+
+
+def test_straps_and_options_of_the_query(opened):
+    port = opened("slewline://gs-c200s?chs=0&br0=1&eeprom_time=20 ms&sel0=1&early_y=false", baudrate=4800)
+    port.write(b"M\r")
+    assert port.read_until(b"\r") == b"Y\r"
+    # two characters, the turnround, the EEPROM, two characters
+    assert 20 * 10**9 < port.bench.now_ps < 32 * 10**9
+
+
+def test_the_eeprom_of_a_file_outlives_the_port(opened, tmp_path):
+    url = f"slewline://gs-c200s?store={tmp_path}/x.eeprom&eeprom_time=20 ms"
+    port = opened(url)
+    assert [ask(port, command) for command in (*PROGRAM, "M")] == [b"YY\r"] * 6
+    port.close()
+    port = opened(url)
+    assert (ask(port, "X"), port.chip.listing().split()[1::2]) == (b"YY\r", ["S10", "T100", "R50", "+200"])
+    (tmp_path / "x.eeprom").write_text("something else")
+    assert ask(port, "M") == framed("E6")
+    assert "no memory of slewline" in port.bench.findings[-1].text
+    assert issubclass(StoreError, OSError)
+
+
+def test_a_transcript_is_whole_when_the_port_is_closed(opened, tmp_path):
+    with opened(f"slewline://gs-c200s?log={tmp_path}/log") as port:
+        assert ask(port, "F") == b"RR\r"
+        port.write(b"V")
+    lines = [line.split(maxsplit=1)[1] for line in (tmp_path / "log").read_text().splitlines()]
+    assert lines == [
+        "gs_c200s ! pySerial is connected",
+        r"gs_c200s < FV\r",
+        r"gs_c200s > RR\r",
+        "gs_c200s < V",
+        "gs_c200s ! pySerial: closed",
+    ]
+    assert port.rig.log.file is None
+
+
+# ---------------------------------------------------------------------------------------------------------- the line
+@pytest.mark.parametrize(
+    "changes",
+    [{"baudrate": 4800}, {"baudrate": 19200}, {"parity": "E"}, {"parity": "N", "bytesize": 8}, {"bytesize": 8}],
+    ids=str,
+)
+def test_wrong_settings_give_what_a_wire_gives(opened, changes):
+    port = opened(**changes)
+    assert ask(port, "F") != b"RR\r"
+    port.apply_settings(SETTINGS)
+    port.write(b"\r")  # ends whatever the module has made of it
+    port.read(100)
+    assert ask(port, "F") == b"RR\r"
+    if "baudrate" not in changes:
+        assert {found.code for found in port.bench.findings} == {"E1"}
+
+
+def test_settings_that_change_on_an_open_port_hold_from_the_next_character_on(opened):
+    port = opened()
+    assert ask(port, "F") == b"RR\r"
+    port.baudrate = 300
+    port.write(b"F")
+    port.flush()
+    port.baudrate = 9600
+    port.write(b"\r")
+    port.read(10)
+    assert ask(port, "F") == b"RR\r"
+
+
+def test_a_break_is_a_character_without_stop_bit(opened):
+    port = opened()
+    assert ask(port, "F") == b"RR\r"
+    began = port.bench.now_ps
+    port.send_break(0.05)
+    assert port.bench.now_ps - began == 50 * 10**9
+    port.write(b"\r")
+    assert port.read_until(b"\r") == framed("E1")
+    assert port.bench.findings[-1].text == r"b'\x00': a parity or framing fault"
+
+
+def test_a_break_comes_behind_what_was_written(opened):
+    port = opened()
+    port.write(framed("F"))
+    port.send_break()
+    port.write(b"\r")
+    assert port.read(7) == b"RR\r" + framed("E1")
+
+
+def test_modem_lines_are_bridged(opened):
+    port = opened(rtscts=True, dsrdtr=True)
+    assert (port.cts, port.dsr, port.cd, port.ri) == (True, True, True, False)
+    port.rts, port.dtr = False, False
+    assert (port.cts, port.dsr, port.cd, port.ri) == (False, False, False, False)
+    assert ask(port, "F") == b"RR\r"
+
+
+# ------------------------------------------------------------------------------------------------ reading and timeouts
+def test_a_read_lets_its_timeout_pass_and_no_more(opened):
+    port = opened(timeout=0.25)
+    began = port.bench.now_ps
+    assert port.read(5) == b""
+    assert port.bench.now_ps - began == 250 * 10**9
+
+
+def test_a_read_ends_with_the_character_that_was_missing(opened):
+    port = opened(timeout=1000)
+    port.write(framed("F"))
+    assert port.read(2) == b"RR"
+    assert port.bench.now_ps < 10**11
+    assert port.read(1) == b"\r"
+
+
+def test_read_until_ends_with_the_timeout_of_the_whole(opened):
+    port = opened(timeout=0.1)
+    port.write(framed("F") * 100)
+    began = port.bench.now_ps
+    assert b"never" not in port.read_until(b"never")
+    assert 100 * 10**9 <= port.bench.now_ps - began <= 110 * 10**9
+
+
+def test_lines_and_lists_as_pyserial_gives_them(opened):
+    port = opened("slewline://gs-c200s?chs=0", timeout=0.1)
+    port.write(b"Po\rS10\rT100\rPx\rQ\r")
+    assert list(port.iread_until(b"\r")) == [b"Y\r"] * 4 + [b"S10\r", b"T100\r", b"END\r"]
+    port.write(b"V1\r")
+    assert port.readline() == b"V+0\r"
+    buffer = bytearray(3)
+    port.write(b"F\r")
+    assert (port.readinto(buffer), buffer) == (2, b"R\r\0")
+    port.write(b"F\r")
+    port.sleep(0.01)
+    assert port.read_all() == b"R\r"
+
+
+def test_time_between_characters(opened):
+    port = opened(timeout=10, inter_byte_timeout=0.01)
+    port.write(framed("F"))
+    assert port.read(100) == b"RR\r"
+    assert port.bench.now_ps < 100 * 10**9
+
+
+def test_timeout_zero_reads_what_is_there_and_polling_gets_on(opened):
+    port = opened(timeout=0)
+    port.write(framed("F"))
+    got, polls = b"", 0
+    while not got.endswith(b"\r"):
+        got += port.read(100)
+        polls += 1
+    assert (got, polls) == (b"RR\r", pytest.approx(8, abs=1))
+
+
+def test_a_loop_that_waits_for_in_waiting_ends(opened):
+    port = opened()
+    port.write(framed("F"))
+    while port.in_waiting < 3:
+        pass
+    assert port.read(3) == b"RR\r"
+
+
+def test_a_read_without_timeout_waits_as_long_as_something_is_coming(opened):
+    port = opened("slewline://gs-c200s?eeprom_time=30 s", timeout=None)
+    assert ask(port, "M") == b"YY\r"
+    assert port.bench.now_ps > 30 * 10**12
+
+
+def test_a_read_without_timeout_says_that_nothing_is_coming(opened):
+    port = opened(timeout=None)
+    port.write(framed("F"))
+    with pytest.raises(Timeout, match=r"read\(4\) without timeout got 3, .* coming \(gs_c200s: a command"):
+        port.read(4)
+    assert port.read(3) == b"RR\r"
+
+
+def test_buffers_can_be_emptied(opened):
+    port = opened()
+    port.write(framed("F"))
+    port.sleep(0.1)
+    port.reset_input_buffer()
+    assert port.in_waiting == 0
+    port.write(framed("F") * 100)
+    assert port.out_waiting == 300
+    port.reset_output_buffer()
+    assert port.out_waiting < 20
+    port.sleep(1)
+    assert port.out_waiting == 0
+    assert 0 < port.in_waiting < 30
+
+
+def test_what_was_written_goes_out_before_the_port_is_closed(opened):
+    port = opened()
+    for command in (*PROGRAM, "E"):
+        ask(port, command)
+    port.flush()
+    began = port.bench.now_ps
+    port.write(framed("K"))
+    port.close()
+    assert port.bench.now_ps - began == pytest.approx(3 * CHARACTER_PS, abs=10)
+    port.bench.run("100 ms")
+    assert port.chip.idle
+    with pytest.raises(serial.SerialException, match="not open"):
+        port.read(1)
+
+
+def test_context_manager_and_delayed_opening(opened):
+    port = opened(do_not_open=True)
+    assert not port.is_open
+    with port:
+        assert ask(port, "F") == b"RR\r"
+    assert not port.is_open
+
+
+def test_a_rate_follows_the_wall_clock(opened):
+    port = opened("slewline://gs-c200s?rate=50", timeout=1000)
+    began = port.bench.now_ps
+    for command in (*PROGRAM, "E"):
+        assert ask(port, command) == b"YY\r"
+    assert port.bench.now_ps - began > 50 * 10**9  # the exchanges themselves; the machine may take any time on top
+    port.sleep(5)
+    assert (ask(port, "F"), port.chip.position) == (b"RR\r", 200)
+
+
+def test_one_thread_reads_for_as_long_as_another_one_takes_to_write(opened):
+    port = opened("slewline://gs-c200s?rate=100", timeout=None)
+    got = []
+    reader = Thread(target=lambda: got.append(port.read_until(b"\r")))
+    reader.start()
+    while port.bench.now_ps < 3 * 10**12:
+        assert port.in_waiting == 0
+    port.write(framed("F"))
+    reader.join(60)
+    assert got == [b"RR\r"]
+
+
+def test_with_a_rate_characters_begin_when_they_are_written(opened):
+    port = opened("slewline://gs-c200s?rate=1000")
+    began, virtual = perf_counter(), port.bench.now_ps
+    while perf_counter() < began + 0.01:
+        pass
+    elapsed = perf_counter() - began
+    port.write(framed("F"))
+    assert port.bench.now_ps - virtual > elapsed * 0.99 * 1000 * 10**12
+
+
+# ------------------------------------------------------------------------------------------------------------ mistakes
+@pytest.mark.parametrize(
+    ("url", "changes", "says"),
+    [
+        ("slewline://gs-c300", {}, "no chip 'gs-c300'; there are: cy525, gs-c200, gs-c200s"),
+        ("slewline://cy525", {}, r"cy525: has no serial line; use bench\.host"),
+        ("slewline://gs-c200s?sel9=0", {}, "no option 'sel9'; options: store, firmware"),
+        ("slewline://gs-c200s?chs=2", {}, "strap chs=2; straps put an input to 0 or 1"),
+        ("slewline://gs-c200s?rate=fast", {}, "rate 'fast'; expected virtual seconds per second"),
+        ("slewline://gs-c200s", {"xonxoff": True}, "xonxoff=True; a checksum may be XON or XOFF"),
+        ("slewline://gs-c200s", {"parity": "M"}, "parity 'M'; allowed N, O, E"),
+        ("slewline://gs-c200s", {"baudrate": 0}, "baud 0; expected 9600"),
+    ],
+)
+def test_what_cannot_be_opened_says_why(opened, url, changes, says):
+    with pytest.raises(slewline.SlewlineError, match=says):
+        opened(url, **changes)
+
+
+def test_a_str_is_no_bytes(opened):
+    with pytest.raises(TypeError):
+        opened().write("F\r")
+
+
+def test_without_the_import_pyserial_does_not_know_the_url():
+    code = "import serial; serial.serial_for_url('slewline://gs-c200s')"
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert "protocol 'slewline' not known" in ran.stderr
+    ran = subprocess.run([sys.executable, "-W", "error", "-c", f"import slewline.testing; {code}"], check=False)
+    assert ran.returncode == 0
