@@ -18,8 +18,9 @@ import re
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator
+from dataclasses import fields
 from functools import partial
-from inspect import Parameter, cleandoc, signature
+from inspect import Parameter, cleandoc, getsource, signature
 from pathlib import Path
 
 import click
@@ -31,8 +32,10 @@ from slewline.chips.cy525 import quirks as cy525_quirks
 from slewline.chips.cy525.sheet import STEPS_PER_SECOND
 from slewline.chips.gs_c200 import quirks as gs_c200_quirks
 from slewline.chips.gs_c200.sheet import POSITIONS
+from slewline.chips.gs_c200.state import Options
 from slewline.core.kernel import Kernel
 from slewline.core.quirk import Quirk
+from slewline.core.timebase import readable
 from slewline.language.describe import describe, line_table, table
 from slewline.language.lines import usage
 from slewline.parts import KINDS, part_class
@@ -73,9 +76,21 @@ def gs_c200_page() -> str:
             f"It does not have {', '.join(lacks)}; in their place it has:\n",
             line_table(row for row in older.commands if row not in newer.commands.rows),
             f"\nIts position counter goes from {low} to {high} and does not wrap: a program that leaves it ends (E5).",
+            "\n## Options\n",
+            f"Of `bench.add`, or `options` in a bench file. {paragraph(Options.__doc__)}\n",
+            table(("option", "default", "what it is"), option_rows()),
             *quirk_lines("gs_c200", gs_c200_quirks.QUIRKS),
         ]
     )
+
+
+def option_rows() -> Iterator[tuple[str, str, str]]:
+    """The options of a module, with their defaults; what they are stands in the comments beside them."""
+    says = dict(re.findall(r"^    (\w+): .*?  # (.*)$", getsource(Options), re.MULTILINE))
+    yield "`store`", "", "what keeps the EEPROM's program: an object with read() and write(data)"
+    for field in fields(Options):
+        default = getattr(Options(), field.name)
+        yield f"`{field.name}`", f"`{readable(default) if field.type == 'str | int' else default!r}`", says[field.name]
 
 
 def quirk_lines(folder: str, quirks: Iterable[Quirk], note: str = "") -> list[str]:
@@ -145,7 +160,8 @@ def parts_page() -> str:
     text = (
         "What stands around a chip: `bench.part(kind, to=x, ...)` in Python, `[[part]]` in a bench file. With `to`,\n"
         "pins that have an arrow are wired to those of the neighbour. Figures are those of the CY525 manual, with\n"
-        "GS-C those of its data sheet. What a part can be told from Python stands in its class in `src/slewline/parts`.\n"
+        "GS-C those of its data sheet. What a part can be told from Python stands in its class in\n"
+        "`src/slewline/parts`.\n"
     )
     return f"{NOTE}# Parts\n\n{text}\n{table(('kind', 'what it is', 'options', 'pins'), rows)}\n"
 

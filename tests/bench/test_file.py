@@ -157,7 +157,10 @@ BAD = [
     ("a = " + "[" * 5000, "bench.toml: not TOML"),
     ("part = 3", "bench.toml: [part]: found 3; write [[part]], with two brackets"),
     ('[chip]\npart = "cy525"', "line 1: [chip]: found a single table; write [[chip]], with two brackets"),
-    ("chips = 3", "[chips]: unknown key; allowed bench, chip, part, wire, host, drive, record; did you mean chip?"),
+    (
+        "chips = 3",
+        "[chips]: unknown key; allowed bench, chip, part, wire, host, serve, drive, record; did you mean chip?",
+    ),
     (
         '[[chip]]\n\ncristal = "11 MHz"\npart = "cy525"',
         "line 3: [[chip]] 1, cristal: unknown key; allowed part, name, crystal",

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from slewline.core.timebase import Clock
-from slewline.core.train import OPEN, PatternView, Playing, PulseView, StepTrain
+from slewline.core.train import OPEN, PatternView, Playing, PulseView, StepTrain, StrobeView
 
 CRYSTALS = [11_000_000, 3_579_545, 10_999_999, 1_000_000]
 HIGH = 3
@@ -159,6 +159,16 @@ def test_pulse_is_low_from_the_begin_of_a_step_to_shortly_before_its_end():
         lows = [(clock.ps(a), clock.ps(b - HIGH)) for a, b in pairwise(ticks)]
         for until in bounds(random, ticks, clock):
             view = PulseView(Playing(train, until), HIGH)
+            last = clock.ps(ticks[-1]) + 5
+            check_promise(view, 0, last, lambda ps, lows=lows: 0 if any(a <= ps < b for a, b in lows) else 1, until)
+
+
+def test_a_strobe_is_low_at_the_begin_of_each_step():
+    for random, train, ticks in small_trains():
+        clock = train.clock
+        lows = [(clock.ps(a), clock.ps(a + HIGH)) for a in ticks[:-1]]
+        for until in bounds(random, ticks, clock):
+            view = StrobeView(Playing(train, until), HIGH)
             last = clock.ps(ticks[-1]) + 5
             check_promise(view, 0, last, lambda ps, lows=lows: 0 if any(a <= ps < b for a, b in lows) else 1, until)
 

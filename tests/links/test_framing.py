@@ -62,7 +62,7 @@ def test_the_uart_cannot_hold_a_host_up():
 
 
 def test_with_framing_nothing_is_lost(framed):
-    framed.send(b"A 0\nR 20\nD 1\nF 9\nS 255\nN 50\nG\nN 7\n?\n")
+    framed.send(b"A 0\nR 20\nZ 1\nF 9\nS 255\nN 50\nG\nN 7\n?\n")
     assert framed.x.registers["number"] == 7
     assert framed.x.travel == 50
     assert not framed.bench.findings

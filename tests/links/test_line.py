@@ -76,7 +76,7 @@ def test_time_stands_still_behind_the_answer(begun):
     assert 0 <= server.bench.now_ps - host.got[-1][0] <= 1
 
 
-def test_the_eighth_bit_is_masked(begun):
+def test_the_eighth_bit_does_not_count(begun):
     server, line, host = begun()
     line.take(bytes(byte | 0x80 for byte in b"F\r"))
     play(server)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import random
 import signal
 
 import pytest
@@ -142,6 +143,50 @@ def test_sigusr1_asks_for_a_status_line(serve, client):
     assert "gs_c200s idle at 40" in shown
     assert "1 of 1 lines connected" in shown
     assert ask(host, b"F") == b"R\r"
+
+
+def test_no_input_brings_it_down_or_makes_it_grow(serve, client):
+    flood(serve, client, 100_000)
+
+
+@pytest.mark.long
+@pytest.mark.timeout(900)
+def test_a_million_random_bytes_neither(serve, client):
+    flood(serve, client, 1_000_000)
+
+
+def flood(serve, client, total):
+    """Random bytes, every hundredth with a parity fault: the module still answers, and what was done is told."""
+    server = serve(*ONE, "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0", ports=2)
+    host, control = client(server.ports["gs_c200s"]), client(server.ports["control"])
+    for one in (host, control):
+        one.socket.settimeout(600)
+
+    def request(do, **more):
+        control.send(json.dumps({"do": do} | more).encode() + b"\n")
+        return json.loads(control.read(b"\n"))
+
+    request("fault", line="gs_c200s", to="chip", kind="parity", count=10**9, chance=0.01, seed=6)
+    chance = random.Random(12)
+    host.send(chance.randbytes(total // 10))
+    before = server.memory_kb()
+    for _ in range(9):
+        host.send(chance.randbytes(total // 10))
+    while request("status")["lines"]["gs_c200s"]["taken"] < total:
+        pass
+    hits = request("clear", line="gs_c200s")["hits"]["chip"]["parity"]
+    assert total * 0.008 < hits < total * 0.012
+    assert request("status")["findings"] > total / 200
+    assert server.memory_kb() < before + 20_000
+    request("advance", time="10 s")
+    for last in (b"\r", b"K\r"):
+        host.send(last)
+        request("advance", time="10 s")
+    given = request("status")["lines"]["gs_c200s"]["given"]
+    while given:
+        given -= len(host.socket.recv(min(given, 1 << 16)))
+    assert ask(host, b"F") in (b"R\r", b"B\r")
+    assert server.end() == (0, "")
 
 
 # -------------------------------------------------------------------------------------------------------- bench files

@@ -121,6 +121,25 @@ def test_a_host_that_writes_without_end_is_held_up(client):
         assert running.do(lambda: line.port.backlog) == BACKLOG
 
 
+def test_a_byte_meets_the_virtual_time_of_its_arrival(client, tmp_path):
+    """The server has slept for a long time: nothing was to be done."""
+    wall = [0]
+    bench = slewline.Bench()
+    server = Server(bench, Paced(bench, 1, lambda: wall[0]), tmp_path / "log")
+    port = server.tcp(server.line(bench.add("gs-c200s", name="x", straps=STRAPS)), "127.0.0.1:0")
+    with Threaded(server) as running:
+        host = client(port.where)
+        running.until(lambda: port.session is not None)
+        wall[0] += 700_000_000
+        host.send(b"F\r")
+        running.until(lambda: running.server.lines["x"].taken == 2)
+        wall[0] += 100_000_000
+        assert host.read() == b"R\r"
+    lines = [line.split() for line in (tmp_path / "log").read_text().splitlines()]
+    assert ["0.701000", "x", "<", "F\\r"] in lines
+    assert ["0.705437", "x", ">", "R\\r"] in lines
+
+
 def test_several_modules_share_a_line(client):
     bench = slewline.Bench()
     straps = ({"sel0": 1, "sel1": 1, "sel2": 0}, {"sel0": 1, "sel1": 0, "sel2": 1})

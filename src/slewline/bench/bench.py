@@ -88,6 +88,8 @@ class Bench(Recording):
             options: of the part, for example rate=80 or stepwise=True.
         """
         cls = chip_class(part) if isinstance(part, str) else part
+        if not (isinstance(cls, type) and issubclass(cls, Chip)):
+            raise UsageError(f"add({part!r}): expected a part number such as 'cy525', or the class of a chip")
         name = self._new_name(name, cls.sheet.part.replace("-", "_"))
         hz = None
         if crystal is not None and not cls.sheet.crystal_high_hz:
@@ -175,7 +177,7 @@ class Bench(Recording):
             name = next(n for n in (stem, *(f"{stem}_{i}" for i in range(2, 1000))) if n not in taken)
         if name in taken:
             raise UsageError(f"the bench has a {name!r} already; names are unique")
-        if not name.replace("_", "a").isalnum():
+        if not isinstance(name, str) or not name.replace("_", "a").isalnum():
             raise UsageError(f"name {name!r}: letters, digits and underscores, please")
         return name
 
@@ -196,6 +198,9 @@ class Bench(Recording):
         """
         if not chips:
             raise UsageError("host: which chip? bench.host(x)")
+        for chip in chips:
+            if not isinstance(chip, Chip):
+                raise UsageError(f"host: {chip!r}; expected chips of this bench")
         serial = [chip for chip in chips if chip.sheet.port is not None]
         if serial:
             if len(serial) < len(chips):
@@ -228,6 +233,10 @@ class Bench(Recording):
         """A host on an RS-232 line, wired to every module on it."""
         if picoseconds(delay):
             raise UsageError(f"host: delay {delay!r}; on a serial line let the host's program pause")
+        for other in self.parts.values():
+            taken = [chip.name for chip in chips if isinstance(other, SerialHost) and chip.name in other.chips]
+            if taken:
+                raise WiringError(f"host: {other.name} is on the line of {', '.join(taken)} already; one host a line")
         name = self._new_name(name, "host")
         self._note(
             "host", name=name, chips=[chip.name for chip in chips], delay_ps=0, baud=baud, line=line and line.name
@@ -240,18 +249,27 @@ class Bench(Recording):
         if line is not None:
             for theirs, own in line.wiring.items():
                 self._join(host.pins[own].net, line.pins[theirs].net)
-        self.connect(host if line is None else line, chips)
+        self._connect(host if line is None else line, chips)
         return host
 
     def connect(self, connector: Part, chips: Sequence[Chip]) -> None:
         """Wire a serial connector to modules on one line; several need the pull-down of the last one."""
-        txd, rxd = connector.pins["txd"], connector.pins["rxd"]
+        if self._started:
+            raise WiringError(f"connect {connector.name}: time has passed already; wire before the first run")
+        self._note("connect", part=connector.name, chips=[chip.name for chip in chips])
+        self._connect(connector, chips)
+
+    def _connect(self, connector: Part, chips: Sequence[Chip]) -> None:
         for chip in chips:
-            self._join(txd.net, chip.pins["rxd"].net)
-            self._join(rxd.net, chip.pins["txd"].net)
-        pull_downs = [chip for chip in chips if chip.pins["txpd"].net is rxd.net] if "txpd" in chips[-1].pins else chips
-        if not pull_downs:
-            self._join(rxd.net, chips[-1].pins["txpd"].net)
+            self._join(connector.pins["txd"].net, chip.pins["rxd"].net)
+            self._join(connector.pins["rxd"].net, chip.pins["txd"].net)
+        addresses = [getattr(chip, "strapped_address", int)() for chip in chips]
+        for address in sorted({address for address in addresses if addresses.count(address) > 1}):
+            who = ", ".join(chip.name for chip, own in zip(chips, addresses, strict=True) if own == address)
+            connector.finding("same-address", f"{who} have the same address on one line: all of them answer")
+        rxd, last = connector.pins["rxd"].net, chips[-1].pins
+        if "txpd" in last and not any(chip.pins["txpd"].net is rxd for chip in chips):
+            self._join(rxd, last["txpd"].net)
         self.kernel.settle()
 
     def __getitem__(self, name: str) -> Any:
@@ -265,7 +283,7 @@ class Bench(Recording):
 
     def pin(self, name: str) -> Terminal:
         """A pin by its full name, for example "x.slew"."""
-        owner, dot, pin = name.partition(".")
+        owner, dot, pin = name.partition(".") if isinstance(name, str) else (repr(name), "", "")
         if not dot:
             raise UnknownName(f"pin {name!r}: give owner and pin, for example 'x.slew'")
         found: Terminal = self[owner].pin(pin)
@@ -294,7 +312,7 @@ class Bench(Recording):
         self.kernel.settle()
 
     def _net(self, name: str) -> Net:
-        if name.endswith(".db"):
+        if isinstance(name, str) and name.endswith(".db"):
             owner = self[name[:-3]]
             if isinstance(owner, Chip):
                 return owner.bus
@@ -332,6 +350,8 @@ class Bench(Recording):
     def at(self, time: Time, function: Callable[[], object]) -> None:
         """Call a function at an instant, in its first round: everything still reads as it was before."""
         ps = picoseconds(time)
+        if not callable(function):
+            raise UsageError(f"at {readable(ps)}: {function!r}; expected a function")
         if ps < self.kernel.now:
             raise UsageError(f"at {readable(ps)}: that is over; it is {readable(self.kernel.now)}")
         self.kernel.call_at(ps, function)

@@ -120,6 +120,8 @@ def apply(bench: Bench, entry: dict[str, Any]) -> None:
         chips = [bench.chips[name] for name in entry["chips"]]
         line = bench[entry["line"]] if entry.get("line") else None
         bench.host(*chips, name=entry["name"], delay=entry["delay_ps"], baud=entry.get("baud"), line=line)
+    elif do == "connect":
+        bench.connect(bench[entry["part"]], [bench.chips[name] for name in entry["chips"]])
     elif do == "part":
         bench.part(entry["kind"], entry["name"], **entry["options"])
     elif do == "input":

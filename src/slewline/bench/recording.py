@@ -74,7 +74,8 @@ class Recording:
                     and not isinstance(chip.pins[row.name].net, Bus)
                 ):
                     yield f"{chip.name}.{row.name}"
-            yield f"{chip.name}.db"
+            if chip.has_bus:
+                yield f"{chip.name}.db"
 
     def _window(self, start: Time | None, stop: Time | None) -> tuple[int, int]:
         return (

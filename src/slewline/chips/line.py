@@ -102,7 +102,8 @@ class LineChip(Chip):
     def listen(self) -> None:
         """Begin to receive, at the rate that the straps say now."""
         self.word = Word(self.port.bits, self.port.parity, self.port.stop)
-        self.bits = bit_clock(self.port.bauds[self.strapped(self.port.baud_pins)], self.name)
+        self.baud = self.port.bauds[self.strapped(self.port.baud_pins)]
+        self.bits = bit_clock(self.baud, self.name)
         self.listener = self.kernel.spawn(self._listen(), f"{self.name} listens")
         self.refresh_idle()
 

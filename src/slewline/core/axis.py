@@ -33,11 +33,16 @@ class Steps:
 
 @dataclass(slots=True)
 class Stretch:
-    """A stretch of travel: from an instant on, `playing` moves the axis by `sign` a step, starting from `travel`."""
+    """A stretch of travel: from an instant on, `playing` moves the axis by `sign` a step, starting from `travel`.
+
+    `count` is `travel` without those steps that the position register did not count; it counts `counts` a step.
+    """
 
     start: int
     travel: int
+    count: int
     sign: int
+    counts: int
     playing: Playing | None
 
 
@@ -45,13 +50,14 @@ class Axis:
     """Position of one motor: exact at every instant, through the bounded promise, and its whole past.
 
     `travel` counts steps without wrap-around; `position` is the register, which holds one of `positions` and wraps.
+    A motion may leave the register alone.
     """
 
     def __init__(self, kernel: Kernel, positions: range, position: int) -> None:
         self.kernel, self.positions = kernel, positions
         self.modulus, self.low = len(positions), positions[0]
-        self.offset = position - self.low  # position - low = offset + travel, modulo
-        self.past = [Stretch(0, 0, 1, None)]
+        self.offset = position - self.low  # position - low = offset + counted, modulo
+        self.past = [Stretch(0, 0, 0, 1, 1, None)]
         self.offsets = [(0, self.offset)]
         self.watchers: list[Callable[[], object]] = []  # called when a plan or the register changes
 
@@ -62,9 +68,15 @@ class Axis:
         return now.travel + (now.sign * now.playing.begun(self.kernel.seen) if now.playing is not None else 0)
 
     @property
+    def counted(self) -> int:
+        """The same, of those steps that the position register counts."""
+        now = self.past[-1]
+        return now.count + (now.counts * now.playing.begun(self.kernel.seen) if now.playing is not None else 0)
+
+    @property
     def position(self) -> int:
         """The position register at the last committed instant."""
-        return self.low + (self.offset + self.travel) % self.modulus
+        return self.low + (self.offset + self.counted) % self.modulus
 
     @property
     def moving(self) -> bool:
@@ -74,7 +86,7 @@ class Axis:
 
     def load(self, position: int) -> None:
         """Declare the present position."""
-        self.offset = (position - self.low - self.travel) % self.modulus
+        self.offset = (position - self.low - self.counted) % self.modulus
         if self.offsets[-1][0] == self.kernel.now:
             self.offsets[-1] = (self.kernel.now, self.offset)
         else:
@@ -82,9 +94,14 @@ class Axis:
         for watcher in self.watchers:
             watcher()
 
-    def follow(self, playing: Playing | None, sign: int) -> None:
-        """From this instant on, the axis follows a train; what was played before stays as it is."""
-        self.past.append(Stretch(self.kernel.now, self.travel, sign, playing))
+    def follow(self, playing: Playing | None, sign: int, counted: bool = True) -> None:
+        """From this instant on, the axis follows a train; what was played before stays as it is.
+
+        Args:
+            counted: false: the position register does not count these steps.
+        """
+        counts = sign if counted else 0
+        self.past.append(Stretch(self.kernel.now, self.travel, self.counted, sign, counts, playing))
         for watcher in self.watchers:
             watcher()
 
@@ -98,7 +115,7 @@ class Axis:
     def would_arrive(self, position: int) -> int | None:
         """When the present train reaches a position if nothing interferes; None if it does not."""
         now = self.past[-1]
-        if now.playing is None:
+        if now.playing is None or not now.counts:
             return None
         train = now.playing.train
         begun = now.playing.begun(self.kernel.seen)
@@ -138,7 +155,7 @@ class Axis:
                 begins = playing.train.begins(a, b)
                 times.append(begins)
                 signs.append(np.full(b - a, stretch.sign, np.int8))
-                positions.append(stretch.travel + stretch.sign * np.arange(a + 1, b + 1) + self._offsets_at(begins))
+                positions.append(stretch.count + stretch.counts * np.arange(a + 1, b + 1) + self._offsets_at(begins))
         if not times:
             return Steps(np.empty(0, np.int64), np.empty(0, np.int8), np.empty(0, np.int64))
         return Steps(np.concatenate(times), np.concatenate(signs), self.low + np.concatenate(positions) % self.modulus)
@@ -153,9 +170,9 @@ class Axis:
     def position_at(self, ps: int) -> int:
         """The position register at one instant of the past."""
         stretch = self.past[max(bisect_right(self.past, ps, key=lambda stretch: stretch.start) - 1, 0)]
-        travel = stretch.travel + (stretch.sign * stretch.playing.begun(ps) if stretch.playing is not None else 0)
+        count = stretch.count + (stretch.counts * stretch.playing.begun(ps) if stretch.playing is not None else 0)
         since = max(bisect_right(self.offsets, ps, key=lambda offset: offset[0]) - 1, 0)
-        return self.low + (self.offsets[since][1] + travel) % self.modulus
+        return self.low + (self.offsets[since][1] + count) % self.modulus
 
     def positions_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
         """The position register at many instants of the past: (n,) int64, shape as `times`."""
@@ -171,7 +188,7 @@ class Axis:
         out = np.empty(at.shape, np.int64)
         for index in np.unique(which):
             stretch, chosen = self.past[index], which == index
-            out[chosen] = stretch.travel
+            out[chosen] = stretch.count
             if stretch.playing is not None:
-                out[chosen] += stretch.sign * stretch.playing.begun_many(at[chosen])
+                out[chosen] += stretch.counts * stretch.playing.begun_many(at[chosen])
         return self.low + (out + self._offsets_at(at)) % self.modulus

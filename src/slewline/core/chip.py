@@ -38,6 +38,9 @@ class Finding:
 
 class ReachesCondition(Condition):
     def __init__(self, chip: Chip, position: int) -> None:
+        if not isinstance(position, int) or position not in chip.axes[0].positions:
+            allowed = chip.axes[0].positions
+            raise UsageError(f"{chip.name}: position {position!r}; allowed {allowed[0]}..{allowed[-1]}")
         self.chip, self.position, self.text = chip, position, f"{chip.name} at position {position}"
 
     def met(self) -> bool:
@@ -74,6 +77,11 @@ class Chip:
         self._waiting: tuple[str, int] = ("nothing yet", 0)
         self._build_pins(bare, straps or {})
 
+    @property
+    def has_bus(self) -> bool:
+        """Does the part have a data bus?"""
+        return any(isinstance(terminal.net, Bus) for terminal in self.pins.values())
+
     def _build_pins(self, bare: bool, straps: Mapping[str, int]) -> None:
         self.pins: dict[str, Terminal] = {}
         self.drivers: dict[str, Driver] = {}
@@ -94,6 +102,8 @@ class Chip:
                 if row.way in ("out", "both"):
                     self.drivers[row.name] = Driver(net, self.name)
             self.pins[row.name] = terminal
+        if not isinstance(straps, Mapping):
+            raise UsageError(f'{self.name}: straps {straps!r}; expected pins with levels, such as {{"sel0": 0}}')
         for strap, strap_level in straps.items():
             terminal = self.pin(strap)
             if strap_level not in (0, 1) or terminal.row.way not in ("in", "both"):
@@ -181,6 +191,15 @@ class Chip:
     def power(self, on: bool) -> None:
         """Switch the supply."""
         raise NotImplementedError
+
+    def check_switch(self, on: object) -> None:
+        """A supply is on or off.
+
+        Raises:
+            UsageError: for anything else, such as "off", which would count as true.
+        """
+        if not isinstance(on, bool):
+            raise UsageError(f"{self.name}: power({on!r}); allowed True, False")
 
     def reset(self) -> None:
         """Pulse the RESET pin for as long as the part needs."""

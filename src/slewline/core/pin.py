@@ -83,6 +83,7 @@ class Terminal:
         self.name = f"{owner}.{row.name}"
         self.bit: int | None = None  # of a bus
         self._driver: Driver | None = None
+        self._level: int | None = None  # what is driven from outside
         self.on_input: Callable[[Terminal, int | None], object] | None = None  # the journal
 
     @property
@@ -104,11 +105,23 @@ class Terminal:
         self._put(None, at)
 
     def pulse(self, level: int, width: str | int, at: str | int | None = None) -> None:
-        """Drive the pin for a time, then let go of it."""
+        """Drive the pin for a time, then as before: the level that was driven from outside, or none."""
         kernel = self.net.kernel
-        start = kernel.now if at is None else picoseconds(at)
-        self.drive(level, start)
-        self.release(start + picoseconds(width))
+        if level not in (0, 1):
+            raise UsageError(f"{self.name}: level {level!r}; allowed 0, 1")
+        start, ps = kernel.now if at is None else picoseconds(at), picoseconds(width)
+
+        def begin() -> None:
+            before = self._level
+            self._put(level, None)
+            self._put(before, kernel.now + ps)
+
+        if start > kernel.now:
+            kernel.call_at(start, begin)
+        elif start < kernel.now:
+            raise UsageError(f"{self.name}: {readable(start)} is over; it is {readable(kernel.now)}")
+        else:
+            begin()
 
     def _put(self, level: int | None, at: str | int | None) -> None:
         kernel = self.net.kernel
@@ -123,6 +136,7 @@ class Terminal:
             if ps > kernel.now:
                 kernel.call_at(ps, lambda: self._put(level, None))
                 return
+        self._level = level = None if level is None else int(level)
         if self.on_input is not None:
             self.on_input(self, level)
         if self._driver is None:

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 BACKLOG = 256  # characters that may wait for their turn on the line
 PATIENCE_PS = 60 * 10**12  # how long a line in lockstep waits for an answer
-MASKS = {bits: bytes(byte & (1 << bits) - 1 for byte in range(256)) for bits in range(5, 9)}
 
 
 class Line:
@@ -102,7 +101,6 @@ class SerialLine(Line):
         port.on_character = self._character
 
     def feed(self, data: bytes) -> None:
-        data = data.translate(MASKS[self.port.word.bits])
         if not self.to_chip.plans:
             self.port.write(data)
             return

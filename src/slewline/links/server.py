@@ -101,14 +101,10 @@ class Server:
         if len(formats) != 1:
             raise UsageError(f"{', '.join(chip.name for chip in chips)}: their lines differ in speed or format")
         baud, bits, parity, stop = formats.pop()
-        name, last = f"{chips[0].name}_line", chips[-1]
-        port = self.bench.part("serial_port", name=name, baud=baud, bits=bits, parity=parity, stop=stop)
-        for chip in chips:
-            self.bench.wire(f"{name}.txd", f"{chip.name}.rxd")
-            self.bench.wire(f"{name}.rxd", f"{chip.name}.txd")
-        if len(chips) > 1 and "txpd" in last.pins:
-            self.bench.wire(f"{name}.rxd", f"{last.name}.txpd")
-        return port  # type: ignore[no-any-return]
+        name = f"{chips[0].name}_line"
+        port: SerialPort = self.bench.part("serial_port", name=name, baud=baud, bits=bits, parity=parity, stop=stop)
+        self.bench.connect(port, chips)
+        return port
 
     def _uart(self, chip: Chip) -> SerialPort:
         """The same, and the UART of figure 10.16, which only receives."""

@@ -92,11 +92,12 @@ class Host(Part):
         return self.chips[self.port.chip]
 
     # ------------------------------------------------------------------------------------------------------ queueing
-    def to(self, chip: str) -> Host:
+    def to(self, chip: str | Chip) -> Host:
         """From now on, speak to this chip."""
-        if chip not in self.ports:
-            raise UnknownName(f"{self.name} has no chip {chip!r}; it serves {', '.join(self.ports)}")
-        self.port = self.ports[chip]
+        name = chip if isinstance(chip, str) else getattr(chip, "name", repr(chip))
+        if name not in self.ports:
+            raise UnknownName(f"{self.name} has no chip {name!r}; it serves {', '.join(self.ports)}")
+        self.port = self.ports[name]
         return self
 
     def send(self, data: str | bytes) -> None:

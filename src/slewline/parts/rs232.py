@@ -164,7 +164,8 @@ class SerialHost(SerialPort):
         port = chips[0].sheet.port
         assert port is not None  # the bench chooses the host by the sheet
         super().__init__(kernel, name, bits=port.bits, parity=port.parity, stop=port.stop)
-        self.port, self.fixed_baud = port, baud
+        self.port = port
+        self.fixed_baud: int | str | None = baud
         self.chips = {chip.name: chip for chip in chips}
         self.chip = chips[0]
         self.answers: list[str] = []
@@ -173,12 +174,18 @@ class SerialHost(SerialPort):
         self.wait_for: Callable[[Callable[[], bool], str, str], None] | None = None  # the bench lets time pass
         self.on_event: Callable[[str], object] | None = None  # a transcript
 
-    def to(self, chip: str) -> SerialHost:
+    def to(self, chip: str | Chip) -> SerialHost:
         """From now on, speak to this module."""
-        if chip not in self.chips:
-            raise UnknownName(f"{self.name} has no chip {chip!r}; it serves {', '.join(self.chips)}")
-        self.chip = self.chips[chip]
+        name = chip if isinstance(chip, str) else getattr(chip, "name", repr(chip))
+        if name not in self.chips:
+            raise UnknownName(f"{self.name} has no chip {name!r}; it serves {', '.join(self.chips)}")
+        self.chip = self.chips[name]
         return self
+
+    def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
+        """Take another rate or format, whatever the module is strapped for."""
+        super().change_line(baud, bits, parity, stop)
+        self.fixed_baud = baud
 
     async def before_sending(self) -> None:
         up = max(getattr(chip, "up_ps", 0) for chip in self.chips.values())
@@ -223,6 +230,8 @@ class SerialHost(SerialPort):
         """A command as it goes over the wire: address, checksum and carriage return added."""
         if not isinstance(command, str) or not command.isascii():
             raise UsageError(f"{self.name}: command {command!r}; expected text such as 'V1'")
+        if "\r" in command:
+            raise UsageError(f"{self.name}: command {command!r}; one at a time, the carriage return is added")
         return framed(self.address + command, self.checked, self.kept)
 
     def ask(self, command: str, timeout: str = "5 s") -> str:
@@ -270,9 +279,14 @@ class SerialHost(SerialPort):
             return
         try:
             self.wait_for(met, f"{self.name}: {what}", timeout)
-        except Timeout:
+        except Timeout as error:
             self.outgoing.clear()
-            raise
+            heard = getattr(self.chip, "baud", self.baud)
+            if heard == self.baud:
+                raise
+            raise Timeout(
+                f"{error}\n  {self.name} speaks {self.baud} baud, {self.chip.name} listens at {heard}"
+            ) from None
 
     def stripped(self, line: str) -> str:
         """An answer without its checksum."""

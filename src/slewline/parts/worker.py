@@ -17,6 +17,8 @@ Data = str | bytes | Iterable[int]
 def as_bytes(owner: str, data: Data) -> bytes:
     """Text (ASCII), bytes, or a list of numbers 0 to 255, as bytes."""
     try:
+        if isinstance(data, int):
+            raise TypeError
         return data.encode("ascii") if isinstance(data, str) else bytes(data)
     except UnicodeEncodeError as error:
         raise UsageError(

@@ -136,7 +136,7 @@ class Controller:
     def _borrow(self, take: Callable[[bytes], int], command: str) -> tuple[Any, Any, Word]:
         line, host = self.rig.line, self.rig.host
         before = line.host, host.baud, host.word
-        line.host = take
+        line.host, host.fixed_baud = take, None
         host.set_line(host.baud, Word(host.port.bits, host.port.parity, host.port.stop))
         host.follow_straps()
         line.take(host.framed(command))

@@ -49,6 +49,7 @@ class Supply(State):
     def power(self, on: bool) -> None:
         """Switch the supply.  After power-up the registers hold their power-up values, and RESET must be low for 10 ms;
         when nobody drives RESET, the capacitor of fig. 9.1 does it."""
+        self.check_switch(on)
         if on == self.powered:
             return
         if self.on_power is not None:

@@ -59,6 +59,7 @@ class GsC(Instructions):
     # --------------------------------------------------------------------------------------------------------- power
     def power(self, on: bool) -> None:
         """Switch the supply: program memory, speeds, counter and outputs are lost without it; the EEPROM stays."""
+        self.check_switch(on)
         if self.on_power is not None:
             self.on_power(self, on)
         if on == self.powered:
@@ -69,7 +70,7 @@ class GsC(Instructions):
         self.kernel.settle()
 
     def _power_up(self) -> None:
-        self.up_ps = self.kernel.now
+        self.up_ps, self.idle = self.kernel.now, False
         self.forget()
         self.axis1.load(0)
         self.start()
@@ -281,7 +282,7 @@ class GsC(Instructions):
 
     async def _home(self, direction: int, speed: int) -> None:
         """The counter is not kept on the way, and cleared at the end."""
-        self.homing, self.before_homing = True, self.position
+        self.homing = True
         await self.motion.home(direction, speed, "H+" if direction > 0 else "H-")
         self.homing = False
         self.axis1.load(0)

@@ -46,16 +46,13 @@ class Instructions(State):
         if self.program_task is not None:
             self.program_task.kill()
         await self.motion.kill()
-        if self.homing:
-            self.homing = False
-            self.axis1.load(self.before_homing)  # a homing that is cut short leaves the counter as it was
         self.end_program()
 
     def end_program(self) -> None:
         """Nothing runs any more."""
         self.program_task = None
         self.tasks = [task for task in self.tasks if task.alive]
-        self.running = False
+        self.running = self.homing = False
         if not self.in_work:
             self.rdy.drive(None)
         self.waits("a command")

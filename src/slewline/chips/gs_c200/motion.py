@@ -157,7 +157,7 @@ class Motion:
         chip = self.chip
         self.base = step
         self.playing = Playing(StepTrain(chip.clock, self.kernel.now, tail(plan.runs, step)))
-        chip.axis1.follow(self.playing, sign)
+        chip.axis1.follow(self.playing, sign, counted=not chip.homing)
         chip.clock_pin.play(StrobeView(self.playing, chip.clock_ps))
 
     async def until_look(self, stop: int, steps: int, switch: Net | None) -> int:

@@ -49,28 +49,26 @@ class Memory:
 class Options:
     """Where the data sheet leaves a choice, or a module differs; the defaults are the choices of `quirks`.
 
-    Times are text such as "1 ms".  `address` takes the place of the SEL straps; `pin_order` reads them as the pin
-    description orders them; `firmware` below 2.2 (GS-C200) leaves the bit of the checksum out.  `supply` is in volts,
-    `load` what is drawn from pins by name, in milliamperes: {"v5_20": 80}; beyond the limits of the sheet is a finding.
+    Times are text such as "1 ms".  A supply or a load beyond the limits of the sheet is a finding.
     """
 
-    firmware: str = "2.2"
-    address: int | None = None
-    pin_order: bool = False
-    law: str | Law = "constant acceleration"
-    turnround: str | int = TIMES["turnround"]
-    instruction_time: str | int = TIMES["instruction"]
-    dir_setup: str | int = TIMES["dir_setup"]
-    eeprom_time: str | int = TIMES["eeprom"]
+    firmware: str = "2.2"  # GS-C200 below 2.2: checksums without the bit that is always set
+    address: int | None = None  # in place of the SEL straps; 0: point-to-point
+    pin_order: bool = False  # SEL as the pin description orders it
+    law: str | Law = "constant acceleration"  # of the ramps; or "linear in steps", or a function
+    turnround: str | int = TIMES["turnround"]  # carriage return to answer
+    instruction_time: str | int = TIMES["instruction"]  # of a program, before its effect
+    dir_setup: str | int = TIMES["dir_setup"]  # DIR and MOV to the first step
+    eeprom_time: str | int = TIMES["eeprom"]  # what M takes
     lenient: bool = False  # forgives LF between lines, and P0 for Po
     direct: bool = False  # delayed commands act at once outside programming
     early_y: bool = False  # M answers before it writes
     pad7: bool = False  # GS-C200: V1 with leading zeros
     mov_hold: bool = False  # MOV and RAMP high until the last interval is over
     plain_u: bool = False  # U at location 0 is a plain test, too
-    nested_loops: bool = False
-    supply: float = 24
-    load: Mapping[str, float] = field(default_factory=dict)
+    nested_loops: bool = False  # an L0 inside a loop begins a loop of its own
+    supply: float = 24  # volts
+    load: Mapping[str, float] = field(default_factory=dict)  # milliamperes drawn from pins: {"v5_20": 80}
     stepwise: bool = False  # every motion step by step instead of whole; slow, and the same to the last edge
 
     def checked(self, name: str) -> Options:
@@ -78,6 +76,9 @@ class Options:
         version = self.firmware.split(".") if isinstance(self.firmware, str) else []
         if len(version) != 2 or not all(part.isdigit() for part in version):
             raise UsageError(f"{name}: firmware {self.firmware!r}; expected a version such as '2.1'")
+        for option in fields(self):
+            if isinstance(option.default, bool) and not isinstance(getattr(self, option.name), bool):
+                raise UsageError(f"{name}: {option.name} {getattr(self, option.name)!r}; allowed True, False")
         if self.address is not None and self.address not in range(8):
             raise UsageError(f"{name}: address {self.address!r}; allowed 1 to 7, and 0 for point-to-point")
         if not callable(self.law) and self.law not in LAWS:
@@ -109,6 +110,10 @@ class State(LineChip):
             if option not in known:
                 raise UsageError(f"{name}: no option {option!r}; options: store, {', '.join(known)}")
         self.options = Options(**options).checked(name)
+        if store is not None and not (
+            callable(getattr(store, "read", None)) and callable(getattr(store, "write", None))
+        ):
+            raise UsageError(f"{name}: store {store!r}; expected an object with read() and write(data)")
         super().__init__(kernel, name, bare=bare, straps=straps)
         self.store: Store = store if store is not None else Memory()
         self.eeprom_fault = False  # a switch for tests: programming the EEPROM fails
@@ -168,7 +173,7 @@ class State(LineChip):
         """The first run begins: report what is not wired as the sheet wants it."""
         super().check_wiring()
         if self.pins["test"].level != 0:
-            self.finding("test-pin", "pin 10 (test) is open; wire it to pin 8")
+            self.finding("test-pin", "pin 10 (test) is not low; wire it to pin 8")
         pull_downs = [driver for driver in self.pins["txd"].net.drivers if driver.name == PULL_DOWN]
         if not pull_downs:
             self.finding("no-pull-down", "no module has its txpd on this txd: the idle line floats")
@@ -197,7 +202,7 @@ class State(LineChip):
         self.ending = False  # Z: the program ends when the motion has come to rest
         self.address = 0
         self.running = False
-        self.homing, self.before_homing = False, 0  # a homing runs, and where it began
+        self.homing = False  # a homing runs: its steps are not counted
         self.program_counter = 0
 
     @property

@@ -124,7 +124,7 @@ class Stepwise:
         begin = self.begun_ps = self.kernel.now
         self.made += 1
         chip.clock_pin.drive(0)
-        chip.axis1.follow(Playing(StepTrain(chip.clock, begin, ((period, 1),))), sign)
+        chip.axis1.follow(Playing(StepTrain(chip.clock, begin, ((period, 1),))), sign, not chip.homing)
         await until(self.kernel, begin + chip.clock_ps)
         chip.clock_pin.drive(1)
         if last:
