@@ -9,36 +9,25 @@ bench.run_until_idle()
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from inspect import signature
-from random import Random
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
 
-from ..chips import chip_class
-from ..core.chip import Chip, Finding
-from ..core.kernel import Kernel
-from ..core.net import Bus, Driver, Net
-from ..core.pin import Condition, Terminal
-from ..core.timebase import hertz, picoseconds, readable
-from ..errors import Timeout, UnknownName, UsageError, WiringError
-from ..parts import make_part
-from ..parts.host import Host
-from ..parts.part import Part
-from ..parts.rs232 import SerialHost
-from .journal import Journal
-from .recording import Recording
+from ..core.net import Net
+from ..core.pin import Condition
+from ..core.timebase import picoseconds, readable
+from ..errors import Timeout, UsageError
+from .furnishing import Furnished, Time
 
 if TYPE_CHECKING:
-    from os import PathLike
-
-Time = str | int
+    from ..core.chip import Chip
+    from ..parts.part import Part
 
 
 def _seen(_net: Net) -> None:
     """An observer that only makes promised edges instants."""
 
 
-class Bench(Recording):
+class Bench(Furnished):
     """Chips and what stands around them.
 
     Args:
@@ -49,297 +38,7 @@ class Bench(Recording):
             in memory.
     """
 
-    def __init__(
-        self,
-        seed: int = 0,
-        journal: str | PathLike[str] | None = None,
-        shuffle: int | None = None,
-        stores: Callable[[str], Any] | None = None,
-    ) -> None:
-        super().__init__(Kernel(None if shuffle is None else Random(shuffle)))
-        self.stores = stores
-        self.seed = seed
-        self.random = Random(seed)
-        self.chips: dict[str, Chip] = {}
-        self.parts: dict[str, Part] = {}
-        self.journal = Journal(journal, self.kernel, seed) if journal is not None else None
-        self._started = False
-        self._busy: Chip | Part | None = None
-        self.on_finding: Callable[[Finding], object] | None = None
-
-    # ---------------------------------------------------------------------------------------------------- furnishing
-    def add(
-        self,
-        part: str | type[Chip],
-        name: str | None = None,
-        crystal: str | int | None = None,
-        straps: Mapping[str, int] | None = None,
-        bare: bool = False,
-        **options: Any,
-    ) -> Chip:
-        """Put a chip on the bench.
-
-        Args:
-            part: part number in lower case, for example "cy525"; or the class of a chip of one's own.
-            name: defaults to the part number, numbered when there are several.
-            crystal: "11 MHz", or hertz; the sheet's own by default.
-            straps: fixed levels of input pins.
-            bare: leave out the standard wiring (ABORT high, STEP INHIBIT low ...).
-            options: of the part, for example rate=80 or stepwise=True.
-        """
-        cls = chip_class(part) if isinstance(part, str) else part
-        if not (isinstance(cls, type) and issubclass(cls, Chip)):
-            raise UsageError(f"add({part!r}): expected a part number such as 'cy525', or the class of a chip")
-        name = self._new_name(name, cls.sheet.part.replace("-", "_"))
-        hz = None
-        if crystal is not None and not cls.sheet.crystal_high_hz:
-            raise UsageError(f"crystal {crystal!r}: the {cls.sheet.part} has none to choose; {cls.sheet.manual}")
-        if crystal is not None:
-            hz = hertz(crystal)
-            low, high = cls.sheet.crystal_low_hz // 2, cls.sheet.crystal_high_hz * 12 // 11
-            if not low <= hz <= high:
-                raise UsageError(
-                    f"crystal {crystal!r}: {cls.sheet.part.upper()} takes {cls.sheet.crystal_low_hz / 1e6:g} to "
-                    f"{cls.sheet.crystal_high_hz / 1e6:g} MHz (up to {high / 1e6:g} with a finding); {cls.sheet.manual}"
-                )
-        if self.stores is not None and "store" in signature(cls).parameters:
-            options.setdefault("store", self.stores(name))
-        if self.journal is not None:
-            kept = {"store": list(options["store"].read())} if options.get("store") is not None else {}
-            self.journal.write(
-                "add",
-                part=cls.sheet.part,
-                name=name,
-                crystal_hz=hz,
-                straps=dict(straps or {}),
-                bare=bare,
-                options=options | kept,
-            )
-        chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
-        self.chips[name] = chip
-        chip.on_power = self._power_input
-        self._adopt(chip)
-        self.kernel.settle()
-        return chip
-
-    def part(self, kind: str, name: str | None = None, to: Chip | Part | str | None = None, **options: Any) -> Any:
-        """Make a part and put it on the bench.
-
-        Args:
-            kind: for example "uart"; slewline.parts.KINDS lists them.
-            name: defaults to the kind, numbered when there are several.
-            to: chip or part to whose pins those of the new part are wired in the standard way.
-            options: of the part.
-        """
-        if self._started:
-            raise WiringError(f"part {kind}: time has passed already; furnish the bench before the first run")
-        name = self._new_name(name, kind)
-        part = make_part(kind, self.kernel, name, options)
-        self._note(
-            "part",
-            kind=kind,
-            name=name,
-            options={k: list(v) if isinstance(v, bytes) else v for k, v in options.items()},
-        )
-        if self.journal is not None:
-            part.on_input = lambda verb, args: self._note("input", part=name, verb=verb, args=args)
-        self.place(part)
-        self.kernel.settle()
-        if to is not None:
-            neighbour = to if isinstance(to, str) else to.name
-            for own, theirs in part.wiring.items():
-                self.wire(f"{neighbour}.{theirs}", f"{name}.{own}")
-        return part
-
-    def _note(self, do: str, **what: Any) -> None:
-        if self.journal is not None:
-            self.journal.write(do, **what)
-
-    def place(self, part: Part) -> Part:
-        """Put a part on the bench; its pins can be wired from now on."""
-        self._new_name(part.name, part.name)
-        self.parts[part.name] = part
-        self._adopt(part)
-        return part
-
-    def _adopt(self, owner: Chip | Part) -> None:
-        owner.on_finding = lambda found: self.on_finding(found) if self.on_finding is not None else None
-        for terminal in owner.pins.values():
-            terminal.on_input = self._pin_input
-
-    def _owners(self) -> list[Chip | Part]:
-        """Everything that stands on the bench."""
-        return [*self.parts.values(), *self.chips.values()]
-
-    def _new_name(self, name: str | None, stem: str) -> str:
-        taken = {**self.chips, **self.parts}
-        if name is None:
-            name = next(n for n in (stem, *(f"{stem}_{i}" for i in range(2, 1000))) if n not in taken)
-        if name in taken:
-            raise UsageError(f"the bench has a {name!r} already; names are unique")
-        if not isinstance(name, str) or not name.replace("_", "a").isalnum():
-            raise UsageError(f"name {name!r}: letters, digits and underscores, please")
-        return name
-
-    def host(
-        self,
-        *chips: Chip,
-        name: str | None = None,
-        delay: Time = 0,
-        baud: int | None = None,
-        line: Part | None = None,
-    ) -> Any:
-        """A host computer on the command port of a chip, or of several that share its bus or its line.
-
-        Args:
-            delay: what the host's own program takes before each byte (on a bus).
-            baud: another rate than the chip is strapped for (on a serial line).
-            line: a part of kind rs232_line between the host and the chips.
-        """
-        if not chips:
-            raise UsageError("host: which chip? bench.host(x)")
-        for chip in chips:
-            if not isinstance(chip, Chip):
-                raise UsageError(f"host: {chip!r}; expected chips of this bench")
-        serial = [chip for chip in chips if chip.sheet.port is not None]
-        if serial:
-            if len(serial) < len(chips):
-                raise UsageError(
-                    "host: some of these chips have a bus, some a serial line; one host speaks to one kind"
-                )
-            return self._serial_host(chips, name, delay, baud, line)
-        if baud is not None or line is not None:
-            wrong = f"baud {baud!r}" if baud is not None else "line"
-            raise UsageError(f"host: {wrong}; {chips[0].name} has no serial line")
-        name = self._new_name(name, "host")
-        for chip in chips[1:]:
-            if chip.bus is not chips[0].bus:
-                self._join(chips[0].bus, chip.bus)
-        if self.journal is not None:
-            self.journal.write("host", name=name, chips=[chip.name for chip in chips], delay_ps=picoseconds(delay))
-        host = Host(self.kernel, name, chips, picoseconds(delay))
-        host.wait_for = self._wait_for
-        if self.journal is not None:
-            journal = self.journal
-            host.on_input = lambda verb, args: journal.write(verb, host=name, args=args)
-        self.parts[name] = host
-        self._adopt(host)
-        self.kernel.settle()
-        return host
-
-    def _serial_host(
-        self, chips: Sequence[Chip], name: str | None, delay: Time, baud: int | None, line: Part | None
-    ) -> SerialHost:
-        """A host on an RS-232 line, wired to every module on it."""
-        if picoseconds(delay):
-            raise UsageError(f"host: delay {delay!r}; on a serial line let the host's program pause")
-        for other in self.parts.values():
-            taken = [chip.name for chip in chips if isinstance(other, SerialHost) and chip.name in other.chips]
-            if taken:
-                raise WiringError(f"host: {other.name} is on the line of {', '.join(taken)} already; one host a line")
-        name = self._new_name(name, "host")
-        self._note(
-            "host", name=name, chips=[chip.name for chip in chips], delay_ps=0, baud=baud, line=line and line.name
-        )
-        host = SerialHost(self.kernel, name, chips, baud=baud)
-        host.wait_for = self._wait_for
-        if self.journal is not None:
-            host.on_input = lambda verb, args: self._note("input", part=name, verb=verb, args=args)
-        self.place(host)
-        if line is not None:
-            for theirs, own in line.wiring.items():
-                self._join(host.pins[own].net, line.pins[theirs].net)
-        self._connect(host if line is None else line, chips)
-        return host
-
-    def connect(self, connector: Part, chips: Sequence[Chip]) -> None:
-        """Wire a serial connector to modules on one line; several need the pull-down of the last one."""
-        if self._started:
-            raise WiringError(f"connect {connector.name}: time has passed already; wire before the first run")
-        self._note("connect", part=connector.name, chips=[chip.name for chip in chips])
-        self._connect(connector, chips)
-
-    def _connect(self, connector: Part, chips: Sequence[Chip]) -> None:
-        for chip in chips:
-            self._join(connector.pins["txd"].net, chip.pins["rxd"].net)
-            self._join(connector.pins["rxd"].net, chip.pins["txd"].net)
-        addresses = [getattr(chip, "strapped_address", int)() for chip in chips]
-        for address in sorted({address for address in addresses if addresses.count(address) > 1}):
-            who = ", ".join(chip.name for chip, own in zip(chips, addresses, strict=True) if own == address)
-            connector.finding("same-address", f"{who} have the same address on one line: all of them answer")
-        rxd, last = connector.pins["rxd"].net, chips[-1].pins
-        if "txpd" in last and not any(chip.pins["txpd"].net is rxd for chip in chips):
-            self._join(rxd, last["txpd"].net)
-        self.kernel.settle()
-
-    def __getitem__(self, name: str) -> Any:
-        """A chip or part by name."""
-        for owners in (self.chips, self.parts):
-            if name in owners:
-                return owners[name]
-        raise UnknownName(
-            f"the bench has no {name!r}; there are: {', '.join([*self.chips, *self.parts]) or 'none yet'}"
-        )
-
-    def pin(self, name: str) -> Terminal:
-        """A pin by its full name, for example "x.slew"."""
-        owner, dot, pin = name.partition(".") if isinstance(name, str) else (repr(name), "", "")
-        if not dot:
-            raise UnknownName(f"pin {name!r}: give owner and pin, for example 'x.slew'")
-        found: Terminal = self[owner].pin(pin)
-        return found
-
-    # ------------------------------------------------------------------------------------------------------- wiring
-    def wire(self, a: str, b: str, invert: bool = False) -> None:
-        """Connect two pins; with `invert` an inverter drives the second from the first.
-
-        "x.db" and "y.db" are whole buses.
-        """
-        if self._started:
-            raise WiringError(f"wire {a} to {b}: time has passed already; wire before the first run")
-        one, two = self._net(a), self._net(b)
-        if isinstance(one, Bus) != isinstance(two, Bus):
-            raise WiringError(f"wire {a} to {b}: a bus of eight wires does not fit a single pin; wire bus to bus")
-        if self.journal is not None:
-            self.journal.write("wire", a=a, b=b, invert=invert)
-        if invert:
-            two.tie = None
-            out = Driver(two, f"inverter of {a}")
-            out.drive(None if one.level is None else 1 - one.level)
-            one.watch(lambda net: out.drive(None if net.level is None else 1 - net.level))
-        else:
-            self._join(one, two)
-        self.kernel.settle()
-
-    def _net(self, name: str) -> Net:
-        if isinstance(name, str) and name.endswith(".db"):
-            owner = self[name[:-3]]
-            if isinstance(owner, Chip):
-                return owner.bus
-        terminal = self.pin(name)
-        if terminal.row.way in ("power", "none"):
-            raise WiringError(
-                f"{name} (pin {terminal.row.number}: {terminal.row.says}) carries no signal and stays unconnected"
-            )
-        return terminal.net
-
-    def _join(self, one: Net, two: Net) -> None:
-        """Two nets become one; whoever had the second has the first."""
-        if one is two:
-            return
-        one.merge(two)
-        for owner in self._owners():
-            for terminal in owner.pins.values():
-                if terminal.net is two:
-                    terminal.net = one
-        for chip in self.chips.values():
-            if chip.bus is two:
-                chip.bus = one  # type: ignore[assignment]
-            chip.rewired()
-        for name, net in self.recorded.items():
-            if net is two:
-                self.recorder.record(one, two.log.keep_ps)  # type: ignore[union-attr]
-                self.recorded[name] = one
+    _busy: Chip | Part | None = None  # who was busy when all were asked last
 
     # ------------------------------------------------------------------------------------------------------ running
     @property
@@ -467,17 +166,3 @@ class Bench(Recording):
         lines += [f"  {chip.waiting}" for chip in self.chips.values() if not chip.idle]
         lines += [f"  {part.waiting}" for part in self.parts.values() if not part.idle]
         return "\n".join(lines)
-
-    # ------------------------------------------------------------------------------------------------------ findings
-    @property
-    def findings(self) -> list[Finding]:
-        """What hosts did wrong, of all chips and parts, in order of time."""
-        return sorted((found for owner in self._owners() for found in owner.findings), key=lambda found: found.time_ps)
-
-    def _power_input(self, chip: Chip, on: bool) -> None:
-        if self.journal is not None:
-            self.journal.write("power", chip=chip.name, on=on)
-
-    def _pin_input(self, terminal: Terminal, level: int | None) -> None:
-        if self.journal is not None:
-            self.journal.write("drive", pin=terminal.name, level=level)
