@@ -7,6 +7,8 @@ import random
 import pytest
 import serial
 
+import slewline
+
 from .conftest import PATIENCE, Threaded
 
 IAC, SB, SE, COM = 255, 250, 240, 44
@@ -61,6 +63,20 @@ def test_settings_may_change_and_the_next_host_finds_those_of_the_module(port):
         host.baudrate = 300
     running.until(lambda: line.host is None)
     assert (line.port.baud, str(line.port.word)) == (9600, "7O2")
+
+
+def test_a_session_with_changing_settings_replays(lockstep, tmp_path):
+    server, line = lockstep(journal=tmp_path / "journal")
+    port = server.rfc2217(line, "127.0.0.1:0")
+    with Threaded(server), opened((None, None, port), parity="E") as host:
+        host.write(b"V1\r")
+        assert host.read_until(b"\r") == b"E1\r"
+        host.parity = "O"
+        host.write(b"V1\r")
+        assert host.read_until(b"\r") == b"V+0\r"
+    again = slewline.replay(tmp_path / "journal")
+    assert bytes(again["x_line"].received) == b"E1\rV+0\r"
+    assert again.now_ps == server.bench.now_ps
 
 
 def test_a_rate_that_makes_no_sense_is_not_taken(port):

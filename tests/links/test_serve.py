@@ -5,13 +5,17 @@ from __future__ import annotations
 import json
 import os
 import random
+import select
 import signal
+import subprocess
 
 import pytest
 import serial
 
 import slewline
 from slewline.tools.main import invoke
+
+from .conftest import COMMAND, PATIENCE
 
 PROGRAM = (b"Po", b"S50", b"T200", b"R20", b"+400")
 ONE = ("gs-c200s", "--strap", "chs=0", "--lockstep")
@@ -153,6 +157,20 @@ def test_no_input_brings_it_down_or_makes_it_grow(serve, client):
 @pytest.mark.timeout(900)
 def test_a_million_random_bytes_neither(serve, client):
     flood(serve, client, 1_000_000)
+
+
+def test_a_status_line_on_a_terminal():
+    terminal, ours = os.openpty()
+    arguments = ("gs-c200s", "--tcp", "127.0.0.1:0", "--status")
+    with subprocess.Popen([*COMMAND, *arguments], stdout=subprocess.PIPE, stderr=ours) as server:
+        shown = b""
+        while b"gs_c200s idle at 0 | 0 of 1 lines connected" not in shown:
+            assert select.select([terminal], [], [], PATIENCE)[0]
+            shown += os.read(terminal, 1000)
+        server.terminate()
+    assert server.returncode == 0
+    for end in (terminal, ours):
+        os.close(end)
 
 
 def flood(serve, client, total):

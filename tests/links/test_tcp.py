@@ -140,6 +140,32 @@ def test_a_byte_meets_the_virtual_time_of_its_arrival(client, tmp_path):
     assert ["0.705437", "x", ">", "R\\r"] in lines
 
 
+def test_a_system_without_descriptors_is_asked_again(port, client, monkeypatch):
+    _, _, tcp = port
+    asked = []
+
+    def accept():
+        asked.append(1)
+        if len(asked) == 1:
+            raise OSError(24, "too many open files")
+        return real.accept()
+
+    real = tcp.listener.socket
+    monkeypatch.setattr(tcp.listener, "socket", Proxy(real, accept))
+    assert client(tcp.where).ask(b"F\r") == b"R\r"
+    assert len(asked) == 2  # it has not kept the loop busy meanwhile
+
+
+class Proxy:
+    """A socket with another accept."""
+
+    def __init__(self, real, accept):
+        self.real, self.accept = real, accept
+
+    def __getattr__(self, name):
+        return getattr(self.real, name)
+
+
 def test_several_modules_share_a_line(client):
     bench = slewline.Bench()
     straps = ({"sel0": 1, "sel1": 1, "sel2": 0}, {"sel0": 1, "sel1": 0, "sel2": 1})

@@ -11,7 +11,7 @@ import pytest
 
 import slewline
 
-COMMANDS = ("chips", "run", "asm", "dis", "lint", "describe", "demo")
+COMMANDS = ("chips", "run", "asm", "dis", "lint", "describe", "serve", "demo")
 PYTHON = [sys.executable, "-W", "error", "-c"]
 
 

@@ -241,6 +241,9 @@ class Kernel:
                         self.woken.append(task)
             else:
                 net.tell()
+        for net in nets:  # the next edge is an instant only if somebody still watches
+            if net.promise is not None:
+                net.schedule(time)
 
     def current(self) -> Task:
         """The task that is running; waiting is only possible inside one."""

@@ -10,7 +10,7 @@ driver the net takes its tie (the standard wiring of a bare part), without a tie
 
 from __future__ import annotations
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable
 from heapq import heappush
 from typing import Any, Protocol
@@ -51,6 +51,12 @@ class Wave:
             ps = self.until - 1
         over = bisect_right(self.times, ps)
         return self.levels[over - 1] if over else self.before
+
+    def levels_before(self, instants: list[int]) -> list[Level]:
+        """Levels just before some instants, of a wave without `until`."""
+        times, levels = self.times, self.levels
+        overs = [bisect_left(times, ps) for ps in instants]
+        return [levels[over - 1] if over else self.before for over in overs]
 
     def after(self, ps: int) -> int | None:
         over = bisect_right(self.times, ps)
@@ -236,7 +242,10 @@ class Net:
         """The levels just before some instants, under the present promises."""
         if len(self.active) != 1 or (promise := self.active[0].promise) is None:
             return [self.resolve(ps - 1) for ps in instants]
-        found = [promise.level(ps - 1) for ps in instants]
+        if type(promise) is Wave and promise.until is None:
+            found = promise.levels_before(instants)
+        else:
+            found = [promise.level(ps - 1) for ps in instants]
         if None in found:
             rest = self.tie if self.tie is not None else self.pull
             return [rest if level is None else level for level in found]
@@ -271,8 +280,6 @@ class Net:
                 self.promise, self.plain = None, active[0]
                 if promise.levels[-1] is None or self.samplers:
                     self.sort_drivers()
-            else:
-                self.schedule(ps)
         if new == self.value:
             return False
         self.value = new

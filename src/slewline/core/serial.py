@@ -198,7 +198,8 @@ class Receiver:
             middle = clock.ticks_until(start) + 1 + OVERSAMPLING // 2  # the edge is seen at the next clock
             count = 2 + word.bits + (word.parity != "none")
             self.seen, self.taken = [], 0
-            self.looks = [clock.ps(middle + OVERSAMPLING * n) for n in range(count)]
+            last = middle + OVERSAMPLING * count
+            self.looks = [tick * clock.n // clock.d for tick in range(middle, last, OVERSAMPLING)]
             self.task = kernel.task
             promised = self.net.resolve(self.looks[0] - 1) == 1 - mark
             await until(kernel, self.looks[-1 if promised else 0])

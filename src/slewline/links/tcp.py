@@ -17,6 +17,7 @@ from .loop import Loop
 from .stream import Stream
 
 KEEPALIVE = (("TCP_KEEPIDLE", 10), ("TCP_KEEPINTVL", 5), ("TCP_KEEPCNT", 3), ("TCP_USER_TIMEOUT", 25_000))
+RETRY_S = 0.5  # when the system cannot accept a connection
 FAREWELL_S = 1.0  # how long a host that was refused may take to read why
 
 
@@ -59,7 +60,11 @@ class Listener:
         except OSError as error:
             raise UsageError(f"address {address!r}: {error.strerror or error}; choose another one") from None
         self.socket.setblocking(False)
-        loop.watch(self.socket.fileno(), self._accept)
+        self._listen()
+
+    def _listen(self) -> None:
+        if self.socket.fileno() >= 0:
+            self.loop.watch(self.socket.fileno(), self._accept)
 
     @property
     def where(self) -> str:
@@ -70,7 +75,11 @@ class Listener:
     def _accept(self) -> None:
         try:
             connection, peer = self.socket.accept()
-        except OSError:  # it has gone already, or there are no descriptors left
+        except (BlockingIOError, ConnectionError):  # it has gone already
+            return
+        except OSError:  # no descriptors left, for example: others may close theirs
+            self.loop.watch(self.socket.fileno())
+            self.loop.after(RETRY_S, self._listen)
             return
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
