@@ -10,9 +10,9 @@ import pytest
 import slewline
 from slewline.errors import UsageError
 from slewline.links.line import BACKLOG, PATIENCE_PS
-from slewline.links.noise import Noise
 from slewline.links.pace import Lockstep, Paced
 from slewline.links.server import Server
+from slewline.parts.noise import LINKED, Noise
 
 from .conftest import STRAPS
 
@@ -152,7 +152,7 @@ def test_noise_on_the_way_to_the_host(begun, kind, answer):
 
 def test_noise_by_chance_is_repeatable():
     def hits(seed):
-        noise = Noise(7)
+        noise = Noise(7, LINKED)
         noise.plan("garbled", 20, 0.1, seed)
         return [noise.hit(0x41) for _ in range(1000)]
 
@@ -163,7 +163,7 @@ def test_noise_by_chance_is_repeatable():
 
 
 def test_plans_queue_up():
-    noise = Noise(7)
+    noise = Noise(7, LINKED)
     noise.plan("lost", 2)
     noise.plan("parity")
     assert [noise.hit(1) for _ in range(4)] == [(None, ""), (None, ""), (1, "parity"), (1, "")]
@@ -174,7 +174,7 @@ def test_plans_queue_up():
 )
 def test_a_plan_makes_sense(plan):
     with pytest.raises(UsageError, match="allowed"):
-        Noise(7).plan(*plan)
+        Noise(7, LINKED).plan(*plan)
 
 
 # --------------------------------------------------------------------------------------------------------- transcript

@@ -272,14 +272,13 @@ class Net:
             new = self.resolve(ps)
         if self._log is not None:
             self._keep(ps, new)
-        if promise is not None:
-            if type(promise) is Wave and self._log is None and len(active) == 1 and ps >= promise.times[-1]:
-                for sampler in self.samplers:
-                    sampler()
-                active[0].level, active[0].promise = promise.levels[-1], None  # the wave is over
-                self.promise, self.plain = None, active[0]
-                if promise.levels[-1] is None or self.samplers:
-                    self.sort_drivers()
+        if type(promise) is Wave and self._log is None and len(active) == 1 and ps >= promise.times[-1]:
+            for sampler in self.samplers:
+                sampler()
+            active[0].level, active[0].promise = promise.levels[-1], None  # the wave is over
+            self.promise, self.plain = None, active[0]
+            if promise.levels[-1] is None or self.samplers:
+                self.sort_drivers()
         if new == self.value:
             return False
         self.value = new

@@ -14,9 +14,9 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from ..core.serial import Character
+from ..parts.noise import LINKED, Noise
 from ..parts.rs232 import LATE_PS, SerialPort
 from .log import TO_CHIP, TO_HOST, Log
-from .noise import Noise
 from .pace import Pace, Wait
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ class SerialLine(Line):
         self.port = port
         self.coming = 0  # characters whose last bit is not over
         self.late_ps = 0  # a late character of the module comes then, and those behind it not before
-        self.to_chip, self.to_host = Noise(port.word.bits), Noise(port.word.bits)
+        self.to_chip, self.to_host = Noise(port.word.bits, LINKED), Noise(port.word.bits, LINKED)
         port.on_character = self._character
 
     def feed(self, data: bytes) -> None:

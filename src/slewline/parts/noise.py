@@ -1,4 +1,4 @@
-"""Noise on a serial line: characters that are lost, garbled, or come with a wrong parity bit or without stop bit.
+"""Noise on a serial line: characters that are lost, garbled, late, or come with a wrong parity or without stop bit.
 
 A plan says what happens to the characters to come: to each of the next `count` ones, or, with a `chance` below 1, to
 each character with this chance until so many were hit.  Chance is seeded, so a plan is repeatable.
@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 
 from ..errors import UsageError
 
-KINDS = ("lost", "garbled", "parity", "framing")
+KINDS = ("lost", "garbled", "parity", "framing")  # what noise on a wire can do
+LINKED = (*KINDS, "late")  # and what a link can
 WORD = (1 << 64) - 1
 
 
@@ -39,8 +40,6 @@ class Plan:
     source: Chance = field(repr=False)
 
     def __post_init__(self) -> None:
-        if self.kind not in KINDS:
-            raise UsageError(f"fault {self.kind!r}; allowed {', '.join(KINDS)}")
         for name, least in (("count", 1), ("after", 0)):
             value = getattr(self, name)
             if not isinstance(value, int) or value < least:
@@ -60,15 +59,23 @@ class Plan:
 
 
 class Noise:
-    """The noise in one direction of a line of so many data bits."""
+    """The noise in one direction of a line of so many data bits.
 
-    def __init__(self, bits: int) -> None:
+    Args:
+        kinds: what it can do to a character.
+    """
+
+    def __init__(self, bits: int, kinds: tuple[str, ...] = KINDS) -> None:
         self.bits = bits
         self.plans: list[Plan] = []
-        self.done = dict.fromkeys(KINDS, 0)  # how many characters were hit
+        self.done = dict.fromkeys(kinds, 0)  # how many characters were hit
 
     def plan(self, kind: str, count: int = 1, chance: float = 1, seed: int = 0, after: int = 0) -> None:
         """Plan what is to happen to the next characters; plans queue up."""
+        if kind not in self.done:
+            raise UsageError(f"fault {kind!r}; allowed {', '.join(self.done)}")
+        if not isinstance(seed, int):
+            raise UsageError(f"seed {seed!r}; allowed a whole number")
         self.plans.append(Plan(kind, count, chance, after, Chance(seed)))
 
     def clear(self) -> None:
@@ -86,3 +93,12 @@ class Noise:
             self.plans.pop(0)
         self.done[plan.kind] += 1
         return plan.kind, plan.source.below(self.bits)
+
+    def hit(self, byte: int) -> tuple[int | None, str]:
+        """A character passes: what comes out of it (None: nothing), and the fault of its frame, if any."""
+        kind, bit = self.strike()
+        if kind == "lost":
+            return None, ""
+        if kind == "garbled":
+            return byte ^ 1 << bit, ""
+        return byte, kind

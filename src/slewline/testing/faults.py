@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.timebase import picoseconds, readable
 from ..errors import UsageError
 from ..links.line import SerialLine
-from ..links.noise import Noise
+from ..parts.noise import LINKED, Noise
 from ..parts.part import Part
 
 if TYPE_CHECKING:
@@ -198,7 +198,7 @@ class TellingNoise(Noise):
     """Noise that tells what it does to each character."""
 
     def __init__(self, bits: int, way: str, tell: Callable[[str], object]) -> None:
-        super().__init__(bits)
+        super().__init__(bits, LINKED)
         self.way, self.tell = way, tell
 
     def hit(self, byte: int) -> tuple[int | None, str]:

@@ -72,13 +72,10 @@ class Rig:
         port = sheet_of(part).port
         if port is None:
             raise UsageError(f"{part}: has no serial line; use bench.host(x)")
-        fastest = max(port.bauds, key=lambda levels: port.bauds[levels])
         self.bench = Bench(seed)
         if store is not None:
             options["store"] = FileStore(store)
-        self.chip = self.bench.add(
-            part, name, straps={**dict(zip(port.baud_pins, fastest, strict=True)), **(straps or {})}, **options
-        )
+        self.chip = self.bench.add(part, name, straps={**port.fastest, **(straps or {})}, **options)
         self.host: SerialHost = self.bench.host(self.chip, name="line")
         self.pace = self.pace_of(rate)
         self.log = Log(self.bench.kernel, log)

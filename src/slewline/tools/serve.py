@@ -19,7 +19,6 @@ from ..chips import sheet_of
 from ..errors import UsageError
 
 if TYPE_CHECKING:
-    from ..core.table import Sheet
     from ..links.pace import Pace
     from ..links.server import Server
     from ..links.store import FileStore
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
     Stores = Callable[[str], FileStore]
     Call = Callable[..., object]
 
-STANDARD_BAUD = 9600  # baud; a bare module, with nothing strapped, would be at its slowest
 PORTS = ("tcp", "pty", "rfc2217", "serial")
 STATUS_S = 1.0
 
@@ -101,7 +99,9 @@ class Serve:
             return self.file.load(journal=self.journal, stores=stores)
         assert self.chip is not None
         bench = Bench(journal=self.journal, stores=stores)
-        bench.add(self.chip, straps=standard_straps(sheet_of(self.chip)) | dict(self.strap), **dict(self.option))
+        port = sheet_of(self.chip).port
+        fastest = port.fastest if port is not None else {}  # nothing strapped is the slowest
+        bench.add(self.chip, straps=fastest | dict(self.strap), **dict(self.option))
         return bench
 
     def server(self, bench: Bench) -> Server:
@@ -129,13 +129,6 @@ class Serve:
             with self.file.at("serve", port.number, port.kind):
                 found.append((line.name, getattr(server, port.kind)(line, port.where).where))
         return found
-
-
-def standard_straps(sheet: Sheet) -> dict[str, int]:
-    """The straps of a chip that is served: 9600 baud, if it can."""
-    port = sheet.port
-    levels = next((levels for levels, baud in port.bauds.items() if baud == STANDARD_BAUD), ()) if port else ()
-    return dict(zip(port.baud_pins, levels, strict=True)) if port and levels else {}
 
 
 @contextmanager
