@@ -24,6 +24,7 @@ from random import Random
 from typing import Any
 
 import numpy as np
+import serve
 
 import slewline
 from slewline.chips.cy525 import profile
@@ -346,7 +347,51 @@ def hour() -> list[Row]:
     ]
 
 
-WORKLOADS = {"plans": plans, "endless": endless, "dialogue": dialogue, "waveforms": waveforms, "starting": starting}
+def exchanging() -> list[Row]:
+    """A host in virtual time, and exchanges with modules that are served on ports."""
+    bench = slewline.Bench()
+    host = bench.host(bench.add("gs-c200s", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0}))
+    host.ask("F")
+    begin = bench.now_ps
+    wall = best(lambda: [host.ask("F") for _ in range(1000)], 5)
+    virtual = (bench.now_ps - begin) / 6 / 1e12
+    bound = "10 instants and 16 resumptions an exchange of 4 characters, in Python"
+    rows = [Row("1,000 exchanges with a GS-C200S", virtual / wall, "x real time", 20, True, bound)]
+    times = {name: sorted(found) for name, found in (*serve.single(1000), *serve.many(10.0))}
+    switch = "two switches of process, beside the exchange itself"
+    for name, part, goal, text in (
+        ("lockstep, TCP: an exchange", 0.5, 0.3, switch),
+        ("lockstep, pty: an exchange", 0.5, 0.3, switch),
+        ("paced, TCP: beyond the wire", 0.5, 1, "the timer of the system; the wire has one character more"),
+        ("paced, TCP: beyond the wire", 0.99, 5, "whatever else the machine does"),
+        ("paced, pty: beyond the wire", 0.5, 1, "as with TCP"),
+        ("paced, pty: beyond the wire", 0.99, 5, "as with TCP"),
+    ):
+        rows.append(Row(f"{name}, {_which(part)}", _at(times[name], part), "ms", goal, False, text))
+    alone, busy = (_at(times[name], 0.99) for name in ("1 module of 100 polled", "100 modules polled, 20 moving"))
+    text = "1,000 exchanges a second in one thread, about a quarter of its time"
+    rows.append(
+        Row("100 served modules, 20 moving: answers later than of one, p99", busy - alone, "ms", 10, False, text)
+    )
+    return rows
+
+
+def _at(ordered: list[float], part: float) -> float:
+    return ordered[min(int(len(ordered) * part), len(ordered) - 1)]
+
+
+def _which(part: float) -> str:
+    return "median" if part == 0.5 else f"p{part * 100:g}"
+
+
+WORKLOADS = {
+    "plans": plans,
+    "endless": endless,
+    "dialogue": dialogue,
+    "waveforms": waveforms,
+    "starting": starting,
+    "exchanging": exchanging,
+}
 
 
 def table(rows: list[Row]) -> str:

@@ -7,7 +7,7 @@ from gsc import STR, base, both
 
 import slewline
 from slewline import Timeout, UsageError, WiringError
-from slewline.errors import UnknownName
+from slewline.errors import BenchFileError, UnknownName
 
 
 @both
@@ -83,6 +83,25 @@ def test_a_host_takes_chips_and_names_and_one_command_at_a_time():
         bench.host(5)
 
 
+@pytest.mark.parametrize("timeout", ["1 ms", "4 ms"])
+def test_a_question_that_is_given_up_goes_out_whole_and_leaves_the_host_in_order(timeout):
+    bench = slewline.Bench()
+    host = bench.host(bench.add("gs-c200s", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0}))
+    bench.run("2 ms")
+    with pytest.raises(Timeout, match="an answer to 'V1'"):
+        host.ask("V1", timeout=timeout)
+    host.send("V2\r")
+    bench.run("50 ms")
+    assert host.received == b"V+0\rV70\r"
+    assert host.ask("F") == "R"
+
+
+def test_a_journal_takes_no_functions(tmp_path):
+    bench = slewline.Bench(journal=tmp_path / "run.jsonl")
+    with pytest.raises(BenchFileError, match=r"add: .*function.*; a journal keeps numbers and text"):
+        bench.add("gs-c200", law=lambda start, top, ramp, k: start)
+
+
 def test_a_host_that_speaks_another_rate_is_told_so():
     bench = slewline.Bench()
     x = bench.add("gs-c200")
@@ -102,6 +121,9 @@ def test_options_are_what_they_are_said_to_be():
         ({"straps": [1]}, r"straps \[1\]; expected pins with levels"),
         ({"name": 5}, "name 5: letters"),
         ({"crystal": "4 MHz"}, "the gs-c200 has none to choose"),
+        ({"supply": "24 V"}, "supply '24 V'; expected volts, a number"),
+        ({"load": 80}, "load 80; expected milliamperes"),
+        ({"load": {"v5_20": "80"}}, "expected milliamperes, such as"),
     ):
         with pytest.raises(UsageError, match=text):
             bench.add("gs-c200", **options)

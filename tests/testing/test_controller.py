@@ -300,6 +300,13 @@ def test_a_face_that_is_not_there():
         running("gs-c200s", on="usb")
 
 
+def test_a_server_that_has_ended_is_what_the_report_tells(slewline_module):
+    module = slewline_module("gs-c200s", on="tcp")
+    module.rig.server.stop()
+    module.rig.thread.join()
+    assert module.report() == f"{module.url}: the server has ended"
+
+
 def test_a_long_transcript_is_cut(gs_c200s):
     for _ in range(30):
         gs_c200s.ask("F")

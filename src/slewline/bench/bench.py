@@ -102,8 +102,7 @@ class Bench(Furnished):
         """
         if isinstance(condition, Condition):
             condition.begin()
-            when = condition.when if type(condition).when is not Condition.when else None
-            self._until(condition.met, when, condition.text, timeout, condition.nets)
+            self._until(condition.met, condition.foreseen, condition.text, timeout, condition.nets)
         elif callable(condition):
             what = getattr(condition, "__name__", "the condition")
             self._until(

@@ -48,32 +48,24 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from difflib import get_close_matches
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..core.timebase import picoseconds
 from ..errors import BenchFileError, ProgramError, SlewlineError
 from .bench import Bench
 from .script import check_script, read_script, run_script
 from .stage import Script
+from .tables import Place, Tables, ValidationError, convert, keys_of
 from .text import read_text
-
-try:
-    import msgspec
-except ImportError:
-    raise SlewlineError("bench files need msgspec: pip install 'slewline[bench]'") from None
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
     from .stage import Computer
-
-Time = str | int
-Level = Literal[0, 1]
-Place = Sequence[str | int]  # ("chip", 0, "crystal")
 
 PORTS = ("tcp", "pty", "rfc2217", "serial")
 TIMES = 'a time such as "25 us"; text, because a number with a point would be rounded'
@@ -89,88 +81,6 @@ ALLOWED = {  # by key, or by type
     "array": "a list",
     "object": "a table",
 }
-
-
-# ---------------------------------------------------------------------------------------------------------- the tables
-class Table(msgspec.Struct, forbid_unknown_fields=True, kw_only=True, frozen=True):
-    """A table of a bench file."""
-
-
-class BenchTable(Table, frozen=True):
-    """[bench]"""
-
-    seed: int = 0
-    until: Time | None = None
-    timeout: Time = "60 s"
-
-
-class ChipTable(Table, frozen=True):
-    """[[chip]]"""
-
-    part: str
-    name: str | None = None
-    crystal: Time | None = None
-    straps: dict[str, Level] = {}
-    bare: bool = False
-    options: dict[str, Any] = {}
-
-
-class WireTable(Table, frozen=True):
-    """[[wire]]"""
-
-    from_: str = msgspec.field(name="from")
-    to: str
-    invert: bool = False
-
-
-class HostTable(Table, frozen=True):
-    """[[host]]"""
-
-    chips: list[str] = []
-    name: str | None = None
-    delay: Time = 0
-    baud: int | None = None
-    script: str | list[str] | None = None
-    file: str | None = None
-
-
-class ServeTable(Table, frozen=True):
-    """[[serve]]"""
-
-    chips: list[str] = []
-    tcp: str | None = None
-    pty: str | None = None
-    rfc2217: str | None = None
-    serial: str | None = None
-    framing: bool = False
-
-
-class DriveTable(Table, frozen=True):
-    """[[drive]]"""
-
-    pin: str
-    level: Level
-    at: Time = 0
-
-
-class RecordTable(Table, frozen=True):
-    """[[record]]"""
-
-    pins: list[str] = []
-    keep: Time | None = None
-
-
-class Tables(Table, frozen=True):
-    """A whole bench file."""
-
-    bench: BenchTable = BenchTable()
-    chip: list[ChipTable] = []
-    part: list[dict[str, Any]] = []
-    wire: list[WireTable] = []
-    host: list[HostTable] = []
-    serve: list[ServeTable] = []
-    drive: list[DriveTable] = []
-    record: list[RecordTable] = []
 
 
 class Served(NamedTuple):
@@ -208,8 +118,8 @@ class BenchFile:
         except (tomllib.TOMLDecodeError, RecursionError) as error:
             raise BenchFileError(f"{path}: not TOML: {error}") from None
         try:
-            self.tables = msgspec.convert(self.data, Tables)
-        except msgspec.ValidationError as error:
+            self.tables = convert(self.data, Tables)
+        except ValidationError as error:
             raise self.explained(str(error)) from None
 
     # -------------------------------------------------------------------------------------------------- what is wrong
@@ -244,12 +154,12 @@ class BenchFile:
         unknown = re.match(r"Object contains unknown field `(.*)`", says)
         missing = re.match(r"Object missing required field `(.*)`", says)
         if unknown:
-            keys = _keys(place)
+            keys = keys_of(place)
             near = get_close_matches(unknown[1], keys, 1)
             remedy = f"; did you mean {near[0]}?" if near else ""
             return self.error([*place, unknown[1]], f"unknown key; allowed {', '.join(keys)}{remedy}")
         if missing:
-            return self.error(place, f"needs the key {missing[1]}; its keys: {', '.join(_keys(place))}")
+            return self.error(place, f"needs the key {missing[1]}; its keys: {', '.join(keys_of(place))}")
         found, key = self.value(place), str(next((part for part in reversed(place) if isinstance(part, str)), ""))
         if len(place) == 1 and key != "bench":
             single = "a single table" if isinstance(found, dict) else repr(found)
@@ -386,18 +296,3 @@ def _named(place: Place) -> str:
     if len(place) > 1 and isinstance(place[1], int):
         return ", ".join([f"[[{place[0]}]] {place[1] + 1}", *(str(part) for part in place[2:])])
     return " ".join([f"[{place[0]}]", *(str(part) for part in place[1:])]) if place else ""
-
-
-def _keys(place: Place) -> tuple[str, ...]:
-    """The keys that a table may have."""
-    tables: dict[Any, type[Table]] = {
-        "bench": BenchTable,
-        "chip": ChipTable,
-        "wire": WireTable,
-        "host": HostTable,
-        "serve": ServeTable,
-        "drive": DriveTable,
-        "record": RecordTable,
-    }
-    table = tables.get(place[0], Tables) if place else Tables
-    return table.__struct_encode_fields__

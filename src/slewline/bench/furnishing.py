@@ -12,6 +12,7 @@ from ..core.chip import Chip, Finding
 from ..core.kernel import Kernel
 from ..core.net import Bus, Driver, Net
 from ..core.pin import Terminal
+from ..core.table import Sheet
 from ..core.timebase import hertz, picoseconds
 from ..errors import UnknownName, UsageError, WiringError
 from ..parts import make_part
@@ -71,30 +72,13 @@ class Furnished(Recording):
         if not (isinstance(cls, type) and issubclass(cls, Chip)):
             raise UsageError(f"add({part!r}): expected a part number such as 'cy525', or the class of a chip")
         name = self._new_name(name, cls.sheet.part.replace("-", "_"))
-        hz = None
-        if crystal is not None and not cls.sheet.crystal_high_hz:
-            raise UsageError(f"crystal {crystal!r}: the {cls.sheet.part} has none to choose; {cls.sheet.manual}")
-        if crystal is not None:
-            hz = hertz(crystal)
-            low, high = cls.sheet.crystal_low_hz // 2, cls.sheet.crystal_high_hz * 12 // 11
-            if not low <= hz <= high:
-                raise UsageError(
-                    f"crystal {crystal!r}: {cls.sheet.part.upper()} takes {cls.sheet.crystal_low_hz / 1e6:g} to "
-                    f"{cls.sheet.crystal_high_hz / 1e6:g} MHz (up to {high / 1e6:g} with a finding); {cls.sheet.manual}"
-                )
+        hz = None if crystal is None else crystal_for(cls.sheet, crystal)
         if self.stores is not None and "store" in signature(cls).parameters:
             options.setdefault("store", self.stores(name))
         if self.journal is not None:
             kept = {"store": list(options["store"].read())} if options.get("store") is not None else {}
-            self.journal.write(
-                "add",
-                part=cls.sheet.part,
-                name=name,
-                crystal_hz=hz,
-                straps=dict(straps or {}),
-                bare=bare,
-                options=options | kept,
-            )
+            what = {"part": cls.sheet.part, "name": name, "crystal_hz": hz, "straps": dict(straps or {}), "bare": bare}
+            self._note("add", **what, options=options | kept)
         chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
         self.chips[name] = chip
         chip.on_power = self._power_input
@@ -132,6 +116,7 @@ class Furnished(Recording):
         return part
 
     def _note(self, do: str, **what: Any) -> None:
+        """Write an input from outside into the journal, if there is one."""
         if self.journal is not None:
             self.journal.write(do, **what)
 
@@ -191,17 +176,19 @@ class Furnished(Recording):
         if baud is not None or line is not None:
             wrong = f"baud {baud!r}" if baud is not None else "line"
             raise UsageError(f"host: {wrong}; {chips[0].name} has no serial line")
+        return self._bus_host(chips, name, delay)
+
+    def _bus_host(self, chips: Sequence[Chip], name: str | None, delay: Time) -> Host:
+        """A host on a bus, which its chips share."""
         name = self._new_name(name, "host")
         for chip in chips[1:]:
             if chip.bus is not chips[0].bus:
                 self._join(chips[0].bus, chip.bus)
-        if self.journal is not None:
-            self.journal.write("host", name=name, chips=[chip.name for chip in chips], delay_ps=picoseconds(delay))
+        self._note("host", name=name, chips=[chip.name for chip in chips], delay_ps=picoseconds(delay))
         host = Host(self.kernel, name, chips, picoseconds(delay))
         host.wait_for = self._wait_for
         if self.journal is not None:
-            journal = self.journal
-            host.on_input = lambda verb, args: journal.write(verb, host=name, args=args)
+            host.on_input = lambda verb, args: self._note(verb, host=name, args=args)
         self.parts[name] = host
         self._adopt(host)
         self.kernel.settle()
@@ -280,8 +267,7 @@ class Furnished(Recording):
         one, two = self._net(a), self._net(b)
         if isinstance(one, Bus) != isinstance(two, Bus):
             raise WiringError(f"wire {a} to {b}: a bus of eight wires does not fit a single pin; wire bus to bus")
-        if self.journal is not None:
-            self.journal.write("wire", a=a, b=b, invert=invert)
+        self._note("wire", a=a, b=b, invert=invert)
         if invert:
             two.tie = None
             out = Driver(two, f"inverter of {a}")
@@ -332,9 +318,25 @@ class Furnished(Recording):
         return sorted((found for owner in self._owners() for found in owner.findings), key=lambda found: found.time_ps)
 
     def _power_input(self, chip: Chip, on: bool) -> None:
-        if self.journal is not None:
-            self.journal.write("power", chip=chip.name, on=on)
+        self._note("power", chip=chip.name, on=on)
 
     def _pin_input(self, terminal: Terminal, level: int | None) -> None:
-        if self.journal is not None:
-            self.journal.write("drive", pin=terminal.name, level=level)
+        self._note("drive", pin=terminal.name, level=level)
+
+
+def crystal_for(sheet: Sheet, crystal: str | int) -> int:
+    """A crystal that a part can be fitted with, in hertz.
+
+    Raises:
+        UsageError: the part has none to choose, or it is far outside the sheet's range.
+    """
+    if not sheet.crystal_high_hz:
+        raise UsageError(f"crystal {crystal!r}: the {sheet.part} has none to choose; {sheet.manual}")
+    hz = hertz(crystal)
+    low, high = sheet.crystal_low_hz // 2, sheet.crystal_high_hz * 12 // 11
+    if not low <= hz <= high:
+        raise UsageError(
+            f"crystal {crystal!r}: {sheet.part.upper()} takes {sheet.crystal_low_hz / 1e6:g} to "
+            f"{sheet.crystal_high_hz / 1e6:g} MHz (up to {high / 1e6:g} with a finding); {sheet.manual}"
+        )
+    return hz

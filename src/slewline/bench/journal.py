@@ -41,12 +41,19 @@ class Journal:
         self.write("journal", version=VERSION, seed=seed)
 
     def write(self, do: str, **what: Any) -> None:
-        """One input, at this instant."""
+        """One input, at this instant.
+
+        Raises:
+            BenchFileError: an argument that cannot be written down, such as a function.
+        """
         kernel = self.kernel
         entry: dict[str, Any] = {"do": do, "t": kernel.now}
         if kernel.running and kernel.seen < kernel.now:
             entry["round"] = 1
-        self.file.write(json.dumps(entry | what, separators=(",", ":")) + "\n")
+        try:
+            self.file.write(json.dumps(entry | what, separators=(",", ":")) + "\n")
+        except TypeError as error:
+            raise BenchFileError(f"journal {self.path}: {do}: {error}; a journal keeps numbers and text") from None
 
     def close(self) -> None:
         """No more entries."""
@@ -133,24 +140,31 @@ def apply(bench: Bench, entry: dict[str, Any]) -> None:
         terminal.release() if entry["level"] is None else terminal.drive(entry["level"])
     elif do == "power":
         bench.chips[entry["chip"]].power(entry["on"])
-    elif do == "send":
-        chip, data = entry["args"]
-        bench[entry["host"]].to(chip).send(bytes.fromhex(data))
-    elif do in ("clear", "give_up"):
-        getattr(bench[entry["host"]], do)()
-    elif do == "call":
-        verb, chip, *args = entry["args"]
-        host = bench[entry["host"]].to(chip)
-        host.wait_for = None  # the journal itself says how time passed
-        getattr(host, verb)(*args)
-    elif do == "script":
-        from .script import run_script
-
-        chip, text, where = entry["args"]
-        run_script(bench, bench[entry["host"]].to(chip), text, where)
     elif do == "run":
         if entry["to"] > bench.now_ps:
             bench.run_to(entry["to"])
+    elif "host" in entry:
+        tell(bench, bench[entry["host"]], do, entry["args"])
+    else:
+        raise BenchFileError(f"unknown entry {do!r}")
+
+
+def tell(bench: Bench, host: Any, do: str, args: list[Any]) -> None:
+    """Tell a host again what it was told."""
+    if do == "send":
+        chip, data = args
+        host.to(chip).send(bytes.fromhex(data))
+    elif do in ("clear", "give_up"):
+        getattr(host, do)()
+    elif do == "call":
+        verb, chip, *more = args
+        host.to(chip).wait_for = None  # the journal itself says how time passed
+        getattr(host, verb)(*more)
+    elif do == "script":
+        from .script import run_script
+
+        chip, text, where = args
+        run_script(bench, host.to(chip), text, where)
     else:
         raise BenchFileError(f"unknown entry {do!r}")
 

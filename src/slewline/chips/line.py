@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 from ..core.chip import Chip
 from ..core.kernel import Kernel, Task
+from ..core.pin import strapped
 from ..core.serial import RS232, Receiver, Word, bit_clock, transmit
 from ..core.table import Port
 from ..core.waits import next_round
@@ -90,19 +91,15 @@ class LineChip(Chip):
         self.idle = not self.answering
 
     # --------------------------------------------------------------------------------------------------------- line
-    def strapped(self, pins: Sequence[str]) -> tuple[int, ...]:
-        """The levels of strap pins; an open one reads 1."""
-        return tuple(0 if self.pins[pin].level == 0 else 1 for pin in pins)
-
     @property
     def checked(self) -> bool:
         """Do lines carry a checksum at present?"""
-        return bool(self.port.checksum_pin) and self.strapped((self.port.checksum_pin,)) == (1,)
+        return bool(self.port.checksum_pin) and strapped(self.pins, [self.port.checksum_pin]) == (1,)
 
     def listen(self) -> None:
         """Begin to receive, at the rate that the straps say now."""
         self.word = Word(self.port.bits, self.port.parity, self.port.stop)
-        self.baud = self.port.bauds[self.strapped(self.port.baud_pins)]
+        self.baud = self.port.bauds[strapped(self.pins, self.port.baud_pins)]
         self.bits = bit_clock(self.baud, self.name)
         self.listener = self.kernel.spawn(self._listen(), f"{self.name} listens")
         self.refresh_idle()

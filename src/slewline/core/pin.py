@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 
 from ..errors import UsageError, WiringError
 from .net import Bus, Driver, Net
@@ -29,6 +29,11 @@ class Condition:
     def when(self) -> int | None:
         """The instant at which it will come about under the present promises; None: no promise says so."""
         return None
+
+    @property
+    def foreseen(self) -> Callable[[], int | None] | None:
+        """`when`, if promises can say it at all; None: whoever waits looks after every instant."""
+        return self.when if type(self).when is not Condition.when else None
 
     def __or__(self, other: Condition) -> Condition:
         if not isinstance(other, Condition):
@@ -73,6 +78,19 @@ class EdgeCondition(Condition):
 
     def met(self) -> bool:
         return self.net.changes >= self.last
+
+
+class GotCondition(Condition):
+    def __init__(self, name: str, received: bytearray, data: bytes) -> None:
+        self.received, self.data, self.text = received, data, f"{name} got {data!r}"
+
+    def met(self) -> bool:
+        return self.data in self.received
+
+
+def strapped(pins: Mapping[str, Terminal], names: Iterable[str]) -> tuple[int, ...]:
+    """The levels of strap pins; an open one reads 1."""
+    return tuple(0 if pins[name].level == 0 else 1 for name in names)
 
 
 class Terminal:

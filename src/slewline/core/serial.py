@@ -27,7 +27,7 @@ from .timebase import Clock
 from .waits import level, until
 
 OVERSAMPLING = 16
-PARITIES = ("none", "odd", "even")
+PARITIES = {"N": "none", "O": "odd", "E": "even"}  # by the letters of 7O2
 TTL, RS232 = 1, 0  # the level of mark
 
 
@@ -41,10 +41,14 @@ class Word:
 
     def checked(self, owner: str) -> Word:
         """The format itself, if it is one."""
-        if self.bits not in range(5, 9) or self.parity not in PARITIES or str(self.stop) not in ("1", "1.5", "2"):
+        if (
+            self.bits not in range(5, 9)
+            or self.parity not in PARITIES.values()
+            or str(self.stop) not in ("1", "1.5", "2")
+        ):
             raise UsageError(
                 f"{owner}: {self.bits} bits, parity {self.parity!r}, {self.stop} stop bits; "
-                f"allowed 5 to 8, {' or '.join(PARITIES)}, and 1, '1.5' or 2"
+                f"allowed 5 to 8, {' or '.join(PARITIES.values())}, and 1, '1.5' or 2"
             )
         return self
 

@@ -171,13 +171,15 @@ class Playing:
         return self.train.begun_many(at)
 
 
-class PulseView:
-    """PULSE of a played train: low from the begin of each step, high for its last `high` ticks, high outside."""
+class StepView:
+    """An output that shows each step of a played train: low from its begin until it rises, high outside."""
 
-    __slots__ = ("high", "of")
+    __slots__ = ("of",)
+    of: Playing
 
-    def __init__(self, of: Playing, high: int) -> None:
-        self.of, self.high = of, high
+    def rise(self, k: int) -> int:
+        """Tick at which the output rises in step k."""
+        raise NotImplementedError
 
     @property
     def until(self) -> int | None:
@@ -187,19 +189,32 @@ class PulseView:
         train = self.of.train
         tick = train.clock.ticks_until(self.of.bounded(ps))
         k = train.begun_by(tick)
-        return 1 if k == 0 or tick >= train.begin(k) - self.high else 0
+        return 1 if k == 0 or tick >= self.rise(k - 1) else 0
 
     def after(self, ps: int) -> int | None:
         train = self.of.train
         tick = train.clock.ticks_until(ps)
         k = train.begun_by(tick)
-        end = train.begin(k)
-        if k and tick < end - self.high:
-            end -= self.high
-        elif k >= train.steps:
+        if k and tick < (rise := self.rise(k - 1)):
+            edge = rise
+        elif k < train.steps:
+            edge = train.begin(k)
+        else:
             return None
-        time = train.clock.ps(end)
+        time = train.clock.ps(edge)
         return time if self.of.until is None or time < self.of.until else None
+
+
+class PulseView(StepView):
+    """PULSE of a played train: high for the last `high` ticks of each step."""
+
+    __slots__ = ("high",)
+
+    def __init__(self, of: Playing, high: int) -> None:
+        self.of, self.high = of, high
+
+    def rise(self, k: int) -> int:
+        return self.of.train.begin(k + 1) - self.high
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
@@ -222,36 +237,16 @@ class PulseView:
         return times, levels
 
 
-class StrobeView:
-    """A step clock of a played train: low for `low` ticks from the begin of each step, high otherwise."""
+class StrobeView(StepView):
+    """A step clock of a played train: low for the first `low` ticks of each step."""
 
-    __slots__ = ("low", "of")
+    __slots__ = ("low",)
 
     def __init__(self, of: Playing, low: int) -> None:
         self.of, self.low = of, low
 
-    @property
-    def until(self) -> int | None:
-        return self.of.until
-
-    def level(self, ps: int) -> int:
-        train = self.of.train
-        tick = train.clock.ticks_until(self.of.bounded(ps))
-        k = train.begun_by(tick)
-        return 1 if k == 0 or tick >= train.begin(k - 1) + self.low else 0
-
-    def after(self, ps: int) -> int | None:
-        train = self.of.train
-        tick = train.clock.ticks_until(ps)
-        k = train.begun_by(tick)
-        if k and tick < train.begin(k - 1) + self.low:
-            end = train.begin(k - 1) + self.low
-        elif k >= train.steps:
-            return None
-        else:
-            end = train.begin(k)
-        time = train.clock.ps(end)
-        return time if self.of.until is None or time < self.of.until else None
+    def rise(self, k: int) -> int:
+        return self.of.train.begin(k) + self.low
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""

@@ -28,7 +28,7 @@ from __future__ import annotations
 
 import json
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 from ..core.pin import Condition
@@ -42,6 +42,7 @@ from .tcp import Listener
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
+    from ..core.net import Net
     from .server import Server
 
 LONGEST = 1 << 16  # bytes of a request
@@ -120,8 +121,16 @@ class Client:
         except (SlewlineError, TypeError, ValueError, KeyError) as error:
             self.reply(request, {"error": str(error)})
 
-    def wait(self, request: Reply, condition: Wait, reply: Callable[[bool], Reply]) -> None:
-        """Owe a reply until a condition comes about."""
+    def wait(
+        self,
+        request: Reply,
+        reply: Callable[[bool], Reply],
+        met: Callable[[], bool],
+        limit_ps: int,
+        when: Callable[[], int | None] | None = None,
+        nets: Iterable[Net] = (),
+    ) -> None:
+        """Owe a reply until a condition comes about, or an instant."""
         self.waiting = True
 
         def done(met: bool) -> None:
@@ -129,8 +138,7 @@ class Client:
             self.reply(request, reply(met))
             self.server.loop.ask(self.go_on)
 
-        condition.done = done
-        self.server.pace.wait(condition)
+        self.server.pace.wait(Wait(met, limit_ps, done, when, nets))
 
     def go_on(self) -> None:
         """Requests that have come meanwhile, and those that are still to be read."""
@@ -159,7 +167,7 @@ def read(line: bytes) -> Reply:
     """
     try:
         request: Any = json.loads(line)
-    except ValueError:
+    except (ValueError, RecursionError):
         raise UsageError(f'{line[:60]!r} is not JSON; expected a line such as {{"do": "status"}}') from None
     do = request.get("do") if isinstance(request, dict) else request
     if not isinstance(do, str) or do not in KEYS:
@@ -172,9 +180,7 @@ def read(line: bytes) -> Reply:
         if key in TEXTS and not isinstance(request[key], str):
             raise UsageError(f"{do}: {key} {request[key]!r}; expected text")
         if key not in ("do", "id", *needed, *optional):
-            raise UsageError(
-                f"{request['do']}: {key} is unknown; allowed {', '.join((*needed, *optional)) or 'nothing'}"
-            )
+            raise UsageError(f"{do}: {key} is unknown; allowed {', '.join((*needed, *optional)) or 'nothing'}")
     return dict(request)
 
 
@@ -232,14 +238,12 @@ class Requests:
         if not self.server.pace.lockstep:
             raise UsageError("advance: time follows the wall clock here; start the server with --lockstep")
         end = self.bench.now_ps + picoseconds(request["time"])
-        self.client.wait(request, Wait(lambda: False, end, bool), lambda met: {})
+        self.client.wait(request, lambda _met: {}, lambda: False, end)
 
     def do_until(self, request: Reply) -> None:
         condition = self.condition(request)
         end = self.bench.now_ps + picoseconds(request.get("timeout", "60 s"))
-        when = condition.when if type(condition).when is not Condition.when else None
-        wait = Wait(condition.met, end, bool, when, condition.nets)
-        self.client.wait(request, wait, lambda met: {"met": met})
+        self.client.wait(request, lambda met: {"met": met}, condition.met, end, condition.foreseen, condition.nets)
 
     def condition(self, request: Reply) -> Condition:
         """A pin with its level, or a chip with its position."""

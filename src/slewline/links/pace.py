@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 
 from ..core.net import Net
 from ..errors import UsageError
+from ..parts.rs232 import POWER_UP_PS
 
 if TYPE_CHECKING:
     from ..bench import Bench
@@ -29,7 +30,6 @@ PS_PER_NS = 1000
 NS_PER_S = 10**9
 SLICE_NS = 20_000_000
 LATE_NS = 1_000_000  # later than this counts as late
-POWER_UP_PS = 10**9  # a module is deaf in the 400 us of its reset pulse
 LOST_NS = NS_PER_S  # further behind than this is given up
 
 

@@ -11,13 +11,13 @@ from __future__ import annotations
 import socket
 from typing import TYPE_CHECKING
 
-from ..core.serial import Word
+from ..core.serial import PARITIES, Word
 from ..errors import SlewlineError, UsageError
 from .line import SerialLine
 from .tcp import Session, TcpPort
 
 try:
-    from serial import PARITY_EVEN, PARITY_NONE, PARITY_ODD, rfc2217
+    from serial import rfc2217
 except ImportError:
     raise SlewlineError("RFC 2217 needs pyserial: pip install 'slewline[serial]'") from None
 
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from .line import Line
     from .loop import Loop
 
-PARITIES = {PARITY_NONE: "none", PARITY_ODD: "odd", PARITY_EVEN: "even"}
 LETTERS = {parity: letter for letter, parity in PARITIES.items()}
 LONGEST_OPTION = 256  # bytes of a suboption; no real one has more than a few
 FASTEST = 10**6  # baud

@@ -18,6 +18,7 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any, Protocol
 
 from ..core.chip import Chip, Finding
+from ..core.pin import strapped
 from ..errors import UsageError
 from .framing import FramedLine
 from .line import Line, SerialLine
@@ -217,5 +218,4 @@ def strapped_line(chip: Chip) -> tuple[int, int, str, int]:
     """Speed and format of a chip's serial port, as its pins are strapped: baud, bits, parity, stop bits."""
     port = chip.sheet.port
     assert port is not None
-    levels = tuple(0 if chip.pins[pin].level == 0 else 1 for pin in port.baud_pins)
-    return port.bauds[levels], port.bits, port.parity, port.stop
+    return port.bauds[strapped(chip.pins, port.baud_pins)], port.bits, port.parity, port.stop

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.kernel import Kernel, Task
 from ..core.net import Driver
-from ..core.pin import Condition
+from ..core.pin import Condition, GotCondition
 from ..core.table import Sheet
 from ..core.timebase import Clock, readable
 from ..core.waits import first_of, level, until
@@ -158,7 +158,7 @@ class Host(Part):
 
     def got(self, data: bytes) -> Condition:
         """Condition: these bytes have been received."""
-        return GotCondition(self, bytes(data))
+        return GotCondition(self.name, self.received, bytes(data))
 
     # ------------------------------------------------------------------------------------------------- the host's task
     async def _run(self) -> None:
@@ -303,11 +303,3 @@ class Host(Part):
             self.answer = int.from_bytes(data, "big")
 
         return self._call("read_position", [], action, timeout)  # type: ignore[no-any-return]
-
-
-class GotCondition(Condition):
-    def __init__(self, host: Host, data: bytes) -> None:
-        self.host, self.data, self.text = host, data, f"{host.name} got {data!r}"
-
-    def met(self) -> bool:
-        return self.data in self.host.received

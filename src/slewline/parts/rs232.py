@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..core.kernel import Kernel, Task
 from ..core.net import Driver, Net
-from ..core.pin import Condition
+from ..core.pin import Condition, GotCondition, strapped
 from ..core.serial import RS232, TTL, Character, Receiver, Word, bit_clock, transmit
 from ..core.table import Port
 from ..core.waits import first_of, until
@@ -89,7 +89,8 @@ class SerialPort(Worker):
         if fault and fault not in FAULTS:
             raise UsageError(f"{self.name}: fault {fault!r}; allowed {', '.join(FAULTS)}")
         self.input("write", data, fault)
-        self.outgoing.extend((data[at : at + BURST], fault) for at in range(0, len(data), BURST))
+        burst = 1 if fault == "late" else BURST  # every one of them is late
+        self.outgoing.extend((data[at : at + burst], fault) for at in range(0, len(data), burst))
         if self.outgoing and (self.sender is None or not self.sender.alive):
             self.sender = self.kernel.spawn(self._send(), f"{self.name} sends")
 
@@ -148,7 +149,7 @@ class SerialPort(Worker):
 
     def got(self, data: bytes) -> Condition:
         """Condition: these bytes have been received."""
-        return GotCondition(self, bytes(data))
+        return GotCondition(self.name, self.received, bytes(data))
 
 
 class SerialHost(SerialPort):
@@ -192,14 +193,10 @@ class SerialHost(SerialPort):
         await until(self.kernel, up + POWER_UP_PS)
 
     # --------------------------------------------------------------------------------------------- what straps say
-    def strapped(self, pins: tuple[str, ...]) -> tuple[int, ...]:
-        """The levels of strap pins; an open one reads 1."""
-        return tuple(0 if self.chip.pins[pin].level == 0 else 1 for pin in pins)
-
     def follow_straps(self) -> Port:
         """Take the rate that the module is strapped for."""
         port = self.port
-        baud = self.fixed_baud or port.bauds[self.strapped(port.baud_pins)]
+        baud = self.fixed_baud or port.bauds[strapped(self.chip.pins, port.baud_pins)]
         if baud != self.baud:
             self.set_line(baud, self.word)
         return port
@@ -207,7 +204,7 @@ class SerialHost(SerialPort):
     @property
     def checked(self) -> bool:
         """Does the module want checksums?"""
-        return bool(self.port.checksum_pin) and self.strapped((self.port.checksum_pin,)) == (1,)
+        return bool(self.port.checksum_pin) and strapped(self.chip.pins, [self.port.checksum_pin]) == (1,)
 
     @property
     def kept(self) -> int:
@@ -280,7 +277,7 @@ class SerialHost(SerialPort):
         try:
             self.wait_for(met, f"{self.name}: {what}", timeout)
         except Timeout as error:
-            self.outgoing.clear()
+            self.drop()
             heard = getattr(self.chip, "baud", self.baud)
             if heard == self.baud:
                 raise
@@ -306,11 +303,3 @@ class SerialHost(SerialPort):
             self.line_end.drive(len(self.received))
         else:
             self.line.append(character.byte)
-
-
-class GotCondition(Condition):
-    def __init__(self, port: Any, data: bytes) -> None:
-        self.port, self.data, self.text = port, data, f"{port.name} got {data!r}"
-
-    def met(self) -> bool:
-        return self.data in self.port.received

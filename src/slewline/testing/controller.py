@@ -20,7 +20,7 @@ from ..core.chip import Chip
 from ..core.pin import Condition, Terminal
 from ..core.serial import Word
 from ..core.timebase import picoseconds, readable
-from ..errors import Timeout, UsageError
+from ..errors import SlewlineError, Timeout, UsageError
 from .differences import counted, difference
 from .faults import Faults
 from .rig import Rig, never
@@ -84,8 +84,7 @@ class Controller:
         if isinstance(condition, str):
             condition = self._level(condition)
         if isinstance(condition, Condition):
-            met, text, nets = condition.met, condition.text, condition.nets
-            when = condition.when if type(condition).when is not Condition.when else None
+            met, text, nets, when = condition.met, condition.text, condition.nets, condition.foreseen
             self.rig.do(condition.begin)
         else:
             met, text, nets = condition, getattr(condition, "__name__", "the condition"), tuple(self.chip.step_nets())
@@ -197,7 +196,13 @@ class Controller:
     # --------------------------------------------------------------------------------------------------------- report
     def report(self) -> str:
         """What a failed test should tell: where the module stands, its faults, its findings, and what was said."""
-        return self.rig.do(lambda: "\n".join(self._told()))
+        try:
+            return self.rig.do(lambda: "\n".join(self._told()))
+        except (
+            SlewlineError,
+            TimeoutError,
+        ) as error:  # its server has ended or hangs, which may be why the test failed
+            return str(error) or f"{self.url}: the server does not answer"
 
     def _told(self) -> Iterable[str]:
         yield f"{self.chip.sheet.part} at {self.url}, seed {self.seed}, {readable(self.now)}, position {self.position}"

@@ -24,12 +24,11 @@ from serial.serialutil import PortNotOpenError, SerialBase, SerialException
 
 from ..bench import Bench
 from ..core.chip import Chip
-from ..core.serial import Word
+from ..core.serial import PARITIES, Word
 from ..core.timebase import PS_PER_S
 from ..errors import Timeout, UsageError
 from .rig import NAMED, Following, Rig, from_url, never, seconds
 
-PARITIES = {"N": "none", "O": "odd", "E": "even"}
 STOPS: dict[float, int | str] = {1: 1, 1.5: "1.5", 2: 2}
 SILENCE_PS = PS_PER_S  # a line that has been quiet for so long is going to stay so
 

@@ -39,16 +39,8 @@ ON_LINE = {
     "eot": ("at the end of travel", ""),
     **dict.fromkeys((f"u{way}{n}" for way in "io" for n in (1, 2, 3)), ("", "")),
 }
-INPUTS = (
-    "wait",
-    "abort",
-    "step_inhibit",
-    "dowhile",
-    "enable",
-    "ui1",
-    "ui2",
-    "ui3",
-)  # what the chip waited for is worth a word when they change
+# when one of these changes, what the chip waited for is worth a word
+INPUTS = ("wait", "abort", "step_inhibit", "dowhile", "enable", "ui1", "ui2", "ui3")
 
 Say = Callable[[int, str, str, str], object]  # picoseconds, who, what kind of event, text
 

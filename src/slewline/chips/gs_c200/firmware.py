@@ -21,6 +21,8 @@ from .instructions import Instructions
 from .motion import Motion
 from .state import Store
 
+INVALID = b"\xff"  # no opcode: what a failed write leaves behind
+
 
 class GsC(Instructions):
     """A GS-C module on a bench.
@@ -29,6 +31,9 @@ class GsC(Instructions):
         store: what keeps the EEPROM's program: an object with read() and write(data); in memory without it.
         options: see `slewline.chips.gs_c200.state.Options`.
     """
+
+    answer_checked = False  # the answer to the line in work carries a checksum
+    up_ps = 0  # when the supply was switched on
 
     def __init__(
         self,
@@ -49,7 +54,6 @@ class GsC(Instructions):
             self.motion = Stepwise(self)
         else:
             self.motion = Motion(self)
-        self.in_work = False
         self.handlers = {row.form: getattr(self, row.handler) for row in self.sheet.commands}
         if cold:
             self.idle = True
@@ -106,7 +110,7 @@ class GsC(Instructions):
         self.rdy.drive(None)
         self.listen()
         self.waits("a command")
-        if self.strapped(("rec",)) == (0,):
+        if self.pins["rec"].level == 0:
             self.recall_and_run()
 
     def recall_and_run(self) -> None:
@@ -175,11 +179,13 @@ class GsC(Instructions):
         if self.writing:
             return "B"
         if self.running:
-            accepted = isinstance(command, Command) and "r" in command.row.when
-            return await self.perform(command) if accepted and isinstance(command, Command) else "B"
+            if isinstance(command, Command) and "r" in command.row.when:
+                return await self.perform(command)
+            return "B"
         if not isinstance(command, Command):
-            unknown = command.code == "unknown"
-            return self.mistake("E4", command.text) if unknown else self.mistake("E2", command.text)
+            if command.code == "unknown":
+                return self.mistake("E4", command.text)
+            return self.mistake("E2", command.text)
         if ("p" if self.entering else "i") in command.row.when:
             return await self.perform(command)
         if self.entering and command.row.stored:
@@ -334,12 +340,6 @@ class GsC(Instructions):
         while at < len(data) and data[at] in self.rows:
             at += self.rows[data[at]].size
         return at == len(data) <= self.sheet.buffer_bytes
-
-    answer_checked = False  # the answer to the line in work carries a checksum
-    up_ps = 0  # when the supply was switched on
-
-
-INVALID = b"\xff"  # no opcode: what a failed write leaves behind
 
 
 class GsC200(GsC):

@@ -27,6 +27,7 @@ class Instructions(State):
 
     motion: Motion | Stepwise
     handlers: dict[str, Handler]
+    in_work = False  # a line is in work
 
     # ---------------------------------------------------------------------------------------------------- the program
     def run_program(self, work: Awaitable[None] | None = None) -> None:
@@ -236,5 +237,3 @@ class Instructions(State):
         self.reset_pin.drive(0)
         await until(self.kernel, self.kernel.now + self.reset_ps)
         self.reset_pin.drive(1)
-
-    in_work: bool

@@ -147,9 +147,9 @@ class Motion:
             if fresh:
                 self.lay(plan, step, sign)
             step, fresh = await self.until_look(leg.end, plan.steps, switch), False
-        assert self.playing is not None or not plan.steps
-        if self.playing is None or not plan.steps:
+        if not plan.steps:
             return kernel.now
+        assert self.playing is not None  # its steps have been played
         return self.playing.train.begin(plan.steps)
 
     def lay(self, plan: Plan, step: int, sign: int) -> None:

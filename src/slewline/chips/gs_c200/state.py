@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, Protocol
 
 from ...core.axis import Axis
 from ...core.kernel import Kernel, Task
 from ...core.net import Driver, Net
+from ...core.pin import strapped
 from ...core.table import Row
 from ...core.timebase import picoseconds
 from ...errors import UsageError
+from ...language.lines import spell
 from ..line import LineChip
 from . import sheet
 from .profile import LAWS, Law
@@ -85,11 +87,20 @@ class Options:
             raise UsageError(f"{name}: law {self.law!r}; allowed {', '.join(LAWS)}, or a function")
         if picoseconds(self.instruction_time) < 1:
             raise UsageError(f"{name}: instruction_time {self.instruction_time!r}; allowed more than 0")
+        if not isinstance(self.supply, (int, float)):
+            raise UsageError(f"{name}: supply {self.supply!r}; expected volts, a number")
+        self._check_load(name)
+        return self
+
+    def _check_load(self, name: str) -> None:
         loaded = [pin for pins in sheet.LOADS_MA for pin in pins]
+        if not isinstance(self.load, Mapping) or not all(
+            isinstance(drawn, (int, float)) for drawn in self.load.values()
+        ):
+            raise UsageError(f'{name}: load {self.load!r}; expected milliamperes, such as {{"{loaded[0]}": 80}}')
         for pin in self.load:
             if pin not in loaded:
                 raise UsageError(f"{name}: load of {pin!r}; pins that supply something: {', '.join(loaded)}")
-        return self
 
 
 class State(LineChip):
@@ -143,10 +154,9 @@ class State(LineChip):
         self.kept = 0 if early else KEPT
 
     def _name_pins(self) -> None:
-        net: Callable[[str], Net] = lambda name: self.pins[name].net  # noqa: E731
-        self.enable, self.eot, self.home = net("enable"), net("eot"), net("home")
-        self.inputs = tuple(net(f"ui{n}") for n in (1, 2, 3))
-        drivers = self.drivers
+        pins, drivers = self.pins, self.drivers
+        self.enable, self.eot, self.home = pins["enable"].net, pins["eot"].net, pins["home"].net
+        self.inputs = tuple(pins[f"ui{n}"].net for n in (1, 2, 3))
         self.mov, self.ramp, self.dir = drivers["mov"], drivers["ramp"], drivers["dir"]
         self.clock_pin, self.reset_pin, self.rdy = drivers["clock"], drivers["reset"], drivers["rdy"]
         self.outputs = tuple(drivers[f"uo{n}"] for n in (1, 2, 3))
@@ -166,8 +176,8 @@ class State(LineChip):
         """The address that the SEL pins say; 0: point-to-point."""
         if self.options.address is not None:
             return self.options.address
-        pins = self.port.address_pins
-        return self.port.addresses[self.strapped(pins[::-1] if self.options.pin_order else pins)]
+        order = self.port.address_pins[:: -1 if self.options.pin_order else 1]
+        return self.port.addresses[strapped(self.pins, order)]
 
     def check_wiring(self) -> None:
         """The first run begins: report what is not wired as the sheet wants it."""
@@ -216,8 +226,6 @@ class State(LineChip):
 
     def instructions(self) -> dict[int, str]:
         """The stored instructions, as they are written, by their locations."""
-        from ...language.lines import spell
-
         found, at = {}, 0
         while at < len(self.memory):
             row = self.rows[self.memory[at]]
@@ -242,9 +250,9 @@ class State(LineChip):
 
     def parameters(self) -> tuple[dict[str, float], dict[str, object]]:
         """What a plot names: the rates of S and T in steps/s, and R."""
-        rates = {f"{letter} = {self.speeds[name]}": 10.0 * self.speeds[name] for letter, name in
-                 (("S", "start_stop"), ("T", "top_speed")) if self.speeds[name]}  # fmt: skip
-        return rates, {"R": self.speeds["ramp"]}
+        start, top, ramp = self.speeds_in_force()
+        rates = {f"{letter} = {speed}": 10.0 * speed for letter, speed in (("S", start), ("T", top)) if speed}
+        return rates, {"R": ramp}
 
     def read_inputs(self) -> int:
         """UI1 + 2 UI2 + 4 UI3; an open input reads 1."""

@@ -1,0 +1,116 @@
+"""The tables of a bench file and their keys; file.py says what they mean."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+from ..errors import SlewlineError
+
+try:
+    import msgspec
+    from msgspec import ValidationError, convert
+except ImportError:
+    raise SlewlineError("bench files need msgspec: pip install 'slewline[bench]'") from None
+
+__all__ = ["Place", "Tables", "ValidationError", "convert", "keys_of"]
+
+Time = str | int
+Level = Literal[0, 1]
+Place = Sequence[str | int]  # ("chip", 0, "crystal")
+
+
+class Table(msgspec.Struct, forbid_unknown_fields=True, kw_only=True, frozen=True):
+    """A table of a bench file."""
+
+
+class BenchTable(Table, frozen=True):
+    """[bench]"""
+
+    seed: int = 0
+    until: Time | None = None
+    timeout: Time = "60 s"
+
+
+class ChipTable(Table, frozen=True):
+    """[[chip]]"""
+
+    part: str
+    name: str | None = None
+    crystal: Time | None = None
+    straps: dict[str, Level] = {}
+    bare: bool = False
+    options: dict[str, Any] = {}
+
+
+class WireTable(Table, frozen=True):
+    """[[wire]]"""
+
+    from_: str = msgspec.field(name="from")
+    to: str
+    invert: bool = False
+
+
+class HostTable(Table, frozen=True):
+    """[[host]]"""
+
+    chips: list[str] = []
+    name: str | None = None
+    delay: Time = 0
+    baud: int | None = None
+    script: str | list[str] | None = None
+    file: str | None = None
+
+
+class ServeTable(Table, frozen=True):
+    """[[serve]]"""
+
+    chips: list[str] = []
+    tcp: str | None = None
+    pty: str | None = None
+    rfc2217: str | None = None
+    serial: str | None = None
+    framing: bool = False
+
+
+class DriveTable(Table, frozen=True):
+    """[[drive]]"""
+
+    pin: str
+    level: Level
+    at: Time = 0
+
+
+class RecordTable(Table, frozen=True):
+    """[[record]]"""
+
+    pins: list[str] = []
+    keep: Time | None = None
+
+
+class Tables(Table, frozen=True):
+    """A whole bench file."""
+
+    bench: BenchTable = BenchTable()
+    chip: list[ChipTable] = []
+    part: list[dict[str, Any]] = []
+    wire: list[WireTable] = []
+    host: list[HostTable] = []
+    serve: list[ServeTable] = []
+    drive: list[DriveTable] = []
+    record: list[RecordTable] = []
+
+
+def keys_of(place: Place) -> tuple[str, ...]:
+    """The keys that a table may have."""
+    tables: dict[Any, type[Table]] = {
+        "bench": BenchTable,
+        "chip": ChipTable,
+        "wire": WireTable,
+        "host": HostTable,
+        "serve": ServeTable,
+        "drive": DriveTable,
+        "record": RecordTable,
+    }
+    table = tables.get(place[0], Tables) if place else Tables
+    return table.__struct_encode_fields__
