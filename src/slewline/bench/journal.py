@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING, Any, TextIO
 from weakref import finalize
 
 from ..core.kernel import Kernel
+from ..core.store import Memory
 from ..errors import BenchFileError
 
 if TYPE_CHECKING:
-    from ..chips.gs_c200.state import Memory
     from .bench import Bench
 
 VERSION = 1
@@ -121,7 +121,7 @@ def apply(bench: Bench, entry: dict[str, Any]) -> None:
     if do == "add":
         options = entry["options"]
         if options.get("store") is not None:
-            options["store"] = _memory(bytes(options["store"]))
+            options["store"] = Memory(bytes(options["store"]))
         bench.add(entry["part"], entry["name"], entry["crystal_hz"], entry["straps"], entry["bare"], **options)
     elif do == "host":
         chips = [bench.chips[name] for name in entry["chips"]]
@@ -167,12 +167,3 @@ def tell(bench: Bench, host: Any, do: str, args: list[Any]) -> None:
         run_script(bench, host.to(chip), text, where)
     else:
         raise BenchFileError(f"unknown entry {do!r}")
-
-
-def _memory(data: bytes) -> Memory:
-    """A memory as a chip found it when it was put on the bench."""
-    from ..chips.gs_c200.state import Memory
-
-    memory = Memory()
-    memory.write(data)
-    return memory

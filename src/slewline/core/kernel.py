@@ -95,6 +95,10 @@ class Kernel:
             heappush(self.heap, (ps, next(self.order), call, 0))
         return call
 
+    def wake_at(self, ps: int, task: Task) -> None:
+        """Wake a task that waits, at an instant, unless something else has woken it by then."""
+        heappush(self.heap, (ps, next(self.order), task, task.token))
+
     def next_time(self) -> int | None:
         """When the next thing happens if nobody interferes; None: never."""
         heap = self.heap

@@ -75,33 +75,6 @@ class Wave:
         return [time for time, _ in pairs], [level for _, level in pairs]
 
 
-class Inverted:
-    """A promise seen through an inverter."""
-
-    __slots__ = ("of",)
-
-    def __init__(self, of: Promise) -> None:
-        self.of = of
-
-    @property
-    def until(self) -> int | None:
-        return self.of.until
-
-    def level(self, ps: int) -> Level:
-        level = self.of.level(ps)
-        return None if level is None else 1 - level
-
-    def after(self, ps: int) -> int | None:
-        return self.of.after(ps)
-
-    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Edges at start < t <= stop."""
-        times, levels = self.of.edges(start, stop)
-        if isinstance(levels, list):
-            return times, [None if level is None else 1 - level for level in levels]
-        return times, 1 - levels  # of a train: an array of 0 and 1
-
-
 class Driver:
     """One output on a net.  What it is told takes effect at the end of the round."""
 

@@ -17,7 +17,6 @@ from bisect import bisect_right
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from heapq import heappush
 from typing import NamedTuple
 
 from ..errors import UsageError
@@ -179,7 +178,7 @@ class Receiver:
         self.catch_up()
         kernel, task = self.net.kernel, self.task
         if self.receiving and not self.taken and task is not None:
-            heappush(kernel.heap, (self.looks[0], next(kernel.order), task, task.token))
+            kernel.wake_at(self.looks[0], task)
 
     def catch_up(self) -> None:
         """Take the looks up to now, each with the level from before its instant."""

@@ -264,7 +264,7 @@ class Sheet:
     suffix: str = ""
     notes: Mapping[str, str] = field(default_factory=dict)
     port: Port | None = None  # None: commands come over the bus, with a handshake
-    heads: tuple[str, ...] = ()  # commands of sister parts, which this part refuses as unknown
+    foreign: tuple[str, ...] = ()  # commands of sister parts, which this part refuses as unknown
     enter: str = "ENTER"  # the command that begins program entry
     leave: tuple[str, ...] = ("QUIT",)  # the commands that end it; the last one does nothing else, if there is one
 

@@ -130,7 +130,7 @@ def _value(arg: Arg, text: str | None) -> int:
 @lru_cache(maxsize=64)
 def _patterns(sheet: Sheet) -> dict[str, list[tuple[Row, re.Pattern[str]]]]:
     """The forms of each head, longest heads first; commands of sister parts have none."""
-    heads = sorted({row.head for row in sheet.commands} | set(sheet.heads), key=lambda head: (-len(head), head))
+    heads = sorted({row.head for row in sheet.commands} | set(sheet.foreign), key=lambda head: (-len(head), head))
     return {head: [(row, _pattern(row)) for row in sheet.commands if row.head == head] for head in heads}
 
 

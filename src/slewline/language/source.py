@@ -237,7 +237,7 @@ class _CommandLine(_Line):
             remedy = f"write {meant}: no blanks, and capitals count"
         elif unknown and alike:
             remedy = f"with this letter it has {', '.join(map(usage, alike))}"
-        elif unknown and self.text.startswith(self.sheet.heads):
+        elif unknown and self.text.startswith(self.sheet.foreign):
             remedy = "a sister part has this command"
         where = "" if unknown else alike[0].where
         self.error(found.at, found.end, code, found.found, found.allowed, where, remedy)

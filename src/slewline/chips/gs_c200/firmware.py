@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ...core.kernel import Kernel
+from ...core.store import Store
 from ...core.table import Sheet
 from ...core.waits import until
 from ...errors import UsageError
@@ -19,7 +20,6 @@ from ..line import Line
 from . import sheet
 from .instructions import Instructions
 from .motion import Motion
-from .state import Store
 
 INVALID = b"\xff"  # no opcode: what a failed write leaves behind
 

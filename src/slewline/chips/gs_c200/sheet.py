@@ -142,7 +142,7 @@ C200S_ROWS = (
     _immediate("Po", "PROGRAM", "begin programming; erases the program", when="ip"),
     _immediate("Px", "PROGRAM_END", "end programming without a run", when="ip"),
 )
-C200_HEADS, C200S_HEADS = ("P",), ("f", "g", "j", "jc", "Po", "P0", "Px")  # what only one of the parts knows; P0: Po, misread
+C200_ONLY, C200S_ONLY = ("P",), ("f", "g", "j", "jc", "Po", "P0", "Px")  # what only one of the parts knows; P0: Po, misread
 
 # ------------------------------------------------------------------------------------------------ registers and times
 REGISTERS = (
@@ -177,7 +177,7 @@ NOTES = MappingProxyType(
 )
 
 
-def _sheet(part: str, rows: tuple[Row, ...], sister: tuple[str, ...]) -> Sheet:
+def _sheet(part: str, rows: tuple[Row, ...], foreign: tuple[str, ...]) -> Sheet:
     return Sheet(
         part=part,
         title=f"{part.upper()} intelligent stepper motor controller module",
@@ -191,11 +191,11 @@ def _sheet(part: str, rows: tuple[Row, ...], sister: tuple[str, ...]) -> Sheet:
         suffix=f".{part}",
         notes=NOTES,
         port=PORT,
-        heads=sister,
+        foreign=foreign,
         enter="PROGRAM",
         leave=tuple(row.name for row in (*ROWS, *rows) if row.name in ("EXECUTE", "PROGRAM_END")),
     )
 
 
-GS_C200 = _sheet("gs-c200", C200_ROWS, C200S_HEADS)
-GS_C200S = _sheet("gs-c200s", C200S_ROWS, C200_HEADS)
+GS_C200 = _sheet("gs-c200", C200_ROWS, C200S_ONLY)
+GS_C200S = _sheet("gs-c200s", C200S_ROWS, C200_ONLY)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any, Protocol
+from typing import Any
 
 from ...core.axis import Axis
 from ...core.kernel import Kernel, Task
 from ...core.net import Driver, Net
 from ...core.pin import strapped
+from ...core.store import Memory, Store
 from ...core.table import Row
 from ...core.timebase import picoseconds
 from ...errors import UsageError
@@ -22,29 +23,6 @@ TIMES = {name: time.ticks for name, time in sheet.TIMES.items()}
 OR_SINCE = (2, 2)  # GS-C200 firmware that sets a bit of every checksum
 KEPT = 0x10
 PULL_DOWN = "txpd"  # the name of its driver on a line
-
-
-class Store(Protocol):
-    """What keeps a program without power.  Both may raise OSError: the EEPROM fails."""
-
-    def read(self) -> bytes:
-        """The bytes that were written last; none at first."""
-
-    def write(self, data: bytes) -> None:
-        """Keep these bytes instead, all of them or none."""
-
-
-class Memory:
-    """A store that lives as long as the model."""
-
-    def __init__(self) -> None:
-        self.data = b""
-
-    def read(self) -> bytes:
-        return self.data
-
-    def write(self, data: bytes) -> None:
-        self.data = data
 
 
 @dataclass(slots=True)
