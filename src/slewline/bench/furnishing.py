@@ -8,6 +8,7 @@ from random import Random
 from typing import TYPE_CHECKING, Any
 
 from ..chips import chip_class
+from ..chips.line import LineChip
 from ..core.chip import Chip, Finding
 from ..core.kernel import Kernel
 from ..core.net import Bus, Driver, Net
@@ -166,13 +167,13 @@ class Furnished(Recording):
         for chip in chips:
             if not isinstance(chip, Chip):
                 raise UsageError(f"host: {chip!r}; expected chips of this bench")
-        serial = [chip for chip in chips if chip.sheet.port is not None]
+        serial = [chip for chip in chips if isinstance(chip, LineChip)]
         if serial:
             if len(serial) < len(chips):
                 raise UsageError(
                     "host: some of these chips have a bus, some a serial line; one host speaks to one kind"
                 )
-            return self._serial_host(chips, name, delay, baud, line)
+            return self._serial_host(serial, name, delay, baud, line)
         if baud is not None or line is not None:
             wrong = f"baud {baud!r}" if baud is not None else "line"
             raise UsageError(f"host: {wrong}; {chips[0].name} has no serial line")
@@ -195,7 +196,7 @@ class Furnished(Recording):
         return host
 
     def _serial_host(
-        self, chips: Sequence[Chip], name: str | None, delay: Time, baud: int | None, line: Part | None
+        self, chips: Sequence[LineChip], name: str | None, delay: Time, baud: int | None, line: Part | None
     ) -> SerialHost:
         """A host on an RS-232 line, wired to every module on it."""
         if picoseconds(delay):
@@ -224,13 +225,13 @@ class Furnished(Recording):
         if self._started:
             raise WiringError(f"connect {connector.name}: time has passed already; wire before the first run")
         self._note("connect", part=connector.name, chips=[chip.name for chip in chips])
-        self._connect(connector, chips)
+        self._connect(connector, [chip for chip in chips if isinstance(chip, LineChip)])
 
-    def _connect(self, connector: Part, chips: Sequence[Chip]) -> None:
+    def _connect(self, connector: Part, chips: Sequence[LineChip]) -> None:
         for chip in chips:
             self._join(connector.pins["txd"].net, chip.pins["rxd"].net)
             self._join(connector.pins["rxd"].net, chip.pins["txd"].net)
-        addresses = [getattr(chip, "strapped_address", int)() for chip in chips]
+        addresses = [chip.strapped_address() for chip in chips]
         for address in sorted({address for address in addresses if addresses.count(address) > 1}):
             who = ", ".join(chip.name for chip, own in zip(chips, addresses, strict=True) if own == address)
             connector.finding("same-address", f"{who} have the same address on one line: all of them answer")

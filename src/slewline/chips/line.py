@@ -20,7 +20,7 @@ from ..core.pin import strapped
 from ..core.serial import RS232, Receiver, Word, bit_clock, transmit
 from ..core.table import Port
 from ..core.waits import next_round
-from ..language.lines import Refusal, parse
+from ..language.lines import KEPT, Refusal, parse
 
 CR, LF = 0x0D, 0x0A
 TURNROUND_PS = 10**9
@@ -44,6 +44,9 @@ class LineChip(Chip):
     """
 
     turnround_ps = TURNROUND_PS
+    baud = 0  # the rate at which it listens
+    kept = KEPT  # the bits that its checksums always have
+    up_ps = 0  # when the supply was switched on
     done, refused = b"OK", b"?"  # what `obey` answers where a command says nothing, and to what is no command
     lenient = False  # forgive a line feed between two lines
 
@@ -95,6 +98,10 @@ class LineChip(Chip):
     def checked(self) -> bool:
         """Do lines carry a checksum at present?"""
         return bool(self.port.checksum_pin) and strapped(self.pins, [self.port.checksum_pin]) == (1,)
+
+    def strapped_address(self) -> int:
+        """The address that stands in front of its lines; 0: none."""
+        return 0
 
     def listen(self) -> None:
         """Begin to receive, at the rate that the straps say now."""

@@ -156,6 +156,11 @@ class Chip:
         """Is a motor in motion?"""
         return any(axis.moving for axis in self.axes)
 
+    @property
+    def answering(self) -> bool:
+        """Is a line of a host in work, or its answer on its way?"""
+        return False
+
     def step_nets(self) -> list[Net]:
         """Outputs that show every step of a motor."""
         return []

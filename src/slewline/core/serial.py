@@ -17,13 +17,17 @@ from bisect import bisect_right
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from ..errors import UsageError
 from .kernel import Task
 from .net import Driver, Net, Wave
 from .timebase import Clock
 from .waits import level, until
+
+if TYPE_CHECKING:
+    from .pin import Terminal
+    from .table import Sheet
 
 OVERSAMPLING = 16
 PARITIES = {"N": "none", "O": "odd", "E": "even"}  # by the letters of 7O2
@@ -102,6 +106,20 @@ class Character(NamedTuple):
     def good(self) -> bool:
         """Neither parity nor framing fault."""
         return not (self.parity_wrong or self.framing_wrong)
+
+
+class LinePartner(Protocol):
+    """What the far end of a line knows of a chip, as somebody who has wired and strapped it does."""
+
+    name: str
+    sheet: Sheet
+    pins: dict[str, Terminal]
+    baud: int
+    kept: int
+    up_ps: int
+
+    def strapped_address(self) -> int:
+        """The address that stands in front of its lines; 0: none."""
 
 
 class Frames:

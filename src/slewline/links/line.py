@@ -120,7 +120,7 @@ class SerialLine(Line):
     def quiet(self) -> bool:
         if self.port.outgoing or self.coming:
             return False
-        return not any(getattr(chip, "answering", False) for chip in self.chips)
+        return not any(chip.answering for chip in self.chips)
 
     def _character(self, character: Character) -> None:
         self.port.received.clear()  # the host is outside

@@ -9,20 +9,20 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..core.kernel import Kernel, Task
 from ..core.net import Driver, Net
 from ..core.pin import Condition, GotCondition, strapped
-from ..core.serial import RS232, TTL, Character, Receiver, Word, bit_clock, transmit
+from ..core.serial import RS232, TTL, Character, LinePartner, Receiver, Word, bit_clock, transmit
 from ..core.table import Port
 from ..core.waits import first_of, until
 from ..errors import ChecksumError, Timeout, UnknownName, UsageError
-from ..language.lines import KEPT, checksum, framed
+from ..language.lines import checksum, framed
 from .worker import Worker, as_bytes
 
 if TYPE_CHECKING:
-    from ..core.chip import Chip
+    pass
 
 FAULTS = ("parity", "framing", "late")
 LATE_PS = 10**11  # how much later than it could a late character begins
@@ -161,21 +161,21 @@ class SerialHost(SerialPort):
         baud: another rate than the module's.
     """
 
-    def __init__(self, kernel: Kernel, name: str, chips: Sequence[Chip], *, baud: int | None = None) -> None:
+    def __init__(self, kernel: Kernel, name: str, chips: Sequence[LinePartner], *, baud: int | None = None) -> None:
         port = chips[0].sheet.port
         assert port is not None  # the bench chooses the host by the sheet
         super().__init__(kernel, name, bits=port.bits, parity=port.parity, stop=port.stop)
         self.port = port
         self.fixed_baud: int | str | None = baud
-        self.chips = {chip.name: chip for chip in chips}
-        self.chip = chips[0]
+        self.chips: dict[str, Any] = {chip.name: chip for chip in chips}
+        self.chip: Any = chips[0]
         self.answers: list[str] = []
         self.line = bytearray()
         self.line_end = Driver(Net(kernel, f"{name}.(line end)"), name)  # changes with every complete line
         self.wait_for: Callable[[Callable[[], bool], str, str], None] | None = None  # the bench lets time pass
         self.on_event: Callable[[str], object] | None = None  # a transcript
 
-    def to(self, chip: str | Chip) -> SerialHost:
+    def to(self, chip: str | LinePartner) -> SerialHost:
         """From now on, speak to this module."""
         name = chip if isinstance(chip, str) else getattr(chip, "name", repr(chip))
         if name not in self.chips:
@@ -189,7 +189,7 @@ class SerialHost(SerialPort):
         self.fixed_baud = baud
 
     async def before_sending(self) -> None:
-        up = max(getattr(chip, "up_ps", 0) for chip in self.chips.values())
+        up = max(chip.up_ps for chip in self.chips.values())
         await until(self.kernel, up + POWER_UP_PS)
 
     # --------------------------------------------------------------------------------------------- what straps say
@@ -209,12 +209,12 @@ class SerialHost(SerialPort):
     @property
     def kept(self) -> int:
         """The bits that a checksum always has."""
-        return int(getattr(self.chip, "kept", KEPT))
+        return int(self.chip.kept)
 
     @property
     def address(self) -> str:
         """What stands in front of a command on a shared line."""
-        address = getattr(self.chip, "strapped_address", lambda: 0)()
+        address = self.chip.strapped_address()
         return str(address) if address else ""
 
     # ------------------------------------------------------------------------------------------------------ sending
@@ -278,7 +278,7 @@ class SerialHost(SerialPort):
             self.wait_for(met, f"{self.name}: {what}", timeout)
         except Timeout as error:
             self.drop()
-            heard = getattr(self.chip, "baud", self.baud)
+            heard = self.chip.baud
             if heard == self.baud:
                 raise
             raise Timeout(

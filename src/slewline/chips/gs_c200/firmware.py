@@ -33,7 +33,6 @@ class GsC(Instructions):
     """
 
     answer_checked = False  # the answer to the line in work carries a checksum
-    up_ps = 0  # when the supply was switched on
 
     def __init__(
         self,

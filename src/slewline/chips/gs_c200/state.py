@@ -14,14 +14,13 @@ from ...core.store import Memory, Store
 from ...core.table import Row
 from ...core.timebase import picoseconds
 from ...errors import UsageError
-from ...language.lines import spell
+from ...language.lines import KEPT, spell
 from ..line import LineChip
 from . import sheet
 from .profile import LAWS, Law
 
 TIMES = {name: time.ticks for name, time in sheet.TIMES.items()}
 OR_SINCE = (2, 2)  # GS-C200 firmware that sets a bit of every checksum
-KEPT = 0x10
 PULL_DOWN = "txpd"  # the name of its driver on a line
 
 
