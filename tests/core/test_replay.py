@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 
 import pytest
@@ -169,3 +170,17 @@ def test_a_journal_that_is_not_there_is_refused():
         slewline.replay("nowhere/run.jsonl")
     with pytest.raises(BenchFileError, match="give a file that can be written"):
         slewline.Bench(journal="nowhere/run.jsonl")
+
+
+def test_a_journal_that_cannot_be_written_is_named_each_time(tmp_path):
+    with pytest.raises(BenchFileError, match="journal /dev/full: No space left on device; give a file"):
+        slewline.Bench(journal="/dev/full")
+    bench = slewline.Bench(journal=tmp_path / "journal")
+    bench.add("cy525", name="x")
+    bench.journal.close()
+    bench.journal.file = open("/dev/full", "w", buffering=1)  # noqa: SIM115
+    for _ in range(2):
+        with pytest.raises(BenchFileError, match="journal: No space left on device"):
+            bench.run("1 ms")
+    del bench
+    gc.collect()  # nothing is left to be flushed

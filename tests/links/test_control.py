@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import random
 import re
+import socket
 
 import pytest
 
@@ -106,6 +107,16 @@ def test_requests_that_come_while_one_waits_are_answered_in_order(stand):
     answers = [ask.answer() for _ in lines]
     assert [answer["id"] for answer in answers] == [1, 2, 3]
     assert answers[2]["time_ps"] == answers[0]["time_ps"] + 10**12
+
+
+def test_a_client_that_says_no_more_gets_every_reply(stand):
+    _, _, ask = stand
+    lines = [{"do": "advance", "time": "1 s"}, {"do": "until", "pin": "x.mov", "level": 1, "timeout": "1 s"}]
+    lines += [{"do": "status"}] * 3  # the last one without a line feed
+    ask.client.send("\n\n".join(json.dumps(line) for line in lines).encode())
+    ask.client.socket.shutdown(socket.SHUT_WR)
+    replies = [json.loads(line) for line in ask.client.read(end=b"").splitlines()]
+    assert [sorted(set(reply) & {"met", "pace"}) for reply in replies] == [[], ["met"], ["pace"], ["pace"], ["pace"]]
 
 
 def test_clients_do_not_disturb_each_other(stand, client):

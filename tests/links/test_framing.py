@@ -6,8 +6,10 @@ import pytest
 
 import slewline
 from slewline.links.framing import BACKLOG, LONGEST
-from slewline.links.pace import Lockstep
+from slewline.links.pace import Lockstep, Paced
 from slewline.links.server import Server
+
+from .conftest import Threaded
 
 
 class Stand:
@@ -96,9 +98,10 @@ def test_busy_ready_and_forget(framed):
 @pytest.mark.parametrize(
     ("line", "says"),
     [
+        (b"\xff", b"! byte 0xff at character 1 is not ASCII; not sent"),
         (b"?7", b"! ?7: allowed ?, ?0, ?1, ?2, ?3\r\n"),
         (b"?x", b"! ?x: allowed"),
-        (b"N \xb5", b"! 'ascii' codec"),
+        (b"N \xb5", b"! byte 0xb5 at character 3 is not ASCII; not sent"),
         (b"x" * (LONGEST + 1), b"! a line of more than 256"),
     ],
 )
@@ -107,12 +110,73 @@ def test_what_cannot_be_sent_is_told(framed, line, says):
     assert framed.ask(b"?\n") == b"? ready\r\n"
 
 
-def test_a_host_that_writes_without_end_is_held_up(framed):
+def test_a_host_that_writes_without_end_is_refused(framed):
     framed.line.feed(b"N 5\n" * BACKLOG)
-    assert framed.line.room() == 0
-    framed.send(b"\n")
-    assert framed.resumed == 1
-    assert framed.line.room() > 0
+    assert not framed.got
+    framed.line.feed(b"N 6\n?3\n")
+    refused = f"%s: {BACKLOG} lines are to be sent; not sent, wait until the answer to ? is ready\r\n"
+    assert framed.got.decode() == f"! {refused}! {refused}" % ("N 6", "?3")
+    assert len(framed.line.computer.queue) == 2 * BACKLOG
+    framed.bench.run("5 ms")
+    framed.got.clear()
+    framed.line.feed(b"N 7\n")  # there would be room, but what came in front of it was refused
+    assert framed.got.startswith(b"! N 7: 40")
+    framed.line.feed(b"!\nN 8\n")
+    framed.bench.run("5 ms")
+    assert framed.x.registers["number"] == 8
+
+
+def test_questions_and_forget_are_heard_however_much_is_to_be_sent(client):
+    bench = slewline.Bench()
+    server = Server(bench, Paced(bench, "0.0001"))
+    line = server.line(bench.add("cy525", name="x"), framing=True)
+    port = server.tcp(line, "127.0.0.1:0")
+    with Threaded(server) as running:
+        host = client(port.where)
+        host.send(b"N 2000\nG\n" * 500 + b"?\n")
+        assert host.read(b"\n") == b"? busy\r\n"
+        assert running.do(lambda: len(line.computer.queue)) == 2000
+        host.send(b"!\n")
+        assert host.read(b"\n") == b"!\r\n"
+        assert running.do(lambda: len(line.computer.queue)) <= 1
+
+
+@pytest.mark.parametrize("sent", range(1, 6))
+def test_a_command_that_has_begun_is_not_cut_in_two(sent, tmp_path):
+    stand = Stand(True, tmp_path / "journal")
+    stand.line.feed(b"N 400\nN 500\nG\n")
+    stand.bench.run_until(lambda: stand.line.computer.sent == sent)
+    stand.line.feed(b"!\n")
+    assert stand.got == b"!\r\n"
+    assert stand.ask(b"?3\n").startswith(b"?3 01 90 ")  # 400: it went out to its end, and nothing behind it
+    stand.send(b"N 7\n")
+    stand.server.close()
+    assert (stand.x.registers["number"], stand.x.travel) == (7, 0)
+    assert not stand.bench.findings
+    again = slewline.replay(tmp_path / "journal")
+    assert (again.now_ps, again["x"].registers) == (stand.bench.now_ps, stand.x.registers)
+
+
+def test_what_waits_for_the_end_of_a_motion_is_forgotten(framed):
+    framed.line.feed(b"A 0\nR 80\nF 9\nS 255\nN 50\nG\nN 7\nG\n")
+    framed.bench.run("20 ms")
+    assert framed.x.moving
+    assert framed.ask(b"!\n") == b"!\r\n"
+    framed.bench.run("10 s")
+    assert (framed.x.registers["number"], framed.x.travel) == (50, 50)
+
+
+def test_forgetting_twice_lets_go_of_the_bus(framed):
+    computer = framed.line.computer
+    framed.line.feed(b"N 400\n")
+    framed.bench.run_until(lambda: computer.sent == 2)
+    framed.x.power(False)  # it takes no more
+    framed.line.feed(b"!\n")
+    framed.bench.run("1 s")
+    assert not computer.idle
+    framed.line.feed(b"!\n")
+    assert computer.idle
+    assert framed.bench.pin("x.io_request").level == 1
 
 
 def test_a_framed_session_replays(tmp_path):

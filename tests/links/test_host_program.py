@@ -8,6 +8,8 @@ import sys
 
 import pytest
 
+from slewline.links.pty import HINT
+
 from .conftest import PATIENCE
 
 HOST = """
@@ -53,4 +55,4 @@ def test_it_programs_the_module_runs_it_and_saves_the_program(serve, tmp_path, k
     assert first.end(signal.SIGKILL)[0] == -signal.SIGKILL
     second = serve(*arguments)
     assert host(second.where, "recall") == ["Y", "S100", "T500", "R40", "+800", "A2", "END"]
-    assert second.end() == (0, "")
+    assert second.end() == (0, f"slewline: {where}: {HINT}\n" if kind == "pty" else "")

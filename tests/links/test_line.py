@@ -12,6 +12,7 @@ from slewline.errors import UsageError
 from slewline.links.line import BACKLOG, PATIENCE_PS
 from slewline.links.pace import Lockstep, Paced
 from slewline.links.server import Server
+from slewline.links.status import as_line, status
 from slewline.parts.noise import LINKED, Noise
 
 from .conftest import STRAPS
@@ -211,6 +212,35 @@ def test_findings_are_in_the_transcript(begun):
 def test_a_transcript_that_cannot_be_written_is_told(lockstep):
     with pytest.raises(UsageError, match="give a file that can be written"):
         lockstep(log="nowhere/transcript")
+
+
+def test_a_disk_that_is_full_is_told_once_and_the_server_goes_on(begun):
+    server, line, host = begun(log="/dev/full")
+    for _ in range(2):
+        line.take(b"F\r")
+        play(server)
+    says = "log /dev/full: No space left on device; the transcript ends here"
+    assert status(server)["troubles"] == [says]
+    assert says in as_line(server)
+    assert host.text == b"R\rR\r"
+    server.close()
+
+
+def test_a_journal_that_takes_no_more_is_told_once_and_the_server_goes_on(begun):
+    server, line, host = begun(journal="journal")
+    told = []
+    server.tell = told.append
+    journal = server.bench.journal
+    journal.close()
+    journal.file = open("/dev/full", "w", buffering=1)  # noqa: SIM115
+    for _ in range(2):
+        line.take(b"F\r")
+        play(server)
+    says = "journal journal: No space left on device; the journal ends here"
+    assert told == status(server)["troubles"] == [says]
+    assert host.text == b"R\rR\r"
+    server.close()
+    assert list(slewline.replay("journal").chips) == ["x"]  # what is in it is good
 
 
 # ------------------------------------------------------------------------------------- served and in virtual time alike

@@ -9,7 +9,11 @@ import sys
 import pytest
 import serial
 
+import slewline
 from slewline.errors import UsageError
+from slewline.links.pace import Lockstep
+from slewline.links.pty import HINT
+from slewline.links.server import Server
 
 from .conftest import PATIENCE, Threaded
 
@@ -100,6 +104,33 @@ def test_what_is_no_old_link_of_ours_stays(lockstep, link, kind):
     if kind == "terminal":
         for end in other:
             os.close(end)
+
+
+def test_a_link_needs_a_name(lockstep):
+    server, line = lockstep()
+    with pytest.raises(UsageError, match="a pty needs a name"):
+        server.pty(line, "")
+    server.close()
+
+
+def test_who_serves_seven_bits_on_it_is_told_what_does_not_work(lockstep, link, tmp_path):
+    server, line = lockstep(log=tmp_path / "log")
+    told = []
+    server.tell = told.append
+    server.pty(line, str(link))
+    server.close()
+    assert told == [f"{link}: {HINT}"]
+    assert f"x ! {HINT}\n" in (tmp_path / "log").read_text()
+    assert all(way in HINT for way in ("EINVAL", "8N1", "socket://", "rfc2217://"))
+
+
+def test_a_chip_with_eight_bits_needs_no_hint(link):
+    told = []
+    bench = slewline.Bench()
+    server = Server(bench, Lockstep(bench), tell=told.append)
+    server.pty(server.line(bench.add("cy525")), str(link))
+    server.close()
+    assert told == []
 
 
 def test_a_link_needs_a_directory(lockstep, tmp_path):

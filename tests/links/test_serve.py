@@ -13,7 +13,9 @@ import pytest
 import serial
 
 import slewline
+from slewline.links.pty import HINT
 from slewline.tools.main import invoke
+from slewline.tools.serve import Serve, signals
 
 from .conftest import COMMAND, PATIENCE
 
@@ -32,7 +34,10 @@ def ask(host, line):
     return host.ask(line + b"\r")
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+ENDS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+
+
+@pytest.mark.parametrize("number", ENDS)
 def test_a_signal_ends_it_in_good_order(serve, client, number):
     server = serve(*ONE, "--tcp", "127.0.0.1:0")
     assert list(server.ports) == ["gs_c200s"]
@@ -42,12 +47,47 @@ def test_a_signal_ends_it_in_good_order(serve, client, number):
     assert host.read(end=b"") == b""
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", ENDS)
+def test_a_signal_that_comes_again_changes_nothing(serve, number):
+    server = serve(*ONE, "--tcp", "127.0.0.1:0")
+    while server.process.poll() is None:
+        server.process.send_signal(number)
+    assert server.end(number) == (0, "")
+
+
+def test_signals_are_heard_before_a_port_is_open(monkeypatch, capfd):
+    before = [signal.getsignal(number) for number in (*ENDS, signal.SIGUSR1)]
+    heard = []
+
+    def refuse(*_):
+        heard.extend(signal.getsignal(number) for number in (*ENDS, signal.SIGUSR1))
+        raise slewline.errors.UsageError("no")
+
+    monkeypatch.setattr(Serve, "open_chip", refuse)
+    assert invoke([*ONE_MORE]) == 2
+    assert len(heard) == 4 and not set(heard) & set(before)
+    assert [signal.getsignal(number) for number in (*ENDS, signal.SIGUSR1)] == before
+
+
+def test_a_hang_up_that_is_ignored_stays_so(lockstep):
+    server, _ = lockstep()
+    kept = {number: signal.getsignal(number) for number in (*ENDS, signal.SIGUSR1)}
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with signals(server):
+            assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    finally:
+        for number, handler in kept.items():
+            signal.signal(number, handler)
+    server.close()
+
+
+@pytest.mark.parametrize("number", ENDS)
 def test_a_signal_removes_the_link(serve, number):
     server = serve(*ONE, "--pty", "x")
     assert server.where == "x"
     assert os.readlink("x").startswith("/dev/pts/")
-    assert server.end(number) == (0, "")
+    assert server.end(number) == (0, f"slewline: x: {HINT}\n")
     assert not os.path.lexists("x")
 
 
@@ -173,6 +213,31 @@ def test_a_status_line_on_a_terminal():
         os.close(end)
 
 
+def test_status_lines_into_a_pipe(serve):
+    server = serve("gs-c200s", "--tcp", "127.0.0.1:0", "--status")
+    for _ in range(2):
+        assert "gs_c200s idle at 0 | 0 of 1 lines connected" in server.errors()
+
+
+def test_a_journal_on_a_full_disk_is_told(capfd):
+    assert invoke([*ONE_MORE, "--journal", "/dev/full"]) == 2
+    says = "slewline: journal /dev/full: No space left on device; give a file that can be written\n"
+    assert capfd.readouterr().err == says
+
+
+def test_a_journal_that_was_cut_off_replays_without_a_warning(lockstep):
+    server, line = lockstep(journal="journal")
+    server.bench.run(0)
+    server.pace.start()
+    line.take(b"V1\r")
+    os.rename("journal", "cut")  # as if the server had been killed here
+    with open("cut") as journal:
+        assert '"verb":"write"' in journal.read().splitlines()[-1]
+    ran = subprocess.run([*COMMAND[:-1], "run", "--replay", "cut"], check=False, capture_output=True, text=True)
+    assert (ran.returncode, ran.stderr) == (0, "")
+    server.close()
+
+
 def flood(serve, client, total):
     """Random bytes, every hundredth with a parity fault: the module still answers, and what was done is told."""
     server = serve(*ONE, "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0", ports=2)
@@ -246,8 +311,8 @@ framing = true
 def test_a_bench_file_serves_several_chips_at_once(serve, client, folder):
     (folder / "bench.toml").write_text(BENCH)
     server = serve("--bench", "bench.toml", "--lockstep", "--state", "memories", ports=3)
-    assert list(server.ports) == ["x+y", "z", "c"]
-    both, bus = client(server.ports["x+y"]), client(server.ports["c"])
+    assert list(server.ports) == ["x+y (addresses 1, 2)", "z", "c"]
+    both, bus = client(server.where), client(server.ports["c"])
     bench = slewline.load("bench.toml")
     for name, value in (("x", b"+5"), ("y", b"-6")):
         address = str(bench[name].strapped_address()).encode()
@@ -258,7 +323,7 @@ def test_a_bench_file_serves_several_chips_at_once(serve, client, folder):
         assert port.read_until(b"\r") == b"Y\r"
     bus.send(b"A\nN 5\n?0\n")
     assert bus.read(b"\n").startswith(b"?0 ")
-    assert server.end() == (0, "")
+    assert server.end() == (0, f"slewline: z: {HINT}\n")
     assert os.listdir(".").count("z") == 0
 
 
@@ -304,6 +369,7 @@ def test_a_bench_file_without_serve_is_told(capfd, folder):
         (["gs-c200s", "--tcp", "0.0.0.0:0"], "--allow-remote"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--control", "0.0.0.0:0"], "--allow-remote"),
         (["gs-c200s", "--tcp", "nowhere"], "expected HOST:PORT"),
+        (["gs-c200s", "--pty", ""], "a pty needs a name"),
         (["gs-c200s", "--serial", "/dev/nowhere"], "/dev/nowhere"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--framing"], "leave out the framing"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--strap", "chs"], "such as 'chs=0'"),

@@ -81,6 +81,36 @@ def test_a_host_that_is_silent_for_good_is_found_out_by_the_system(port, client)
     assert ours.getsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE) == 10
 
 
+@pytest.mark.parametrize("kind", ["tcp", "rfc2217"])
+def test_a_host_that_says_no_more_gets_its_answers(client, kind):
+    bench = slewline.Bench()
+    server = Server(bench, Paced(bench))
+    line = server.line(bench.add("gs-c200s", name="x", straps=STRAPS))
+    port = getattr(server, kind)(line, "127.0.0.1:0")
+    with Threaded(server) as running:
+        host = client(port.where)
+        host.send(b"V1\rF\r")
+        host.socket.shutdown(socket.SHUT_WR)
+        assert host.read(end=b"").endswith(b"V+0\rR\r")
+        running.until(lambda: line.host is None)
+
+
+def test_a_host_that_says_no_more_keeps_nobody_out(client):
+    bench = slewline.Bench()
+    server = Server(bench, Paced(bench, "0.0001"))  # an answer takes minutes
+    line = server.line(bench.add("gs-c200s", name="x", straps=STRAPS))
+    port = server.tcp(line, "127.0.0.1:0")
+    with Threaded(server) as running:
+        host = client(port.where)
+        host.send(b"V1\r")
+        host.socket.shutdown(socket.SHUT_WR)
+        running.until(lambda: port.session is not None and port.session.stream.at_end)
+        assert line.host is not None
+        name = "{}:{}".format(*client(port.where).socket.getsockname())
+        running.until(lambda: line.host_name == name)
+        assert host.read(end=b"") == b""
+
+
 def test_a_slow_host_is_waited_for(port, client):
     running, line, tcp = port
     host = client(tcp.where)
@@ -208,10 +238,24 @@ def test_an_address_has_host_and_port(text):
 
 
 @pytest.mark.parametrize("text", ["0.0.0.0:0", "[::]:0", "192.168.0.1:4001", "example.org:4001"])
-def test_other_machines_come_in_only_when_they_may(text):
+def test_other_machines_come_in_only_when_they_may(text, monkeypatch):
+    monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: [(socket.AF_INET,)])
     with pytest.raises(UsageError, match="--allow-remote"):
         parse_address(text)
     assert parse_address(text, True)[1] in (0, 4001)
+
+
+@pytest.mark.parametrize("allow_remote", [False, True])
+def test_a_name_that_nobody_knows_is_told(lockstep, monkeypatch, allow_remote):
+    def unknown(*_, **__):
+        raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
+
+    monkeypatch.setattr(socket, "getaddrinfo", unknown)
+    server, line = lockstep()
+    server.allow_remote = allow_remote
+    with pytest.raises(UsageError, match=r"the name 'nohost\.invalid' cannot be resolved"):
+        server.tcp(line, "nohost.invalid:0")
+    server.close()
 
 
 @pytest.mark.parametrize("text", ["127.0.0.1:1", "127.8.8.8:1", "localhost:1", "[::1]:1"])

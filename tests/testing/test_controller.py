@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 import serial
 
@@ -145,6 +146,27 @@ def test_the_steps_of_another_run(gs_c200s, slewline_module):
         gs_c200s.assert_steps(other.chip.steps())
 
 
+def test_numbers_and_instants_may_come_out_of_arrays(moving):
+    moving.until_idle()
+    steps, since = moving.chip.steps(), moving.chip.steps().times_ps[0]
+    moving.assert_steps(np.int64(200), direction=+1)
+    moving.assert_steps(steps.times_ps)
+    moving.assert_steps(list(steps.times_ps - since), since=since)
+    differs("200 steps came, expected 199", moving.assert_steps, np.int64(199))
+    with pytest.raises(UsageError, match="a float would be rounded"):
+        moving.assert_steps(steps.times_ps / 1)
+    times, levels = moving.bench.edges("gs_c200s.ramp")
+    moving.assert_edges("ramp", list(zip(times, levels, strict=True)))
+
+
+@pytest.mark.parametrize("what", [None, "200", 200.0], ids=repr)
+def test_what_steps_cannot_be_compared_with(gs_c200s, what):
+    with pytest.raises(UsageError, match="expected how many, their instants, or the steps of another run"):
+        gs_c200s.assert_steps(what)
+    with pytest.raises(UsageError, match=r"assert_steps\(<.*Controller.*such as other\.chip\.steps\(\)"):
+        gs_c200s.assert_steps(gs_c200s)
+
+
 def test_the_edges_of_a_pin(gs_c200s):
     start(gs_c200s, "D1", "A2", "D1", "C2")
     gs_c200s.until("uo2=1")
@@ -187,6 +209,14 @@ def test_a_garbled_byte_is_found_out_by_the_checksum(gs_c200s):
         gs_c200s.ask("F")
     assert told(gs_c200s)[1].startswith("0x52 to the host has become 0x")
     assert told(gs_c200s)[1].endswith("(seed 3)")
+
+
+def test_no_garbled_byte_escapes_the_checksum(gs_c200s):
+    noise, hits = gs_c200s.faults.noise["module"], set()
+    for seed in range(100):
+        noise.plan("garbled", seed=seed)
+        hits.add(noise.hit(0x46)[0] ^ 0x46)
+    assert hits == {0x01, 0x02, 0x04, 0x08, 0x20, 0x40}  # F with 0x10 is V, and V has the checksum of F
 
 
 def test_a_garbled_byte_depends_on_the_seed_alone(slewline_module):

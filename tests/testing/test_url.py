@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from threading import Thread
+from threading import Event, Thread
 from time import perf_counter
 
 import pytest
 import serial
+import serial.threaded
 
 import slewline
 import slewline.testing  # makes pySerial know the URL
@@ -99,6 +100,13 @@ def test_a_name_stands_for_one_module(opened):
     for url in ("slewline://gs-c200?name=left", "slewline://gs-c200s?name=left&chs=1"):
         with pytest.raises(UsageError, match=r"'left' is slewline://gs-c200s\?name=left&chs=0 already"):
             opened(url)
+
+
+def test_the_url_that_is_advised_is_one_that_opens(opened):
+    opened("slewline://gs-c200s?name=left&chs=0").close()
+    with pytest.raises(UsageError) as refused:
+        opened("slewline://gs-c200?name=left")
+    assert opened(str(refused.value).rpartition(" by ")[2]).chip.sheet.part == "gs-c200s"
 
 
 def test_straps_and_options_of_the_query(opened):
@@ -330,14 +338,114 @@ def test_one_thread_reads_for_as_long_as_another_one_takes_to_write(opened):
     assert got == [b"RR\r"]
 
 
-def test_with_a_rate_characters_begin_when_they_are_written(opened):
-    port = opened("slewline://gs-c200s?rate=1000")
-    began, virtual = perf_counter(), port.bench.now_ps
-    while perf_counter() < began + 0.01:
-        pass
-    elapsed = perf_counter() - began
+def read_beside(port, size):
+    """A thread that waits in a read, and what it gets."""
+    got = []
+    reader = Thread(target=lambda: got.append(port.read(size)), daemon=True)
+    reader.start()
+    while not port.rig.pace.waits:
+        assert reader.is_alive()
+    return reader, got
+
+
+@pytest.mark.parametrize("timeout", [3600, None])
+def test_a_read_hears_at_once_what_another_thread_asks(opened, timeout):
+    port = opened("slewline://gs-c200s?rate=0.1", timeout=timeout)  # nothing would happen for 10 s of the wall clock
+    reader, got = read_beside(port, 3)
     port.write(framed("F"))
-    assert port.bench.now_ps - virtual > elapsed * 0.99 * 1000 * 10**12
+    reader.join(8)
+    assert got == [b"RR\r"]
+
+
+def test_a_reader_thread_of_pyserial_gets_lines_and_ends(opened):
+    answered = Event()
+
+    class Lines(serial.threaded.LineReader):
+        TERMINATOR = b"\r"
+
+        def handle_line(self, line):
+            assert line == "RR"
+            answered.set()
+
+    port = opened("slewline://gs-c200s?rate=0.1", timeout=None)
+    thread = serial.threaded.ReaderThread(port, Lines)
+    thread.start()
+    _, lines = thread.connect()
+    while not port.rig.pace.waits:
+        assert thread.is_alive()
+    lines.transport.write(framed("F"))
+    assert answered.wait(8)
+    thread.close()
+    assert not thread.is_alive()
+    assert port.timeout is None  # it would have been changed, could a read not be cancelled
+
+
+@pytest.mark.parametrize("end", ["cancel_read", "close"])
+def test_a_read_that_waits_can_be_ended_by_another_thread(opened, end):
+    port = opened("slewline://gs-c200s?rate=0.1", timeout=None)
+    port.rig.line.give(b"R")
+    reader, got = read_beside(port, 2)
+    getattr(port, end)()
+    reader.join(8)
+    assert got == [b"R"]
+
+
+def test_a_read_that_was_cancelled_before_it_began_ends_and_no_other(opened):
+    port = opened()
+    port.cancel_read()
+    began = port.bench.now_ps
+    assert (port.read(1), port.bench.now_ps) == (b"", began)
+    assert (port.read(1), port.bench.now_ps) == (b"", began + 10**12)
+    port.cancel_read()
+    port.close()
+    port.open()
+    assert ask(port, "F") == b"RR\r"
+
+
+def test_a_character_that_comes_while_others_are_taken_is_not_lost(opened):
+    class Growing(bytearray):
+        def __getitem__(self, key):
+            found = bytes(super().__getitem__(key))
+            self.append(0x52)
+            return found
+
+    port = opened(timeout=0)
+    port._buffer = Growing(b"V+")
+    assert port.read(100) == b"V+"
+    assert port._buffer == b"R"
+
+
+def test_no_write_waits_so_that_its_timeout_is_never_over(opened):
+    port = opened(write_timeout=0.001)
+    assert port.write(framed("F") * 1000) == 3000
+    assert port.bench.now_ps < 10**10
+    port.cancel_write()
+    assert port.out_waiting == 3000
+
+
+@pytest.fixture
+def late():
+    """A port of which nobody has looked for more than 10 s of virtual time, and how late it is."""
+    with serial.serial_for_url("slewline://gs-c200s?rate=1000", **SETTINGS) as port:
+        port.write(framed("F"))
+        began, virtual = perf_counter(), port.bench.now_ps
+        while perf_counter() < began + 0.01:
+            pass
+        yield port, virtual + int((perf_counter() - began) * 0.99 * 1000 * 10**12)
+
+
+def test_with_a_rate_characters_begin_when_they_are_written(late):
+    port, present = late
+    port.write(framed("F"))
+    assert port.bench.now_ps > present
+
+
+@pytest.mark.parametrize("wait", [lambda port: port.read(10), lambda port: port.sleep(100)], ids=["read", "sleep"])
+def test_with_a_rate_a_time_counts_from_the_present_and_is_virtual(late, wait):
+    port, present = late
+    port.timeout = 100
+    wait(port)
+    assert present + 10**14 <= port.bench.now_ps < present + 90 * 10**15  # 0.1 s of the wall clock, not 100
 
 
 # ------------------------------------------------------------------------------------------------------------ mistakes
@@ -349,6 +457,11 @@ def test_with_a_rate_characters_begin_when_they_are_written(opened):
         ("slewline://gs-c200s?sel9=0", {}, "no option 'sel9'; options: store, firmware"),
         ("slewline://gs-c200s?chs=2", {}, "strap chs=2; straps put an input to 0 or 1"),
         ("slewline://gs-c200s?rate=fast", {}, "rate 'fast'; expected virtual seconds per second"),
+        ("slewline://gs-c200s?chs=0&chs=1", {}, r"\?chs=0&chs=1: chs is there twice; say it once"),
+        ("slewline://gs-c200s?seed=x", {}, "seed 'x'; allowed a whole number"),
+        ("slewline://gs-c200s?store=/nowhere/x", {}, "store /nowhere/x: expected a file in a directory that exists"),
+        ("slewline://gs-c200s?store=/", {}, "store /: expected a file in a directory that exists"),
+        ("slewline://gs-c200s?store=", {}, "store : expected a file in a directory that exists"),
         ("slewline://gs-c200s", {"xonxoff": True}, "xonxoff=True; a checksum may be XON or XOFF"),
         ("slewline://gs-c200s", {"parity": "M"}, "parity 'M'; allowed N, O, E"),
         ("slewline://gs-c200s", {"baudrate": 0}, "baud 0; expected 9600"),
@@ -357,6 +470,14 @@ def test_with_a_rate_characters_begin_when_they_are_written(opened):
 def test_what_cannot_be_opened_says_why(opened, url, changes, says):
     with pytest.raises(slewline.SlewlineError, match=says):
         opened(url, **changes)
+
+
+@pytest.mark.parametrize("changes", [{"xonxoff": True}, {"parity": "M"}, {"baudrate": 0}], ids=str)
+def test_settings_that_cannot_be_make_no_module(opened, tmp_path, changes):
+    with pytest.raises(UsageError):
+        opened(f"slewline://gs-c200s?log={tmp_path}/log&name=left", **changes)
+    assert not (tmp_path / "log").exists()
+    assert rig.NAMED == {}
 
 
 def test_a_str_is_no_bytes(opened):

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from contextlib import suppress
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
@@ -29,23 +30,33 @@ VERSION = 1
 
 
 class Journal:
-    """A journal that is being written."""
+    """A journal that is being written.
+
+    Raises:
+        BenchFileError: it cannot be written, now or later, unless `on_failure` is told instead.
+    """
 
     def __init__(self, path: str | PathLike[str], kernel: Kernel, seed: int) -> None:
         self.path, self.kernel = Path(path), kernel
+        self.failure = ""  # why nothing can be written any more
+        self.on_failure: Callable[[str], object] | None = None  # who goes on without a journal, and is told once
         try:
             self.file: TextIO = open(path, "w", encoding="ascii", buffering=1)  # noqa: SIM115
         except OSError as error:
-            raise BenchFileError(f"journal {path}: {error.strerror}; give a file that can be written") from None
-        finalize(self, self.file.close)  # a bench has no end that anybody would have to announce
+            raise BenchFileError(self._refusal(error)) from None
+        finalize(self, closed, self.file)  # a bench has no end that anybody would have to announce
         self.write("journal", version=VERSION, seed=seed)
 
     def write(self, do: str, **what: Any) -> None:
         """One input, at this instant.
 
         Raises:
-            BenchFileError: an argument that cannot be written down, such as a function.
+            BenchFileError: an argument that cannot be written down, such as a function; or the file takes no more.
         """
+        if self.failure:
+            if self.on_failure is None:
+                raise BenchFileError(self.failure)
+            return
         kernel = self.kernel
         entry: dict[str, Any] = {"do": do, "t": kernel.now}
         if kernel.running and kernel.seen < kernel.now:
@@ -54,10 +65,25 @@ class Journal:
             self.file.write(json.dumps(entry | what, separators=(",", ":")) + "\n")
         except TypeError as error:
             raise BenchFileError(f"journal {self.path}: {do}: {error}; a journal keeps numbers and text") from None
+        except OSError as error:
+            self.failure = self._refusal(error)
+            closed(self.file)
+            if self.on_failure is None:
+                raise BenchFileError(self.failure) from None
+            self.on_failure(f"journal {self.path}: {error.strerror or error}; the journal ends here")
+
+    def _refusal(self, error: OSError) -> str:
+        return f"journal {self.path}: {error.strerror or error}; give a file that can be written"
 
     def close(self) -> None:
         """No more entries."""
-        self.file.close()
+        closed(self.file)
+
+
+def closed(file: TextIO) -> None:
+    """Close a file of which every line has been written, or refused, already."""
+    with suppress(OSError):
+        file.close()
 
 
 def entries(path: str | PathLike[str]) -> list[dict[str, Any]]:
@@ -112,6 +138,7 @@ def replay(
                 apply(bench, entry)
         except (KeyError, TypeError, ValueError) as error:
             raise BenchFileError(f"journal {path}, line {number}: {error}") from error
+    bench.run(0)  # a journal that was cut off may end with an input: it takes effect
     return bench
 
 
@@ -154,7 +181,7 @@ def tell(bench: Bench, host: Any, do: str, args: list[Any]) -> None:
     if do == "send":
         chip, data = args
         host.to(chip).send(bytes.fromhex(data))
-    elif do in ("clear", "give_up"):
+    elif do in ("clear", "drop", "give_up"):
         getattr(host, do)()
     elif do == "call":
         verb, chip, *more = args

@@ -21,7 +21,8 @@ A client connects by TCP, sends one JSON object a line, and gets one JSON object
     {"do": "quit"}                                                       end the server
 
 In lockstep, `until` lets time pass as `advance` does; paced, time passes by itself.  A client that waits sends its next
-request when it likes; it is read when the reply to the one before has gone out.
+request when it likes; it is read when the reply to the one before has gone out.  A client that says no more still gets
+every reply; its last line may lack the line feed.  Empty lines are ignored.
 """
 
 from __future__ import annotations
@@ -83,7 +84,7 @@ class Client:
         self.control, self.server, self.connection = control, control.server, connection
         self.incoming = bytearray()
         self.waiting = self.too_long = False
-        self.stream = Stream(self.server.loop, connection.fileno(), self.take, self.gone, self.room, QUEUE)
+        self.stream = Stream(self.server.loop, connection.fileno(), self.take, self.gone, self.room, QUEUE, self.ended)
 
     def room(self) -> int:
         """Nothing is read while a reply is owed, or replies are not read."""
@@ -94,6 +95,11 @@ class Client:
         self.incoming += data
         self.work()
 
+    def ended(self) -> None:
+        """No more requests will come."""
+        self.incoming += b"\n"
+        self.work()
+
     def work(self) -> None:
         """Answer what has come."""
         while not self.waiting and self.stream.open:
@@ -102,6 +108,8 @@ class Client:
             if not end:
                 if self.too_long:
                     self.incoming.clear()
+                if self.stream.at_end:
+                    self.stream.finish()
                 return
             self.incoming = rest
             if self.too_long:

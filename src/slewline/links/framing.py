@@ -6,10 +6,17 @@ computer instead, which does the handshake for whoever sits at the far end:
     R 100            a command, as in a program file; it goes out as fast as the chip takes it
     ?0 ... ?3        read a verify group; the answer is its bytes:  ?3 4E 20 47
     ?                are commands still to be sent or taken?        ? busy, or ? ready
-    !                forget what is to be sent, and let go of the bus
+    !                forget what is to be sent, and what was asked; the answer is !
 
 Lines end with CR or LF, answers with CR LF.  Answers come in the order of the questions, except those to `?` and `!`,
-which come at once.  A line that cannot be sent is answered with a line that begins with `!` and says why.
+which come at once, however much is to be sent.  A line that cannot be sent is answered with a line that begins with `!`
+and says why.
+
+A command that has begun to go out when `!` comes is not cut in two: the chip gets the rest of it, and obeys.  A second
+`!` cuts it, and lets go of the bus: the way out when the chip takes no more.
+
+As many as `BACKLOG` lines may wait.  One that finds them waiting is refused, and so is what comes behind it until all
+have gone out, or are forgotten: a motion is made with the parameters in front of it, or not at all.
 """
 
 from __future__ import annotations
@@ -23,13 +30,14 @@ from ..parts.host import Host
 from .line import Line
 from .log import Log
 from .pace import Pace
+from .stream import CHUNK
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
     from ..parts.host import Port
 
 LONGEST = 256  # characters of a line
-BACKLOG = 64  # lines that may wait for the chip
+BACKLOG = 4096  # lines that may wait for the chip
 
 
 class FramedLine(Line):
@@ -40,7 +48,7 @@ class FramedLine(Line):
         self.chip, self.computer = chip, computer
         computer.wait_for = None  # its calls only queue: the server lets time pass
         self.line = bytearray()
-        self.too_long = False
+        self.too_long = self.full = self.cutting = False
 
     def feed(self, data: bytes) -> None:
         for byte in data:
@@ -57,24 +65,41 @@ class FramedLine(Line):
         try:
             if self.too_long:
                 raise UsageError(f"a line of more than {LONGEST} characters")
+            odd = next((at for at, byte in enumerate(line) if byte > 0x7F), None)
+            if odd is not None:
+                raise UsageError(f"byte {line[odd]:#04x} at character {odd + 1} is not ASCII; not sent")
             self._do(line.decode("ascii"))
-        except (SlewlineError, UnicodeDecodeError) as error:
+        except SlewlineError as error:
             self.say(f"! {error}")
 
     def _do(self, text: str) -> None:
         if text == "!":
-            self.computer.clear()
+            self._forget()
         elif text == "?":
             self.say(f"? {'ready' if self.computer.idle and self.chip.pins['ready'].level == 1 else 'busy'}")
         elif text[0] == "?":
             groups = [str(group) for group in self.chip.sheet.verify_bytes]
             if text[1:] not in groups:
                 raise UsageError(f"{text}: allowed ?, ?{', ?'.join(groups)}")
+            self._check_room(text)
             self.computer.verify(int(text[1:]))
             self.computer.do(self._answered(text))
         else:
+            self._check_room(text)
             self.computer.send(spelled(text, self.chip.sheet))
             self.computer.do(self._taken)
+
+    def _check_room(self, text: str) -> None:
+        self.cutting = False
+        waiting = len(self.computer.queue) // 2  # each line is two pieces of work
+        self.full = waiting >= BACKLOG or (self.full and waiting > 0)
+        if self.full:
+            raise UsageError(f"{text}: {waiting} lines are to be sent; not sent, wait until the answer to ? is ready")
+
+    def _forget(self) -> None:
+        (self.computer.clear if self.cutting else self.computer.drop)()
+        self.cutting = self.computer.begun  # the next one cuts
+        self.say("!")
 
     async def _taken(self, port: Port) -> None:
         """Wait until the chip is ready again, or has been at work for so long that it moves or waits."""
@@ -91,14 +116,7 @@ class FramedLine(Line):
         self.give(text.encode("ascii", "backslashreplace") + b"\r\n")
 
     def room(self) -> int:
-        if len(self.computer.queue) < BACKLOG:
-            return LONGEST
-        self.computer.do(self._resumed)
-        return 0
-
-    async def _resumed(self, _port: Port) -> None:
-        if self.resume is not None:
-            self.resume()
+        return CHUNK  # what is too much is refused line by line, so that ? and ! are always heard
 
     def quiet(self) -> bool:
         return self.computer.idle

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ..core.chip import Chip
 
 BACKLOG = 256  # characters that may wait for their turn on the line
-PATIENCE_PS = 60 * 10**12  # how long a line in lockstep waits for an answer
+PATIENCE_PS = 60 * 10**12  # how long an answer is waited for, in lockstep or by a host that says no more
 
 
 class Line:
@@ -40,6 +40,7 @@ class Line:
         self.resume: Callable[[], object] | None = None
         self.taken = self.given = self.dropped = 0  # bytes from the host, to the host, and those nobody read
         self.waiting = False
+        self.limit_ps = 0  # how long time passes for what has come, in lockstep
 
     # ---------------------------------------------------------------------------------------------------- the host
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
@@ -59,7 +60,13 @@ class Line:
         self.feed(data)
         if self.pace.lockstep and not self.waiting:
             self.waiting = True
-            self.pace.wait(Wait(self.quiet, self.kernel.now + PATIENCE_PS, self._rests))
+            self.limit_ps = self.kernel.now + PATIENCE_PS
+            self.pace.wait(Wait(self.quiet, self.limit_ps, self._rests))
+
+    def when_answered(self, call: Callable[[], object]) -> None:
+        """Call a function when what has come is answered, or is not for a long time."""
+        limit = self.limit_ps if self.pace.lockstep else self.kernel.now + PATIENCE_PS
+        self.pace.wait(Wait(self.quiet, limit, lambda _quiet: call()))
 
     def _rests(self, quiet: bool) -> None:
         self.waiting = False

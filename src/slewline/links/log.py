@@ -10,6 +10,8 @@ module the one at which the server got it, from the module the one at which its 
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import suppress
 from os import PathLike
 from typing import TextIO
 
@@ -24,12 +26,21 @@ TO_CHIP, TO_HOST, EVENT = "<", ">", "!"
 class Log:
     """A transcript; without a path nothing is written.
 
+    Args:
+        path: a file; what is in it stays, and the transcript comes behind it.
+        failed: told once, when the file takes no more; the transcript ends there.
+
     Raises:
         UsageError: the file cannot be written.
     """
 
-    def __init__(self, kernel: Kernel, path: str | PathLike[str] | None = None) -> None:
-        self.kernel = kernel
+    def __init__(
+        self,
+        kernel: Kernel,
+        path: str | PathLike[str] | None = None,
+        failed: Callable[[str], object] = lambda _text: None,
+    ) -> None:
+        self.kernel, self.path, self.failed = kernel, path, failed
         self.file: TextIO | None = None
         self.open: dict[str, tuple[str, int, bytearray]] = {}  # by line: direction, instant, characters so far
         if path is not None:
@@ -72,13 +83,18 @@ class Log:
             return
         try:
             self.file.write(f"{ps // PS_PER_S:>8}.{ps % PS_PER_S // 10**6:06d} {line} {way} {text}\n")
-        except OSError:
-            self.file = None
+        except OSError as error:
+            self._let_go()
+            self.failed(f"log {self.path}: {error.strerror or error}; the transcript ends here")
+
+    def _let_go(self) -> None:
+        file, self.file = self.file, None
+        if file is not None:
+            with suppress(OSError):  # what could not be written has been told
+                file.close()
 
     def close(self) -> None:
         """Write what is left."""
         for line in list(self.open):
             self.end(line)
-        if self.file is not None:
-            self.file.close()
-            self.file = None
+        self._let_go()

@@ -9,8 +9,9 @@ one, which asks for the same again, fails.  The cure:
     PARODD inverted after each      the next call has something to change
 
 The C library reads the settings back at once, and the inversion must come after that: it waits `SETTLE_S`, or for the
-first byte that the host sends.  Two calls that are closer together than this can still fail.  TCP and RFC 2217 have
-none of this.
+first byte that the host sends.  Two calls that are closer together than this fail: pySerial's `timeout` set right after
+an open, a `bytesize` behind another setting, an open right after a close, most calls of stty.  A host that fails cannot
+be told why; the user can (`HINT`).  TCP and RFC 2217 have none of this.
 """
 
 from __future__ import annotations
@@ -34,6 +35,10 @@ PTS = "/dev/pts/"
 EXTPROC = 0o200000  # Linux; the module termios has no name for it
 CFLAG, LFLAG = 2, 3  # places in what tcgetattr returns
 SETTLE_S = 0.0005
+HINT = (
+    "a pty has no 7 data bits and no parity: a host that sets 7O2 twice at once gets EINVAL (invalid argument); "
+    "let it ask for 8N1, or serve with --tcp (socket://) or --rfc2217 (rfc2217://)"
+)
 
 
 class PacketStream(Stream):
@@ -68,6 +73,8 @@ class PtyPort:
     """
 
     def __init__(self, loop: Loop, line: Line, link: str) -> None:
+        if not link:
+            raise UsageError("a pty needs a name: give that of the link to be made, such as /tmp/x")
         self.loop, self.line, self.link = loop, line, Path(link)
         self.master, self.slave = os.openpty()  # without a slave of its own, the master fails when the host closes
         self.name = os.ttyname(self.slave)

@@ -56,13 +56,22 @@ class Server:
         pace: Paced(bench) or Lockstep(bench).
         log: a file for the transcript.
         allow_remote: other machines may connect.
+        tell: is told what the user should know: limits of a port, a disk that is full.
     """
 
     def __init__(
-        self, bench: Bench, pace: Pace, log: str | PathLike[str] | None = None, allow_remote: bool = False
+        self,
+        bench: Bench,
+        pace: Pace,
+        log: str | PathLike[str] | None = None,
+        allow_remote: bool = False,
+        tell: Callable[[str], object] = lambda _text: None,
     ) -> None:
-        self.bench, self.pace, self.allow_remote = bench, pace, allow_remote
-        self.log = Log(bench.kernel, log)
+        self.bench, self.pace, self.allow_remote, self.tell = bench, pace, allow_remote, tell
+        self.troubles: list[str] = []  # files that take no more
+        self.log = Log(bench.kernel, log, self._trouble)
+        if bench.journal is not None:
+            bench.journal.on_failure = self._trouble
         self.loop = Loop()
         self.lines: dict[str, Line] = {}
         self.ports: list[Opened] = []
@@ -127,9 +136,13 @@ class Server:
 
     def pty(self, line: Line, link: str) -> Opened:
         """Serve a line on a pseudo-terminal, found by a symbolic link."""
-        from .pty import PtyPort
+        from .pty import HINT, PtyPort
 
-        return self._opened(PtyPort(self.loop, line, link))
+        port = self._opened(PtyPort(self.loop, line, link))
+        if isinstance(line, SerialLine) and line.port.word.bits < 8:
+            self.log.event(line.name, HINT)
+            self.tell(f"{link}: {HINT}")
+        return port
 
     def serial(self, line: Line, device: str) -> Opened:
         """Serve a line on a serial port of this machine."""
@@ -192,6 +205,11 @@ class Server:
         return future.result(timeout)
 
     # -------------------------------------------------------------------------------------------------- housekeeping
+    def _trouble(self, text: str) -> None:
+        self.troubles.append(text)
+        self.log.event("server", text)
+        self.tell(text)
+
     def _finding(self, found: Finding) -> None:
         self.found += 1
         self.log.event(found.source, f"{found.code}: {found.text}")

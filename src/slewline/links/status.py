@@ -22,6 +22,7 @@ def status(server: Server) -> dict[str, Any]:
         "chips": {name: chip_status(server, chip) for name, chip in server.bench.chips.items()},
         "lines": {name: line_status(line) for name, line in server.lines.items()},
         "findings": server.found,
+        "troubles": server.troubles,
     }
 
 
@@ -83,4 +84,4 @@ def as_line(server: Server) -> str:
         parts.append(f"{server.found} findings")
     if isinstance(server.pace, Paced):
         parts.append(f"{lag.late} of {lag.events} events late, worst {lag.worst_ns / 1e6:.1f} ms")
-    return " | ".join(parts)
+    return " | ".join([*parts, *server.troubles])

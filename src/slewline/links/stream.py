@@ -22,6 +22,8 @@ class Stream:
     Args:
         take: called with what has come in.
         gone: called once, with the reason, when the other side has hung up.
+        ended: called when nothing more will come; without it, the other side has hung up then.  With it, bytes still
+            go out, until `finish`.
         room: how many bytes may be read now; at 0 nothing is read until `resume`, or until the queue is sent.
         queue: bytes that may wait for a reader.
     """
@@ -34,12 +36,13 @@ class Stream:
         gone: Callable[[str], object],
         room: Callable[[], int] = lambda: CHUNK,
         queue: int = QUEUE,
+        ended: Callable[[], object] | None = None,
     ) -> None:
         self.loop, self.fd, self.take, self.gone, self.room = loop, fd, take, gone, room
-        self.outgoing, self.queue = bytearray(), queue
+        self.outgoing, self.queue, self.ended = bytearray(), queue, ended
         self.dropped = 0
         self.reading = self.open = True
-        self.dirty = self.blocked = False
+        self.dirty = self.blocked = self.at_end = self.finishing = False
         os.set_blocking(fd, False)
         self._watch()
 
@@ -61,7 +64,7 @@ class Stream:
             self.hang_up(error.strerror or str(error))
             return
         if data is None:
-            self.hang_up("hung up")
+            self._end()
         elif data:
             self.take(data)
 
@@ -69,9 +72,17 @@ class Stream:
         """Read; None: the other side has hung up."""
         return os.read(self.fd, room) or None
 
+    def _end(self) -> None:
+        if self.ended is None:
+            self.hang_up("hung up")
+            return
+        self.at_end, self.reading = True, False
+        self._watch()
+        self.ended()
+
     def resume(self) -> None:
         """There is room again."""
-        if self.open and not self.reading:
+        if self.open and not self.reading and not self.at_end:
             self.reading = True
             self._watch()
 
@@ -106,8 +117,16 @@ class Stream:
             self._watch()
         if not blocked:
             self.resume()
+            if self.finishing:
+                self.hang_up("hung up")
 
     # ---------------------------------------------------------------------------------------------------------- end
+    def finish(self) -> None:
+        """Hang up as soon as everything is sent."""
+        self.finishing = True
+        if not self.outgoing:
+            self.hang_up("hung up")
+
     def hang_up(self, why: str) -> None:
         """The other side has gone."""
         if self.open:

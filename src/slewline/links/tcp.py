@@ -1,7 +1,8 @@
 """TCP: a raw socket for each line, socket://HOST:PORT for pySerial.
 
 One host owns a port at a time.  The next one gets a line of text that says so and is hung up on.  A host that has
-vanished without a word (a cable pulled, a machine switched off) is found out by keepalive probes after some 25 s.
+vanished without a word (a cable pulled, a machine switched off) is found out by keepalive probes after some 25 s.  One
+that says no more (`printf 'V1\\r' | nc -N`) gets the answers to what it has said, and keeps nobody else out meanwhile.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ def parse_address(text: str, allow_remote: bool = False) -> tuple[str, int]:
     if not colon or not host or not port.isdecimal() or int(port) > 65535:
         raise UsageError(f"address {text!r}; expected HOST:PORT, such as 127.0.0.1:4001 (port 0: any free one)")
     if not allow_remote and not is_loopback(host):
+        resolved(host, text)
         raise UsageError(f"address {text!r}: other machines could reach it; add --allow-remote if they may")
     return host, int(port)
 
@@ -46,6 +48,14 @@ def is_loopback(host: str) -> bool:
         return False
 
 
+def resolved(host: str, address: str) -> int:
+    """The family of addresses to which a name belongs."""
+    try:
+        return socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)[0][0]
+    except (OSError, UnicodeError):
+        raise UsageError(f"address {address!r}: the name {host!r} cannot be resolved; give this machine's") from None
+
+
 class Listener:
     """A socket that listens; `accept` is called with each connection and the name of the other side."""
 
@@ -54,8 +64,8 @@ class Listener:
     ) -> None:
         self.loop, self.accept = loop, accept
         host, port = parse_address(address, allow_remote)
+        family = resolved(host, address)
         try:
-            family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
             self.socket = socket.create_server((host, port), family=family)
         except OSError as error:
             raise UsageError(f"address {address!r}: {error.strerror or error}; choose another one") from None
@@ -113,7 +123,7 @@ class Session:
 
     def __init__(self, port: TcpPort, connection: socket.socket, name: str) -> None:
         self.port, self.line, self.connection = port, port.line, connection
-        self.stream = Stream(port.loop, connection.fileno(), self.take, self.gone, port.line.room)
+        self.stream = Stream(port.loop, connection.fileno(), self.take, self.gone, port.line.room, ended=self.ended)
         self.line.attach(name, self.give, self.stream.resume)
 
     def take(self, data: bytes) -> None:
@@ -123,6 +133,10 @@ class Session:
     def give(self, data: bytes) -> int:
         """To the host; returns how many bytes were dropped."""
         return self.stream.write(data)
+
+    def ended(self) -> None:
+        """The host says no more."""
+        self.line.when_answered(self.stream.finish)
 
     def gone(self, why: str) -> None:
         """The host has gone; the next one may come."""
@@ -149,6 +163,8 @@ class TcpPort:
         return f"{self.scheme}://{self.listener.where}"
 
     def _accept(self, connection: socket.socket, name: str) -> None:
+        if self.session is not None and self.session.stream.at_end:
+            self.session.gone("hung up")
         if self.session is None:
             self.session = self.make(self, connection, name)
         else:

@@ -78,6 +78,7 @@ class Host(Part):
         self.queue: deque[tuple[Port, bytes | Action]] = deque()
         self.received = bytearray()  # what read-outs brought
         self.sent = 0
+        self.begun = False  # has a byte of what comes first in the queue gone out?
         self.task: Task | None = None
         self.doing = ""
         self.since = 0
@@ -124,6 +125,7 @@ class Host(Part):
         """Forget what is queued, and let go of the bus and of PROG/LIVE: the host's program has been started anew."""
         self._journal("clear", [])
         self.queue.clear()
+        self.begun = False
         if self.task is not None:
             self.task.kill()
         for port in self.ports.values():
@@ -132,6 +134,15 @@ class Host(Part):
             port.prog.drive(None)
             port.bus.drive(None)
         self.kernel.settle()
+
+    def drop(self) -> None:
+        """Forget what is queued; a command that has begun to go out is not cut in two: the chip gets the rest of it."""
+        if not self.begun:
+            self.clear()
+            return
+        self._journal("drop", [])
+        while len(self.queue) > 1:
+            self.queue.pop()
 
     def _wake(self) -> None:
         if self.queue and (self.task is None or not self.task.alive):
@@ -172,6 +183,7 @@ class Host(Part):
             else:
                 await item(port)
             queue.popleft()
+            self.begun = False
 
     async def send_now(self, port: Port, data: bytes) -> None:
         """The two-line handshake, byte after byte; the last byte leaves the bus when it has been taken."""
@@ -181,6 +193,7 @@ class Host(Part):
                 await level(ready, 1)
             if self.delay_ps:
                 await until(kernel, kernel.now + self.delay_ps)
+            self.begun = True
             drive_bus((0xFF, byte))
             request(0)
             await level(ready, 0)

@@ -9,10 +9,11 @@ def test_a_feed(gs_c200s):
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from io import StringIO
+from numbers import Integral
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..bench import Bench
 from ..core.axis import Steps
@@ -24,9 +25,6 @@ from ..errors import SlewlineError, Timeout, UsageError
 from .differences import counted, difference
 from .faults import Faults
 from .rig import Rig, never
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 Time = str | int
 DIRECTIONS = MappingProxyType({1: "cw", -1: "ccw"})
@@ -162,11 +160,16 @@ class Controller:
             direction: +1 or -1, in which all of them must go.
         """
         __tracebackhide__ = True
-        origin = picoseconds(since)
+        if isinstance(expected, str) or not isinstance(expected, Integral | Iterable | Steps):
+            raise UsageError(
+                f"assert_steps({expected!r}): expected how many, their instants, or the steps of another run, "
+                "such as other.chip.steps()"
+            )
+        origin = _instant(since)
         steps: Steps = self.rig.do(lambda: self.chip.steps(origin))
         found = [(int(time) - origin, int(sign)) for time, sign in zip(steps.times_ps, steps.directions, strict=True)]
         text = ""
-        if isinstance(expected, int):
+        if isinstance(expected, Integral):
             wanted = [(time, direction or sign) for time, sign in found]
             if len(found) != expected:
                 text = f"{counted(len(found), 'step')} came, expected {expected}"
@@ -175,7 +178,7 @@ class Controller:
         else:
             signs = [direction or sign for _, sign in found]
             wanted = [
-                (picoseconds(time), signs[n] if n < len(signs) else direction or 1) for n, time in enumerate(expected)
+                (_instant(time), signs[n] if n < len(signs) else direction or 1) for n, time in enumerate(expected)
             ]
         text = text or difference(found, wanted, "step", DIRECTIONS, self.chip.clock.hz)
         if text:
@@ -184,11 +187,11 @@ class Controller:
     def assert_edges(self, pin: str, expected: Sequence[tuple[Time, int]], since: Time = 0) -> None:
         """Compare the changes of a pin since an instant: (time, level from then on), measured from that instant."""
         __tracebackhide__ = True
-        origin = picoseconds(since)
+        origin = _instant(since)
         name = f"{self.chip.name}.{self.chip.pin(pin).row.name}"
         times, levels = self.rig.do(lambda: self.bench.edges(name, origin))
         found = [(int(time) - origin, int(level)) for time, level in zip(times, levels, strict=True)]
-        wanted = [(picoseconds(time), level) for time, level in expected]
+        wanted = [(_instant(time), int(level)) for time, level in expected]
         text = difference(found, wanted, "edge", LEVELS, self.chip.clock.hz)
         if text:
             raise AssertionError(f"{pin}: {text}")
@@ -217,3 +220,8 @@ class Controller:
     def close(self) -> None:
         """End it."""
         self.rig.close()
+
+
+def _instant(time: Time) -> int:
+    """Picoseconds of an instant; it may be one out of a NumPy array."""
+    return picoseconds(int(time) if isinstance(time, Integral) else time)

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.timebase import picoseconds, readable
 from ..errors import UsageError
+from ..language.lines import KEPT
 from ..links.line import SerialLine
 from ..parts.noise import LINKED, Noise
 from ..parts.part import Part
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
 Time = str | int
 WAYS = ("module", "host")
+BLIND = KEPT.bit_length() - 1  # the number of the bit that a checksum always has: it may be wrong, and the checksum fit
 FAULTS = {"parity": "its parity is wrong", "framing": "its stop bit is wrong", "late": "it is late"}
 
 
@@ -109,7 +111,11 @@ class Faults(Part):
     def garbled_byte(
         self, to: str = "module", count: int = 1, at: Time | None = None, lasting: Time | None = None
     ) -> Fault:
-        """A data bit of the next characters is wrong, and their parity bit fits: only a checksum finds it out."""
+        """A data bit of the next characters is wrong, and their parity bit fits: only a checksum finds it out.
+
+        It is never bit 4 (0x10), to which a checksum is blind.  Of several characters, the errors may cancel; and a
+        carriage return that has become something else ends no line.
+        """
         return self._noisy("garbled byte", "garbled", to, count, at, lasting)
 
     def late_byte(
@@ -195,11 +201,15 @@ class Faults(Part):
 
 
 class TellingNoise(Noise):
-    """Noise that tells what it does to each character."""
+    """Noise that tells what it does to each character, and spares the bit to which a checksum is blind."""
 
     def __init__(self, bits: int, way: str, tell: Callable[[str], object]) -> None:
-        super().__init__(bits, LINKED)
+        super().__init__(bits - 1, LINKED)
         self.way, self.tell = way, tell
+
+    def strike(self) -> tuple[str, int]:
+        kind, bit = super().strike()
+        return kind, bit + (bit >= BLIND)
 
     def hit(self, byte: int) -> tuple[int | None, str]:
         passed, fault = super().hit(byte)

@@ -12,6 +12,10 @@ however long that is, at once.  Whoever only looks (in_waiting, timeout=0) pays 
 loop that polls gets on; whoever sleeps does so with `port.sleep`, or has a rate.  A read without timeout to which
 nothing can come raises slewline.Timeout instead of hanging for ever.
 
+A timeout is virtual time, also where that follows the wall clock: at rate=10, one of a second is over in 0.1 s.  One
+thread may read while another one writes; it hears at once what is written meanwhile.  No write waits for anything, so
+that `write_timeout` and `cancel_write` have nothing to end.
+
 The line has three wires.  As usual with such a cable, the connector bridges RTS with CTS, and DTR with DSR and DCD.
 """
 
@@ -24,7 +28,7 @@ from serial.serialutil import PortNotOpenError, SerialBase, SerialException
 
 from ..bench import Bench
 from ..core.chip import Chip
-from ..core.serial import PARITIES, Word
+from ..core.serial import PARITIES, Word, bit_clock
 from ..core.timebase import PS_PER_S
 from ..errors import Timeout, UsageError
 from .rig import NAMED, Following, Rig, from_url, never, seconds
@@ -45,34 +49,43 @@ class Serial(SerialBase):
             raise SerialException("a port is opened by its URL, such as slewline://gs-c200s")
         if self.is_open:
             raise SerialException(f"{self.port}: is open already")
+        self._word()  # a mistake here makes no module
         self.rig = from_url(self.port)
         if self.rig.line.host is not None:
             raise SerialException(f"{self.port}: somebody else has it open; one host at a time")
         self._buffer = bytearray()
+        self._cancelled = False
         self._reconfigure_port()
-        self.rig.line.attach("pySerial", self._arrived, lambda: None)
+        self.rig.do(lambda: self.rig.line.attach("pySerial", self._arrived, lambda: None))
         self.is_open = True
 
     def close(self) -> None:
         """Let what was written go out, and hang up.  A module with a name stays as it is, its time stands still."""
         if self.is_open:
             self.flush()
-            self.rig.line.detach("closed")
-            self.is_open = False
+            self.rig.do(self._hang_up)
             if self.rig not in NAMED.values():
                 self.rig.close()
 
+    def _hang_up(self) -> None:
+        self.rig.line.detach("closed")
+        self.is_open = False
+
     def _reconfigure_port(self) -> None:
+        host, word = self.rig.host, self._word()
+        if (self.baudrate, word) != (host.baud, host.word):
+            self.rig.do(lambda: host.change_line(self.baudrate, word.bits, word.parity, word.stop))
+
+    def _word(self) -> Word:
+        """The format that the settings say, if all of them can be."""
         if self.xonxoff:
             raise UsageError(
                 f"{self.port}: xonxoff=True; a checksum may be XON or XOFF (that of R1 is), so it must be off"
             )
         if self.parity not in PARITIES:
             raise UsageError(f"{self.port}: parity {self.parity!r}; allowed {', '.join(PARITIES)}")
-        host, word = self.rig.host, Word(self.bytesize, PARITIES[self.parity], STOPS[self.stopbits])
-        if (self.baudrate, word) != (host.baud, host.word):
-            with self.rig.lock:
-                host.change_line(self.baudrate, word.bits, word.parity, word.stop)
+        bit_clock(self.baudrate, str(self.port))
+        return Word(self.bytesize, PARITIES[self.parity], STOPS[self.stopbits])
 
     @property
     def bench(self) -> Bench:
@@ -97,7 +110,7 @@ class Serial(SerialBase):
         return len(self._buffer)
 
     def read(self, size: int = 1) -> bytes:
-        """Up to `size` characters, fewer when the timeout is over.
+        """Up to `size` characters, fewer when the timeout is over or somebody cancels it.
 
         Raises:
             Timeout: without timeout and rate, when nothing can come.
@@ -109,12 +122,16 @@ class Serial(SerialBase):
             else:
                 self._gather(size)
         data = bytes(self._buffer[:size])
-        del self._buffer[:size]
+        del self._buffer[: len(data)]  # more may have come meanwhile, while another thread lets time pass
         return data
 
     def _gather(self, size: int) -> None:
-        end = None if self.timeout is None else self.bench.now_ps + seconds(self.timeout)
+        now = self.rig.present()
+        end = None if self.timeout is None else now + seconds(self.timeout)
         while (had := len(self._buffer)) < size:
+            if self._cancelled or not self.is_open:
+                self._cancelled = False
+                return
             limit = SILENCE_PS if end is None else max(end - self.bench.now_ps, 0)
             gap = None if self.inter_byte_timeout is None or not had else seconds(self.inter_byte_timeout)
             if self.rig.wait(partial(self._has_more, had), limit if gap is None else min(limit, gap)):
@@ -124,19 +141,31 @@ class Serial(SerialBase):
             self._complain(size)
 
     def _has_more(self, than: int) -> bool:
-        return len(self._buffer) > than
+        return len(self._buffer) > than or self._cancelled or not self.is_open
+
+    def cancel_read(self) -> None:
+        """End the read that waits, in another thread, or else the next one that would wait; it returns what has come.
+
+        So does closing the port.
+        """
+        if self.is_open:
+            self.rig.do(self._cancel)
+
+    def _cancel(self) -> None:
+        self._cancelled = True
 
     def _complain(self, size: int) -> None:
         """Nothing has come for long: say so, unless somebody may still send something meanwhile."""
         if not isinstance(self.rig.pace, Following) and self.rig.line.quiet():
             raise Timeout(
                 f"{self.port}: read({size}) without timeout got {len(self._buffer)}, and nothing more is coming "
-                f"({self.chip.waiting}); give the port a timeout"
+                f"({self.chip.waiting}); give the port a timeout, or, if another thread writes, its URL a rate"
             )
 
     def read_until(self, expected: bytes = b"\n", size: int | None = None) -> bytes:
         """Characters up to and including `expected`, fewer when the timeout is over or there are `size` of them."""
-        end = None if self.timeout is None else self.bench.now_ps + seconds(self.timeout)
+        now = self.rig.present()
+        end = None if self.timeout is None else now + seconds(self.timeout)
         line = bytearray()
         while character := self.read(1):
             line += character
@@ -154,10 +183,15 @@ class Serial(SerialBase):
         """Queue characters; they go out as fast as the line allows while time passes."""
         self._must_be_open()
         data = bytes(b)  # a str is a TypeError
-        with self.rig.lock:
-            self.rig.pace.pass_time()
-            self.rig.line.take(data)
+        self.rig.do(lambda: self._send(data))
         return len(data)
+
+    def _send(self, data: bytes) -> None:
+        self.rig.present()
+        self.rig.line.take(data)
+
+    def cancel_write(self) -> None:
+        """No write waits, so there is none to be ended."""
 
     @property
     def out_waiting(self) -> int:
@@ -176,8 +210,7 @@ class Serial(SerialBase):
     def reset_output_buffer(self) -> None:
         """Forget what has not gone out, except the character on the line."""
         self._must_be_open()
-        with self.rig.lock:
-            self.rig.host.drop()
+        self.rig.do(self.rig.host.drop)
 
     # ------------------------------------------------------------------------------------------- break and modem lines
     def send_break(self, duration: float = 0.25) -> None:
@@ -193,8 +226,7 @@ class Serial(SerialBase):
 
     def _update_break_state(self) -> None:
         self.flush()
-        with self.rig.lock:
-            self.rig.host.space(self.break_condition)
+        self.rig.do(lambda: self.rig.host.space(self.break_condition))
 
     def _update_rts_state(self) -> None:
         pass

@@ -11,8 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from os import PathLike
-from threading import RLock
-from time import sleep
+from pathlib import Path
+from threading import Condition
 from typing import Any, TypeVar
 from urllib.parse import parse_qsl, urlsplit
 
@@ -29,6 +29,7 @@ from ..parts.rs232 import SerialHost
 
 Result = TypeVar("Result")
 SCHEME = "slewline"
+BREATH_S = 1e-4  # of the wall clock: who lets time pass lets others in between two slices
 NAMED: dict[str, Rig] = {}  # modules that stay while nobody has them open, as long as the process lives
 
 
@@ -72,16 +73,18 @@ class Rig:
         port = sheet_of(part).port
         if port is None:
             raise UsageError(f"{part}: has no serial line; use bench.host(x)")
+        if not isinstance(seed, int):
+            raise UsageError(f"seed {seed!r}; allowed a whole number")
         self.bench = Bench(seed)
         if store is not None:
-            options["store"] = FileStore(store)
+            options["store"] = store_at(store)
         self.chip = self.bench.add(part, name, straps={**port.fastest, **(straps or {})}, **options)
         self.host: SerialHost = self.bench.host(self.chip, name="line")
         self.pace = self.pace_of(rate)
         self.log = Log(self.bench.kernel, log)
         self.line = SerialLine(self.chip.name, [self.chip], self.pace, self.log, self.host)
         self.url = f"{SCHEME}://{part}?name={self.chip.name}"
-        self.lock = RLock()  # programs read in one thread and write in another
+        self.lock = Condition()  # programs read in one thread and write in another; handed over while one waits
 
     def begin(self) -> None:
         """Everything is furnished: the module is switched on, and hears a host from now on."""
@@ -103,27 +106,31 @@ class Rig:
         """Let virtual time pass until a condition is met, for so many picoseconds at most; says whether it was."""
         over: list[bool] = []
         with self.lock:
-            self.pace.wait(Wait(met, self.bench.now_ps + ps, over.append, when, nets))
-        while not over:
-            with self.lock:
+            self.pace.wait(Wait(met, self.present() + ps, over.append, when, nets))
+            while not over:
                 done = self.pace.pass_time()
-                pause = self.pace.pause() or 0
-            if done and not over:
-                sleep(pause)
+                if not over:
+                    self.lock.wait(max(self.pace.pause() or 0, BREATH_S) if done else BREATH_S)
         return over[0]
+
+    def present(self) -> int:
+        """The present instant; with a rate, the one that belongs to the wall clock."""
+        self.do(self.pace.present)
+        return self.bench.now_ps
 
     def glance(self) -> None:
         """What a program pays that looks whether there is something: a character's time, so that polling gets on."""
         if isinstance(self.pace, Following):
-            with self.lock:
-                self.pace.pass_time()
+            self.present()
         else:
             self.wait(never, self.host.clock.ps(self.host.word.ticks))
 
     def do(self, action: Callable[[], Result]) -> Result:
-        """Call a function while no time passes, and return what it returns."""
+        """Call a function while no time passes, and return what it returns; those who wait look again behind it."""
         with self.lock:
-            return action()
+            result = action()
+            self.lock.notify_all()
+        return result
 
     def close(self) -> None:
         """End the transcript."""
@@ -140,6 +147,13 @@ def seconds(time: float) -> int:
     return round(time * PS_PER_S)
 
 
+def store_at(path: str | PathLike[str]) -> FileStore:
+    """The file of an EEPROM, which need not exist; its directory must."""
+    if Path(path).is_dir() or not Path(path).parent.is_dir():
+        raise UsageError(f"store {path}: expected a file in a directory that exists, such as left.eeprom")
+    return FileStore(path)
+
+
 # ----------------------------------------------------------------------------------------------------------------- URLs
 def from_url(url: str) -> Rig:
     """The module that a URL means: a new one; or, with a name, the one that was made for this name before.
@@ -148,7 +162,7 @@ def from_url(url: str) -> Rig:
         UsageError: no such part, strap or option; or the name stands for another module already.
     """
     split = urlsplit(url)
-    part, query = split.netloc.lower(), dict(parse_qsl(split.query, keep_blank_values=True))
+    part, query = split.netloc.lower(), _query(url, split.query)
     name = query.get("name")
     if name not in NAMED:
         rig = Rig(part, **settings(part, query))
@@ -157,9 +171,19 @@ def from_url(url: str) -> Rig:
             return rig
         NAMED[name], rig.url = rig, url
     rig = NAMED[name]
-    if part != rig.chip.sheet.part or (len(query) > 1 and url != rig.url):
-        raise UsageError(f"{url}: {name!r} is {rig.url} already; name it as then, or by {SCHEME}://{part}?name={name}")
+    named = rig.chip.sheet.part
+    if part != named or (len(query) > 1 and url != rig.url):
+        raise UsageError(f"{url}: {name!r} is {rig.url} already; name it as then, or by {SCHEME}://{named}?name={name}")
     return rig
+
+
+def _query(url: str, text: str) -> dict[str, str]:
+    pairs = parse_qsl(text, keep_blank_values=True)
+    keys = [key for key, _ in pairs]
+    twice = next((key for key in keys if keys.count(key) > 1), None)
+    if twice is not None:
+        raise UsageError(f"{url}: {twice} is there twice; say it once")
+    return dict(pairs)
 
 
 def settings(part: str, query: Mapping[str, str]) -> dict[str, Any]:

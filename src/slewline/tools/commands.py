@@ -140,21 +140,22 @@ def chips_command(**options: Any) -> int:
 @click.option("--lockstep", is_flag=True, help="Time passes only by the bytes of the line, and by `advance`.")
 @click.option("--control", metavar="HOST:PORT", help="JSON lines: pins, time, faults, status; from any language.")
 @click.option("--state", metavar="DIR", help="Where the EEPROMs are kept.")
-@click.option("--log", metavar="F", help="Write a transcript of all lines.")
+@click.option("--log", metavar="F", help="Write a transcript of all lines behind what is in F.")
 @click.option("--journal", metavar="F", help="Write every input from outside, for slewline run --replay.")
 @click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=0. May be repeated.")
 @click.option("--option", type=Setting(), multiple=True, help="An option of the chip, such as 'eeprom_time=20 ms'.")
 @click.option("--allow-remote", is_flag=True, help="Other machines may connect.")
-@click.option("--status", is_flag=True, help="Show a status line; without it, SIGUSR1 asks for one.")
+@click.option("--status", is_flag=True, help="Show a status line every second; else SIGUSR1 asks for one.")
 def serve_command(**options: Any) -> int:
-    """Put a chip on a port, where host software finds it as if it were real, until SIGINT or SIGTERM.
+    """Put a chip on a port, where host software finds it as if it were real, until SIGINT, SIGTERM or SIGHUP.
 
     Each port is told on the standard output as soon as it is open: its name, and the URL or the device under which
     pySerial finds it.  A module that nothing else is said about has 9600 baud and checksums (--strap chs=0: none).
 
-    A pseudo-terminal has 8 bits and no parity, whatever the host asks for; a C library may answer a host that asks for
-    7O2 with EINVAL (invalid argument).  Everything is done to prevent that; where it happens all the same, let the host
-    ask for 8N1, or use --tcp (socket://) or --rfc2217.
+    A pseudo-terminal has 8 bits and no parity, whatever the host asks for.  A host may open it as 7O2 again and again;
+    one that sets 7O2 twice at once gets EINVAL (invalid argument): a timeout set right after the open, one setting
+    after the other, an open right after a close, stty.  Let such a host ask for 8N1, or open socket://HOST:PORT (--tcp)
+    or rfc2217://HOST:PORT (--rfc2217); a program in Python can also open slewline://gs-c200s, without any server.
     """
     from .serve import Serve
 

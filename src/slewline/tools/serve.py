@@ -6,8 +6,8 @@ import fcntl
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +19,7 @@ from ..chips import sheet_of
 from ..errors import UsageError
 
 if TYPE_CHECKING:
+    from ..links.line import Line
     from ..links.pace import Pace
     from ..links.server import Server
     from ..links.store import FileStore
@@ -58,19 +59,25 @@ class Serve:
         with state_directory(self.state) as stores:
             bench = self.furnished(stores)
             server = self.server(bench)
-            try:
-                found = self.open_bench_file(server) if self.bench else self.open_chip(server, *ports[0])
-                if self.control:
-                    found.append(("control", server.control(self.control).where))
-            except BaseException:
-                server.close()
-                raise
-            with signals(server, self.status):
-                for name, where in found:
-                    click.echo(f"{name}: {where}")
-                sys.stdout.flush()
+            with signals(server):
+                self.open_ports(server, ports)
+                if self.status:
+                    server.loop.ask(lambda: show_again(server))
                 server.run()
         return 0
+
+    def open_ports(self, server: Server, ports: list[tuple[str, str]]) -> None:
+        """Open what is asked for, and tell where it is found."""
+        try:
+            found = self.open_bench_file(server) if self.bench else self.open_chip(server, *ports[0])
+            if self.control:
+                found.append(("control", server.control(self.control).where))
+            for name, where in found:
+                click.echo(f"{name}: {where}")
+            sys.stdout.flush()
+        except BaseException:
+            server.close()
+            raise
 
     def check_options(self) -> list[tuple[str, str]]:
         """Options that exclude each other; returns the ports that are asked for."""
@@ -110,12 +117,12 @@ class Serve:
         from ..links.server import Server
 
         pace: Pace = Lockstep(bench) if self.lockstep else Paced(bench, self.rate or "1")
-        return Server(bench, pace, self.log, self.allow_remote)
+        return Server(bench, pace, self.log, self.allow_remote, lambda text: say(f"slewline: {text}"))
 
     def open_chip(self, server: Server, kind: str, where: str) -> list[tuple[str, str]]:
         """The port of the only chip: its name, and where it is found."""
         line = server.line(*server.bench.chips.values(), framing=self.framing)
-        return [(line.name, getattr(server, kind)(line, where).where)]
+        return [(titled(line), getattr(server, kind)(line, where).where)]
 
     def open_bench_file(self, server: Server) -> list[tuple[str, str]]:
         """The ports of a bench file."""
@@ -127,8 +134,16 @@ class Serve:
                 lines.append(server.line(*port.chips, framing=port.framing))
         for port, line in zip(served, lines, strict=True):
             with self.file.at("serve", port.number, port.kind):
-                found.append((line.name, getattr(server, port.kind)(line, port.where).where))
+                found.append((titled(line), getattr(server, port.kind)(line, port.where).where))
         return found
+
+
+def titled(line: Line) -> str:
+    """A line by its name; modules that share it, with their addresses."""
+    if len(line.chips) == 1:
+        return line.name
+    addresses = ", ".join(str(chip.strapped_address()) for chip in line.chips)  # type: ignore[attr-defined]
+    return f"{line.name} (addresses {addresses})"
 
 
 @contextmanager
@@ -167,26 +182,53 @@ def stored(path: Path) -> FileStore:
     return store
 
 
+def say(text: str, end: str = "\n") -> None:
+    """Tell something on the standard error, which may have nobody who reads."""
+    with suppress(OSError):
+        click.echo(f"{text}{end}", err=True, nl=False)
+
+
+def show(server: Server, end: str = "\n") -> None:
+    """A status line."""
+    from ..links.status import as_line
+
+    say(as_line(server), end)
+
+
+def show_again(server: Server) -> None:
+    """A status line every second; on a terminal, the next one is written over it."""
+    show(server, "\033[K\r" if sys.stderr.isatty() else "\n")
+    server.loop.after(STATUS_S, lambda: show_again(server))
+
+
 @contextmanager
-def signals(server: Server, shows_status: bool) -> Iterator[None]:
-    """SIGINT and SIGTERM end the server in good order; SIGUSR1 asks for a status line."""
+def signals(server: Server) -> Iterator[None]:
+    """SIGINT, SIGTERM and SIGHUP end the server in good order; SIGUSR1 asks for a status line.
 
-    def show(end: str = "\n") -> None:
-        from ..links.status import as_line
+    From the first one on they mean nothing any more: the process ends anyway.  A SIGHUP that is ignored, as `nohup`
+    has it, stays so.
+    """
+    ends = [signal.SIGINT, signal.SIGTERM]
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        ends.append(signal.SIGHUP)
 
-        click.echo(f"{as_line(server)}{end}", err=True, nl=False)
+    def end(*_: object) -> None:
+        ignore(ends)
+        server.stop()
 
-    def show_again() -> None:
-        show("\033[K\r")  # the next one is written over it
-        server.loop.after(STATUS_S, show_again)
-
-    calls: dict[int, Call] = {signal.SIGUSR1: lambda *_: server.loop.ask(show)}
-    calls |= dict.fromkeys((signal.SIGINT, signal.SIGTERM), lambda *_: server.stop())
+    calls: dict[int, Call] = dict.fromkeys(ends, end)
+    calls[signal.SIGUSR1] = lambda *_: server.loop.ask(lambda: show(server))
     kept = {number: signal.signal(number, call) for number, call in calls.items()}
-    if shows_status and sys.stderr.isatty():
-        server.loop.ask(show_again)
     try:
         yield
-    finally:
+    except BaseException:
         for number, handler in kept.items():
             signal.signal(number, handler)
+        raise
+    ignore(kept)
+
+
+def ignore(numbers: Iterable[int]) -> None:
+    """Let signals mean nothing."""
+    for number in numbers:
+        signal.signal(number, signal.SIG_IGN)
