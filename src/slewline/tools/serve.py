@@ -229,6 +229,8 @@ def signals(server: Server) -> Iterator[None]:
 
 
 def ignore(numbers: Iterable[int]) -> None:
-    """Let signals mean nothing."""
+    """Let signals mean nothing, held back meanwhile: one that finds its handler gone would be complained of."""
+    kept = signal.pthread_sigmask(signal.SIG_BLOCK, numbers)
     for number in numbers:
         signal.signal(number, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_SETMASK, kept)
