@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..core.kernel import Kernel, Task
 from ..core.net import Driver, Net
@@ -20,9 +20,6 @@ from ..core.waits import first_of, until
 from ..errors import ChecksumError, Timeout, UnknownName, UsageError
 from ..language.lines import checksum, framed
 from .worker import Worker, as_bytes
-
-if TYPE_CHECKING:
-    pass
 
 FAULTS = ("parity", "framing", "late")
 LATE_PS = 10**11  # how much later than it could a late character begins
