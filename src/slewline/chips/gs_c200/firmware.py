@@ -32,6 +32,7 @@ class GsC(Instructions):
         options: see `slewline.chips.gs_c200.state.Options`.
     """
 
+    homing_erases: bool  # a homing sent by the host erases the program
     answer_checked = False  # the answer to the line in work carries a checksum
 
     def __init__(
@@ -263,9 +264,9 @@ class GsC(Instructions):
     async def do_verify(self, what: int) -> str:
         if what == 2:
             return f"V{self.read_inputs()}{self.read_outputs()}"
-        if self.sheet.part == "gs-c200":
-            return f"V{self.position:0{7 if self.options.pad7 else 1}d}"
-        return f"V{self.position:+d}"
+        if self.wraps:
+            return f"V{self.position:+d}"
+        return f"V{self.position:0{7 if self.options.pad7 else 1}d}"
 
     async def do_home(self, direction: int) -> str:
         speed = self.first_speed()
@@ -282,7 +283,7 @@ class GsC(Instructions):
 
     async def _home_for_host(self, direction: int, speed: int) -> None:
         await self._home(direction, speed)
-        if self.sheet.part == "gs-c200":
+        if self.homing_erases:
             self.memory.clear()
 
     async def _home(self, direction: int, speed: int) -> None:
@@ -345,9 +346,11 @@ class GsC200(GsC):
     """A GS-C200: counter from 0 to 9999999, which overflows (E5)."""
 
     sheet: Sheet = sheet.GS_C200
+    wraps, homing_erases = False, True
 
 
 class GsC200S(GsC):
     """A GS-C200S: signed counter that wraps, jumps, preset of the counter."""
 
     sheet: Sheet = sheet.GS_C200S
+    wraps, homing_erases = True, False

@@ -28,6 +28,7 @@ class Instructions(State):
     motion: Motion | Stepwise
     handlers: dict[str, Handler]
     in_work = False  # a line is in work
+    wraps: bool  # past its ends the position counter wraps; else a motion that would leave it is E5
 
     # ---------------------------------------------------------------------------------------------------- the program
     def run_program(self, work: Awaitable[None] | None = None) -> None:
@@ -205,7 +206,7 @@ class Instructions(State):
 
     def _limit(self, steps: int) -> int:
         """Steps to the end of the counter in a direction; without end where it wraps."""
-        if self.sheet.part != "gs-c200":
+        if self.wraps:
             return OPEN
         return self.axis1.positions[-1] - self.position if steps > 0 else self.position
 
