@@ -3,9 +3,10 @@
     python tools/conformance.py            the tables: per sheet and kind, and the open facts with their reasons
     python tools/conformance.py --check    fail where tables and tests disagree
 
-The table of a sheet lies in conformance/<chip folder>/*.toml: `[[fact]]` with id, kind, says, and `[[choice]]` for what
-the model had to decide.  A fact that no test proves has `open` with the reason, or `later` where it needs a part that
-is not in the house; such a fact does not count.  Tests carry the ids in `@pytest.mark.fact("CMD-A-1")`.
+The table of a sheet lies in conformance/<chip folder>/*.toml: `[[fact]]` with id, kind, says, and parts where it holds
+for some of them only, and `[[choice]]` for what the model had to decide.  A fact that no test proves has `open` with
+the reason, or `later` where it needs a part that is not in the house; such a fact does not count.  Tests carry the ids
+in `@pytest.mark.fact("CMD-A-1")`.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ class Table:
 def read(folder: Path) -> Table:
     """The table of a data sheet."""
     parts = [part.upper() for part, (package, *_) in PARTS.items() if package == folder.name]
-    table = Table(" and ".join(parts))
+    table = Table(" and ".join([", ".join(parts[:-1]), parts[-1]]) if parts[1:] else parts[0])
     for path in sorted(folder.glob("*.toml")):
         data = tomllib.loads(path.read_text("utf-8"))
         for key, into in (("fact", table.facts), ("choice", table.choices)):
@@ -142,7 +143,8 @@ def page(table: Table, tests: Mapping[str, list[str]]) -> str:
     ]
     for fact, row in table.facts.items():
         reason = f"*open: {row.get('open') or row.get('later', '')}*"
-        lines.append(f"| {fact} | {row['kind']} | {cell(row['says'])} | {named(tests.get(fact, [])[:3]) or reason} |")
+        says = cell(row["says"]) + (f" *{row['parts']}*" if "parts" in row else "")
+        lines.append(f"| {fact} | {row['kind']} | {says} | {named(tests.get(fact, [])[:3]) or reason} |")
     lines += ["", "## What the manual leaves open", "", "| choice | what the model does | pinned by |", "|---|---|---|"]
     for choice, row in table.choices.items():
         lines.append(f"| {choice} | {cell(row['says'])} | {named(tests.get(choice, [])[:2])} |")

@@ -5,6 +5,7 @@ python tools/describe_docs.py --check    fail where a committed one differs from
 
 docs/reference/cy525.md         the data sheet, the rates and the quirks
 docs/reference/gs-c200.md       the data sheet of both modules, and the quirks
+docs/reference/mc1451a.md       the data sheet of the six chipsets, and the quirks
 docs/reference/cli.md           commands and options
 docs/reference/parts.md         what stands around a chip
 docs/reference/conformance_*.md facts and their tests
@@ -27,12 +28,13 @@ import click
 
 import conformance
 import slewline
-from slewline.chips import sheet_of
+from slewline.chips import PARTS, sheet_of
 from slewline.chips.cy525 import quirks as cy525_quirks
 from slewline.chips.cy525.sheet import STEPS_PER_SECOND
 from slewline.chips.gs_c200 import quirks as gs_c200_quirks
 from slewline.chips.gs_c200.sheet import POSITIONS
 from slewline.chips.gs_c200.state import Options
+from slewline.chips.mc1451a import quirks as mc1451a_quirks
 from slewline.core.kernel import Kernel
 from slewline.core.quirk import Quirk
 from slewline.core.timebase import readable
@@ -80,6 +82,34 @@ def gs_c200_page() -> str:
             f"Of `bench.add`, or `options` in a bench file. {paragraph(Options.__doc__)}\n",
             table(("option", "default", "what it is"), option_rows()),
             *quirk_lines("gs_c200", gs_c200_quirks.QUIRKS),
+        ]
+    )
+
+
+def mc1451a_page() -> str:
+    """The data sheet of the chipsets: the MC1451A-E whole, what is different on the others, and the quirks."""
+    sheets = [sheet_of(part) for part, (package, *_) in PARTS.items() if package == "mc1451a"]
+    most = sheet_of("mc1451a-e")
+    title = "# MC1151A, MC1251A, MC1451A and their -E parts: step motor control chipsets"
+    whole = describe(most).replace(f"# {most.title}", title, 1)
+    rows = (
+        (
+            f"`{sheet.part}`",
+            sheet.axes,
+            "yes" if sheet.encoder else "no",
+            ", ".join(f"`{name}`" for name in sheet.foreign),
+            f"{sheet.packets.version:04X}" if sheet.packets else "",
+        )
+        for sheet in sheets
+    )
+    return "\n".join(
+        [
+            NOTE + whole.replace("- source", "The tables are those of the MC1451A-E.\n\n- source", 1),
+            "## Parts\n",
+            "Axes that a part lacks have no pins; the codes that would select them are illegal. Parts without encoder\n"
+            "chip lack its pins, and accept its commands.\n",
+            table(("part", "axes", "encoder", "illegal", "version word"), rows),
+            *quirk_lines("mc1451a", mc1451a_quirks.QUIRKS),
         ]
     )
 
@@ -207,6 +237,7 @@ def same_picture(one: str, two: str) -> bool:
 FILES = {
     "reference/cy525.md": cy525_page,
     "reference/gs-c200.md": gs_c200_page,
+    "reference/mc1451a.md": mc1451a_page,
     "reference/cli.md": cli_page,
     "reference/parts.md": parts_page,
     **{f"reference/conformance_{folder}.md": partial(conformance_page, folder) for folder in conformance.tables()},

@@ -41,7 +41,7 @@ class Played:
 def test_the_guide_shows_every_directive_and_each_example_can_be_read():
     assert {verb for _, verb in EXAMPLES} == set(DIRECTIVES)
     text = "\n".join(example for example, _ in EXAMPLES)
-    assert len(EXAMPLES) == 19 and read_script(text).problems == ()
+    assert len(EXAMPLES) == 22 and read_script(text).problems == ()
 
 
 # ------------------------------------------------------------------------------------------------------------- commands

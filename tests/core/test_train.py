@@ -8,6 +8,7 @@ from random import Random
 
 import numpy as np
 import pytest
+from promises import bounds, check_promise
 
 from slewline.core.timebase import Clock
 from slewline.core.train import OPEN, PatternView, Playing, PulseView, StepTrain, StrobeView
@@ -116,31 +117,6 @@ def test_a_run_without_end_is_asked_in_any_window():
 
 
 # -------------------------------------------------------------------------------------------------------------- views
-
-
-def bounds(random: Random, ticks: list[int], clock: Clock) -> list[int | None]:
-    """No bound, and bounds before, at, just after and between the begins."""
-    some = [clock.ps(random.choice(ticks) + random.choice([-1, 0, 1, 4])) + random.choice([0, 1]) for _ in range(3)]
-    return [None, *some]
-
-
-def check_promise(view, first: int, last: int, plain, until) -> None:
-    """`level`, `after` and `edges` of a promise against a plain function of the instant; `until` bounds it."""
-
-    def level(ps):
-        return plain(ps if until is None or ps < until else until - 1)
-
-    assert view.until == until
-    edges = [ps for ps in range(first + 1, last + 1) if level(ps) != level(ps - 1)]
-    for ps in range(first, last + 1):
-        assert view.level(ps) == level(ps)
-    for start in range(first, last + 1, max(1, (last - first) // 60)):
-        assert view.after(start) == next((ps for ps in edges if ps > start), None)
-        for stop in (start, start + 1, (start + last) // 2, last):
-            times, levels = view.edges(start, stop)
-            inside = [ps for ps in edges if start < ps <= stop]
-            assert times.tolist() == inside
-            assert levels.tolist() == [level(ps) for ps in inside]
 
 
 def small_trains():

@@ -13,6 +13,7 @@ from slewline.core.axis import Steps
 from slewline.core.chip import Chip, Finding
 from slewline.core.pin import Terminal
 from slewline.parts.host import Host
+from slewline.parts.packet_host import PacketHost
 from slewline.parts.rs232 import SerialHost
 
 from .blocks import ROOT
@@ -59,6 +60,8 @@ OWNERS = {
 OWNERS["host"] = slewline.Bench().host(OWNERS["x"])
 with_module = slewline.Bench()
 OWNERS["serial"] = with_module.host(with_module.add("gs-c200"))
+with_chipset = slewline.Bench()
+OWNERS["packets"] = with_chipset.host(with_chipset.add("mc1451a"))
 
 
 @pytest.mark.parametrize("owner", OWNERS)
@@ -80,7 +83,14 @@ def test_the_api_page_names_every_method_of_a_bench_and_everything_in_the_packag
 
 @pytest.mark.parametrize(
     ("owner", "cls"),
-    [("bench", slewline.Bench), ("x", Chip), ("host", Host), ("serial", SerialHost), ("pin", Terminal)],
+    [
+        ("bench", slewline.Bench),
+        ("x", Chip),
+        ("host", Host),
+        ("serial", SerialHost),
+        ("packets", PacketHost),
+        ("pin", Terminal),
+    ],
 )
 def test_the_signatures_on_the_api_page_are_those_of_the_code(owner, cls):
     for call in re.findall(rf"`({owner}\.\w+\(.*?\))`", API):

@@ -22,7 +22,8 @@ def program(write):
 
 # --------------------------------------------------------------------------------------------------- without running
 def test_chips_are_listed(call):
-    assert [line.split()[0] for line in call("chips").out.splitlines()] == ["cy525", "gs-c200", "gs-c200s"]
+    chipsets = [f"mc1{axes}51a{dash}" for dash in ("", "-e") for axes in (1, 2, 4)]
+    assert [line.split()[0] for line in call("chips").out.splitlines()] == ["cy525", "gs-c200", "gs-c200s", *chipsets]
 
 
 def test_asm_lists_locations_and_counts_them(call, program):
@@ -65,7 +66,10 @@ def test_what_the_parts_do_not_have_is_refused(call, program, write):
         "slewline: the GS-C200S takes no binary commands; ascii is what a host sends it\n",
     )
     ran = call("asm", write("p.cy525", "G"), "--checksum")
-    assert (ran.status, ran.err) == (2, "slewline: --checksum: a CY525 has no checksums; leave it out\n")
+    assert (ran.status, ran.err) == (
+        2,
+        "slewline: --checksum: no line for the CY525 ends in a checksum; leave it out\n",
+    )
     ran = call("dis", write("p.hex", "41 01"), "--chip", "gs-c200", "--stream")
     assert ran.status == 2 and "has no binary mode" in ran.err
 

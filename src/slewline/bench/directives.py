@@ -6,16 +6,21 @@ import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
+from ..core.table import Arg
 from ..core.timebase import picoseconds
 from ..core.waits import first_of, level, until
-from ..errors import UsageError
-from ..parts.rs232 import SerialHost
-from .stage import Act, Fits, Queue, Stage, answers, asking, meaning, sending
+from ..errors import UnknownName, UsageError
+from ..language import packets
+from ..parts.host import Host
+from ..parts.packet_host import POLL, USUAL
+from ..parts.packet_port import UNKNOWN, operations
+from .stage import Act, Fits, Queue, Stage, answers, asking, meaning, returned, sending
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
 
 PIN = r"(\w+(?:\.\w+)?)"
+ANY = Arg("value", 4, -1 << 31, (1 << 32) - 1)  # what a chipset may return
 POLL_PS = 5 * 10**10  # a host that waits for a module asks it so often
 
 
@@ -27,12 +32,27 @@ class Reading(NamedTuple):
     fits: Fits | None = None
 
 
-def _on_bus(chip: Chip) -> None:
+def _on_bus(_stage: Stage, chip: Chip) -> None:
+    _not_on_line(_stage, chip)
+    _without_packets(_stage, chip)
+
+
+def _not_on_line(_stage: Stage, chip: Chip) -> None:
     if chip.sheet.in_lines:
         raise UsageError(f"a directive for a chip on a bus; {chip.name} ({chip.sheet.part}) is on a serial line")
 
 
-def _on_line(chip: Chip) -> None:
+def _without_packets(_stage: Stage, chip: Chip) -> None:
+    if chip.sheet.in_packets:
+        raise UsageError(f"a directive for a chip that takes letters; {chip.name} ({chip.sheet.part}) takes packets")
+
+
+def _with_packets(_stage: Stage, chip: Chip) -> None:
+    if not chip.sheet.in_packets:
+        raise UsageError(f"for a chipset that takes packets; {chip.name} ({chip.sheet.part}) takes none")
+
+
+def _on_line(_stage: Stage, chip: Chip) -> None:
     if not chip.sheet.in_lines:
         raise UsageError(f"a directive for a module on a serial line; {chip.name} ({chip.sheet.part}) has a bus")
 
@@ -50,7 +70,7 @@ def _telling(text: str) -> Act:
 
 
 def _number(text: str, low: int, high: int) -> int:
-    if re.fullmatch(r"[+-]?[0-9]+", text) is None or not low <= int(text[:9]) <= high:
+    if re.fullmatch(r"[+-]?[0-9]+", text) is None or not low <= int(text[:12]) <= high:
         raise UsageError(f"{text}: allowed {low}..{high}")
     return int(text)
 
@@ -70,6 +90,8 @@ def _matched(pattern: str, text: str) -> list[str]:
 
 # ---------------------------------------------------------------------------------------------------- for every chip
 def _wait(rest: str) -> Reading:
+    if re.fullmatch(r"!?[A-Za-z_]+", rest):
+        return _wait_status(rest)
     ps = picoseconds(rest)
 
     async def act(stage: Stage, chip: Chip) -> None:
@@ -84,21 +106,21 @@ def _until(rest: str) -> Reading:
     name, value = _matched(PIN + r"\s*=\s*([+-]?\w+)", rest)
     if name == "position":
 
-        def position(chip: Chip) -> int:
+        def position(_stage: Stage, chip: Chip) -> int:
             return _number(value, chip.axes[0].positions[0], chip.axes[0].positions[-1])
 
-        return Reading(_acting(lambda stage, chip: _reached(stage, chip, position(chip))), fits=position)
+        return Reading(_acting(lambda stage, chip: _reached(stage, chip, position(stage, chip))), fits=position)
     wanted = _level(value)
     return Reading(_acting(lambda stage, chip: level(stage.terminal(name, chip).net, wanted)), name)
 
 
 async def _reached(stage: Stage, chip: Chip, position: int) -> None:
     """Wait until the position register has a value, whoever changes it; nothing is paid for steps in between."""
-    axis = chip.axes[0]
+    axis = stage.axis(chip)
     axis.watchers.append(stage.ring)  # with every plan of the motor
     try:
         await stage.next_round()
-        while chip.position != position:
+        while axis.position != position:
             due = axis.would_arrive(position)
             if due is not None and due <= stage.kernel.now:
                 due = None  # the train was cut off before
@@ -163,14 +185,16 @@ def _bytes(rest: str) -> Reading:
 
     async def send(stage: Stage, chip: Chip) -> None:
         stage.tell(f"bytes {data.hex(' ').upper()}")
-        if not chip.sheet.in_lines:
+        if chip.sheet.in_packets:
+            await _packet(stage, chip, data)
+        elif not chip.sheet.in_lines:
             await stage.bus_host.send_now(stage.port(chip), data)
         elif data.endswith(b"\r"):
             stage.tell(f"-> {meaning(await answers(stage, chip, data), chip.sheet)}")
         else:
             stage.line_host.send(data)
 
-    return Reading(lambda stage: (_acting if isinstance(stage.host, SerialHost) else sending)(send)(stage))
+    return Reading(lambda stage: (sending if isinstance(stage.host, Host) else _acting)(send)(stage))
 
 
 def _to(rest: str) -> Reading:
@@ -180,11 +204,32 @@ def _to(rest: str) -> Reading:
     return Reading(queue)
 
 
+def _told(rest: str) -> Reading:
+    name, verb, number = _matched(r"(\w+)\s+(\w+)(?:\s+([+-]?[0-9]+))?", rest)
+
+    def fits(stage: Stage, _chip: Chip) -> None:
+        if name not in stage.bench.parts:
+            raise UnknownName(f"the bench has no part {name!r}; there are: {', '.join(stage.bench.parts)}")
+        verbs = stage.bench.parts[name].verbs
+        if verb not in verbs:
+            raise UsageError(f"tell {name} {verb!r}; allowed {', '.join(verbs) or 'nothing'}")
+
+    async def act(stage: Stage, chip: Chip) -> None:
+        part = stage.bench.parts[name]
+        stage.tell(f"tell {rest}")
+        kept, part.on_input = part.on_input, None  # the journal has the whole script already
+        getattr(part, verb)(*([int(number)] if number else []))
+        part.on_input = kept
+        await stage.next_round()
+
+    return Reading(_acting(act), fits=fits)
+
+
 def _note(rest: str) -> Reading:
     return Reading(_acting(_telling(rest)))
 
 
-# ---------------------------------------------------------------------------------------------------------- on a bus
+# ------------------------------------------------------------------------------------- to a chip that has a reset pin
 def _reset(_rest: str) -> Reading:
     async def act(stage: Stage, chip: Chip) -> None:
         terminal = chip.pins["reset"]
@@ -192,10 +237,12 @@ def _reset(_rest: str) -> Reading:
         chip.reset()
         terminal.on_input = kept
         await stage.next_round()
+        await level(terminal.net, 1)
 
-    return Reading(_acting(act), fits=_on_bus)
+    return Reading(_acting(act), fits=_not_on_line)
 
 
+# ---------------------------------------------------------------------------------------------------------- on a bus
 def _live(rest: str) -> Reading:
     commands = [command.strip() for command in rest.split("|")]
     if not all(commands):
@@ -262,6 +309,45 @@ async def _ready(stage: Stage, chip: Chip) -> None:
         await until(stage.kernel, stage.kernel.now + POLL_PS)
 
 
+# ---------------------------------------------------------------------------------------------------------- in packets
+def _wait_status(bit: str) -> Reading:
+    async def act(stage: Stage, chip: Chip) -> None:
+        word = await stage.packet_host.until_status(stage.packet_port(chip), bit, picoseconds(POLL))
+        stage.tell(f"wait {bit} -> {returned(chip.sheet, chip.sheet.commands['GET_STATUS'].reads[0], word)}")
+
+    def fits(stage: Stage, chip: Chip) -> None:
+        _with_packets(stage, chip)
+        packets.status_bit(chip.sheet, bit.removeprefix("!"))
+
+    return Reading(_acting(act), fits=fits)
+
+
+def _expect(rest: str) -> Reading:
+    if packets.number(rest, ANY) is None:
+        raise UsageError(f"{rest!r}: expected a number, decimal or hexadecimal behind 0x or $")
+
+    async def act(stage: Stage, chip: Chip) -> None:
+        results = stage.packet_host.results
+        if not results:
+            raise UsageError("no command above has returned anything")
+        axis, command, value = results[-1]
+        arg = chip.sheet.commands[command].reads[0]
+        if packets.number(rest, arg) != value:
+            found = f"{command} of axis {axis} returned {returned(chip.sheet, arg, value)}, expected {rest}"
+            stage.packet_host.finding("expect", found)
+
+    return Reading(_acting(act), fits=_with_packets)
+
+
+async def _packet(stage: Stage, chip: Chip, data: bytes) -> None:
+    """Bytes as they are: a command byte, and words behind it."""
+    port = stage.packet_port(chip)
+    port.axis = UNKNOWN
+    for part, command in operations(data):
+        await port.write(part, command, USUAL)
+    await port.ready()
+
+
 DIRECTIVES: dict[str, Callable[[str], Reading]] = {
     "wait": _wait,
     "until": _until,
@@ -271,6 +357,7 @@ DIRECTIVES: dict[str, Callable[[str], Reading]] = {
     "power": _power,
     "bytes": _bytes,
     "to": _to,
+    "tell": _told,
     "note": _note,
     "reset": _reset,
     "live": _live,
@@ -278,4 +365,5 @@ DIRECTIVES: dict[str, Callable[[str], Reading]] = {
     "read": _read,
     "verify": _verify,
     "ask": _ask,
+    "expect": _expect,
 }

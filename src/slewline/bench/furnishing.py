@@ -17,7 +17,9 @@ from ..core.table import Sheet
 from ..core.timebase import hertz, picoseconds
 from ..errors import UnknownName, UsageError, WiringError
 from ..parts import make_part
+from ..parts.caller import Caller
 from ..parts.host import Host
+from ..parts.packet_host import PacketHost
 from ..parts.part import Part
 from ..parts.rs232 import SerialHost
 from .journal import Journal
@@ -27,6 +29,11 @@ if TYPE_CHECKING:
     from os import PathLike
 
 Time = str | int
+PORTS = {  # how a chip is spoken to: in lines, in packets
+    (False, False): "a bus",
+    (True, False): "a serial line",
+    (False, True): "a port for packets",
+}
 
 
 class Furnished(Recording):
@@ -106,8 +113,7 @@ class Furnished(Recording):
             name=name,
             options={k: list(v) if isinstance(v, bytes) else v for k, v in options.items()},
         )
-        if self.journal is not None:
-            part.on_input = lambda verb, args: self._note("input", part=name, verb=verb, args=args)
+        self._keep_inputs(part)
         self.place(part)
         self.kernel.settle()
         if to is not None:
@@ -121,10 +127,17 @@ class Furnished(Recording):
         if self.journal is not None:
             self.journal.write(do, **what)
 
+    def _keep_inputs(self, part: Part) -> None:
+        """Let the journal have what the part is told."""
+        if self.journal is not None:
+            part.on_input = lambda verb, args: self._note("input", part=part.name, verb=verb, args=args)
+
     def place(self, part: Part) -> Part:
         """Put a part on the bench; its pins can be wired from now on."""
         self._new_name(part.name, part.name)
         self.parts[part.name] = part
+        if isinstance(part, Caller):
+            part.wait_for = self._wait_for
         self._adopt(part)
         return part
 
@@ -167,25 +180,32 @@ class Furnished(Recording):
         for chip in chips:
             if not isinstance(chip, Chip):
                 raise UsageError(f"host: {chip!r}; expected chips of this bench")
+        kinds = {PORTS[chip.sheet.in_lines, chip.sheet.in_packets] for chip in chips}
+        if len(kinds) > 1:
+            raise UsageError(
+                f"host: some of these chips have {', some '.join(sorted(kinds))}; one host speaks to one kind"
+            )
         serial = [chip for chip in chips if isinstance(chip, LineChip)]
         if serial:
-            if len(serial) < len(chips):
-                raise UsageError(
-                    "host: some of these chips have a bus, some a serial line; one host speaks to one kind"
-                )
             return self._serial_host(serial, name, delay, baud, line)
         if baud is not None or line is not None:
             wrong = f"baud {baud!r}" if baud is not None else "line"
             raise UsageError(f"host: {wrong}; {chips[0].name} has no serial line")
         return self._bus_host(chips, name, delay)
 
-    def _bus_host(self, chips: Sequence[Chip], name: str | None, delay: Time) -> Host:
+    def _bus_host(self, chips: Sequence[Chip], name: str | None, delay: Time) -> Host | PacketHost:
         """A host on a bus, which its chips share."""
         name = self._new_name(name, "host")
         for chip in chips[1:]:
             if chip.bus is not chips[0].bus:
                 self._join(chips[0].bus, chip.bus)
         self._note("host", name=name, chips=[chip.name for chip in chips], delay_ps=picoseconds(delay))
+        if chips[0].sheet.in_packets:
+            packet_host = PacketHost(self.kernel, name, chips, picoseconds(delay))
+            self._keep_inputs(packet_host)
+            self.place(packet_host)
+            self.kernel.settle()
+            return packet_host
         host = Host(self.kernel, name, chips, picoseconds(delay))
         host.wait_for = self._wait_for
         if self.journal is not None:
@@ -211,8 +231,7 @@ class Furnished(Recording):
         )
         host = SerialHost(self.kernel, name, chips, baud=baud)
         host.wait_for = self._wait_for
-        if self.journal is not None:
-            host.on_input = lambda verb, args: self._note("input", part=name, verb=verb, args=args)
+        self._keep_inputs(host)
         self.place(host)
         if line is not None:
             for theirs, own in line.wiring.items():
@@ -261,7 +280,7 @@ class Furnished(Recording):
     def wire(self, a: str, b: str, invert: bool = False) -> None:
         """Connect two pins; with `invert` an inverter drives the second from the first.
 
-        "x.db" and "y.db" are whole buses.
+        "x.db" and "y.db" are whole buses ("x.hostdata", where the chip calls it so).
         """
         if self._started:
             raise WiringError(f"wire {a} to {b}: time has passed already; wire before the first run")
@@ -279,10 +298,9 @@ class Furnished(Recording):
         self.kernel.settle()
 
     def _net(self, name: str) -> Net:
-        if isinstance(name, str) and name.endswith(".db"):
-            owner = self[name[:-3]]
-            if isinstance(owner, Chip):
-                return owner.bus
+        for chip in self.chips.values():
+            if name == f"{chip.name}.{chip.sheet.bus}":
+                return chip.bus
         terminal = self.pin(name)
         if terminal.row.way in ("power", "none"):
             raise WiringError(

@@ -75,7 +75,7 @@ class Recording:
                 ):
                     yield f"{chip.name}.{row.name}"
             if chip.has_bus:
-                yield f"{chip.name}.db"
+                yield f"{chip.name}.{chip.sheet.bus}"
 
     def _window(self, start: Time | None, stop: Time | None) -> tuple[int, int]:
         return (
@@ -141,7 +141,13 @@ class Recording:
         from ..record.export_csv import save_steps
 
         first, last = self._window(start, stop)
-        save_steps(path, [(chip.name, 1, chip.steps(first, last)) for chip in self.chips.values()])
+        save_steps(path, [(chip.name, n, axis.steps(first, last)) for chip, n, axis in self._chip_axes()])
+
+    def _chip_axes(self) -> Iterator[tuple[Chip, int, Chip]]:
+        """Every axis of every chip, with its number."""
+        for chip in self.chips.values():
+            for number in range(1, chip.sheet.axes + 1):
+                yield chip, number, chip.axis(number)
 
     @contextmanager
     def stream_vcd(self, path: FilePath, pins: Sequence[str] | None = None, timescale: str = "1 ns") -> Iterator[None]:
@@ -182,12 +188,13 @@ class Recording:
         nets = self._chosen(pins) if pins is not None else dict(self.recorded)
         motions = [
             Motion(
-                chip.name,
-                chip.steps(first, last),
-                *chip.parameters(),
-                before=chip.axes[0].position_at(max(first - 1, 0)),
+                chip.name if len(chip.axes) == 1 else f"{chip.name} {n}",
+                axis.steps(first, last),
+                *axis.parameters(),
+                before=chip.axes[n - 1].position_at(max(first - 1, 0)),
             )
-            for chip in self.chips.values()
+            for chip, n, axis in self._chip_axes()
+            if n == 1 or chip.axes[n - 1].count(first, last)
         ]
         traces = [
             Trace.of(name, net, self.recorder, *self._window_of({name: net}, start, stop)) for name, net in nets.items()

@@ -27,6 +27,7 @@ Directives take times such as 20 ms, and pins of the chip that the host speaks t
     @power off             switch the supply off, or on
     @bytes 43 00           send bytes as they are
     @to y                  from here on, speak to chip y of those that share the bus or the line
+    @tell shaft slip 20    tell a part something, here to let 20 counts slip
     @note the door opens   say something in the transcript
 
 To a chip on a bus (CY525); while ASCII/BINARY is low, commands go out in binary form:
@@ -41,6 +42,12 @@ To a module on a serial line (GS-C200, GS-C200S):
 
     @until ready           ask F until the answer is no longer B
     @ask V1                ask something, as a line without @ does
+
+To a chipset that takes packets (MC1451A family) a line is a command and its number, decimal or hexadecimal; the
+transcript shows what it returns.  These two may also stand without @:
+
+    @wait motion_complete  ask for the status word of the current axis until this bit is 1; !in_motion: until it is 0
+    @expect 0x0300         what the last command has returned; anything else is a finding, and the exit status 1
 """
 
 from __future__ import annotations
@@ -51,11 +58,17 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..errors import SlewlineError, UsageError
+from ..language import packets
+from ..language.lines import Refusal
+from ..language.problems import Problem
 from ..language.source import host_lines
-from .directives import DIRECTIVES
+from ..parts.packet_host import PacketHost
+from .directives import DIRECTIVES, Reading
 from .stage import Script, Stage, Step, command
 
 if TYPE_CHECKING:
+    from ..core.chip import Chip
+    from ..core.table import Sheet
     from .bench import Bench
     from .stage import Computer
 
@@ -94,14 +107,26 @@ def check_script(bench: Bench, host: Computer, script: Script) -> None:
             chip = host.chips[step.to]
         elif step.to:
             found.append(step.problem("unknown-chip", f"{host.name} serves {', '.join(host.chips)}, but not {step.to}"))
+        found += _refused(step, chip.sheet)
         try:
             if step.pin:
                 stage.terminal(step.pin, chip)
             if step.fits is not None:
-                step.fits(chip)
+                step.fits(stage, chip)
         except SlewlineError as error:
             found.append(step.problem("unknown-pin" if step.pin else "directive", str(error)))
     script.refuse(found)
+
+
+def _refused(step: Step, sheet: Sheet) -> list[Problem]:
+    """What is wrong with a command for a chipset that takes packets."""
+    if sheet.packets is None or step.directs or step.fits is not None:
+        return []
+    no = packets.parse(sheet, step.text)
+    if not isinstance(no, Refusal):
+        return []
+    place = step.line, step.column + no.at, no.end - no.at
+    return [Problem(*place, no.code, "error", no.found, no.allowed, sheet.packets.where, no.remedy)]
 
 
 # ------------------------------------------------------------------------------------------------------------- reading
@@ -112,7 +137,7 @@ def read_script(text: str, where: str = "script") -> Script:
         step = Step(line, column, body, command(body))
         try:
             _plain(step)
-            steps.append(_directive(step) if step.directs else step)
+            steps.append(_directive(step) if step.directs else _line(step))
         except UsageError as error:
             example = next((example for example, verb in EXAMPLES if verb == step.verb), "")
             remedy = f"write, for example, {example}" if example else ""
@@ -130,11 +155,32 @@ def _plain(step: Step) -> None:
         raise UsageError(f"{at} is not printable ASCII; @bytes sends other bytes")
 
 
+def _line(step: Step) -> Step:
+    """A command; to a chipset that takes packets, some words direct the host without @."""
+    word = step.text.split()[0].lower()
+    if word not in packets.DIRECTS:
+        return step
+
+    def queue(stage: Stage) -> None:
+        (_reading(word, step.text).queue if isinstance(stage.host, PacketHost) else step.queue)(stage)
+
+    def fits(stage: Stage, chip: Chip) -> None:
+        if chip.sheet.in_packets and (reading := _reading(word, step.text)).fits is not None:
+            reading.fits(stage, chip)
+
+    return replace(step, queue=queue, fits=fits)
+
+
 def _directive(step: Step) -> Step:
     if step.verb not in DIRECTIVES:
         raise UsageError(f"no directive @{step.verb}; there are {' '.join('@' + verb for verb in DIRECTIVES)}")
-    rest = step.text[1 + len(step.verb) :].strip()
-    if bool(rest) == (step.verb == "reset"):
-        raise UsageError("@reset takes no argument" if rest else f"@{step.verb} needs an argument")
-    queue, pin, fits = DIRECTIVES[step.verb](rest)
-    return replace(step, queue=queue, pin=pin, fits=fits, to=rest if step.verb == "to" else "")
+    queue, pin, fits = _reading(step.verb, step.text[1:])
+    return replace(step, queue=queue, pin=pin, fits=fits, to=step.text[3:].strip() if step.verb == "to" else "")
+
+
+def _reading(verb: str, text: str) -> Reading:
+    """A directive, read: its verb, and the text that begins with it."""
+    rest = text[len(verb) :].strip()
+    if bool(rest) == (verb == "reset"):
+        raise UsageError("@reset takes no argument" if rest else f"@{verb} needs an argument")
+    return DIRECTIVES[verb](rest)

@@ -10,25 +10,31 @@ from typing import TYPE_CHECKING
 from ..core.net import Driver, Net
 from ..core.waits import edge, first_of, level
 from ..errors import SlewlineError, UsageError
+from ..language import packets
 from ..language.assemble import RefusedProgram
 from ..language.dialects import Command, Decoder, encode_binary
 from ..language.problems import Problem
 from ..parts.host import Host, Port
+from ..parts.packet_host import PacketHost, Result
+from ..parts.packet_port import packet_of
 from ..parts.rs232 import SerialHost
+from ..parts.worker import Worker
 
 if TYPE_CHECKING:
+    from ..core.axis import Axis
     from ..core.chip import Chip
     from ..core.pin import Terminal
-    from ..core.table import Sheet
+    from ..core.table import Arg, Sheet
+    from ..parts.packet_port import PacketPort
     from .bench import Bench
 
 SHOWN = 160  # characters of a line in a message
 TAKEN_US = 1000  # a command that keeps the chip busy for longer has begun a motion, a delay or a wait
 
-Computer = Host | SerialHost
+Computer = Host | SerialHost | PacketHost
 Act = Callable[["Stage", "Chip"], Awaitable[None]]
 Queue = Callable[["Stage"], None]
-Fits = Callable[["Chip"], object]
+Fits = Callable[["Stage", "Chip"], object]
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +106,7 @@ class Stage:
             except SlewlineError as error:
                 script.refuse([step.problem("refused", str(error))])
 
-        if isinstance(host, SerialHost):
+        if isinstance(host, Worker):
             host.work(text, action)
             return
 
@@ -122,9 +128,23 @@ class Stage:
         assert isinstance(self.host, SerialHost)
         return self.host
 
+    @property
+    def packet_host(self) -> PacketHost:
+        """The host, which sends packets."""
+        assert isinstance(self.host, PacketHost)
+        return self.host
+
     def port(self, chip: Chip) -> Port:
         """What the host has on the bus of a chip."""
         return self.bus_host.ports[chip.name]
+
+    def packet_port(self, chip: Chip) -> PacketPort:
+        """What the host has on the host port of a chip."""
+        return self.packet_host.ports[chip.name]
+
+    def axis(self, chip: Chip) -> Axis:
+        """The axis that the host speaks of: the current one, where there are several."""
+        return chip.axes[(self.packet_port(chip).axis or 1) - 1 if isinstance(self.host, PacketHost) else 0]
 
     def tell(self, text: str) -> None:
         """Say what the host does, in the transcript."""
@@ -203,7 +223,7 @@ def spelled_binary(body: str, sheet: Sheet) -> bytes:
 
 
 def command(body: str) -> Queue:
-    """Send a command, on a bus when the chip is READY; on a serial line the host waits for the answer."""
+    """Send a command, on a bus when the chip is READY; otherwise the host waits for what it returns."""
 
     async def send(stage: Stage, chip: Chip) -> None:
         port = stage.port(chip)
@@ -212,7 +232,15 @@ def command(body: str) -> Queue:
         stage.tell(body)
         await stage.bus_host.send_now(port, data)
 
-    return lambda stage: (asking(body) if isinstance(stage.host, SerialHost) else sending(send))(stage)
+    def queue(stage: Stage) -> None:
+        if isinstance(stage.host, SerialHost):
+            asking(body)(stage)
+        elif isinstance(stage.host, PacketHost):
+            exchanging(body)(stage)
+        else:
+            sending(send)(stage)
+
+    return queue
 
 
 def sending(send: Act) -> Queue:
@@ -252,3 +280,29 @@ def meaning(found: Sequence[str], sheet: Sheet) -> str:
         return "no answer"
     says = sheet.port.answers.get(found[0], "") if sheet.port is not None and found[0] != "Y" else ""
     return f"{' '.join(found)}{f' ({says})' if says else ''}"
+
+
+def exchanging(text: str) -> Queue:
+    """A command as a packet, and what it returns."""
+
+    async def exchange(stage: Stage, chip: Chip) -> None:
+        host, port, command = stage.packet_host, stage.packet_port(chip), packets.command(chip.sheet, text)
+        row = command.row
+        found = await host.exchange(port, packet_of(row, command.values))
+        for arg, value in zip(row.reads, packets.values(row.reads, found), strict=True):
+            host.results.append(Result(port.axis, row.name, value))
+            stage.tell(f"{text} -> {returned(chip.sheet, arg, value)}")
+        if not found:
+            stage.tell(text)
+
+    return lambda stage: stage.do(exchange)
+
+
+def returned(sheet: Sheet, arg: Arg, value: int) -> str:
+    """A number that a chipset returned: words of bits in hexadecimal, with the names of those that are 1."""
+    assert sheet.packets is not None
+    bits = {"status": sheet.packets.status, "mode": sheet.packets.mode}.get(arg.name, ())
+    if arg.unit and not arg.unit.startswith("bits"):
+        return str(value)
+    names = packets.shown(value, bits)
+    return f"0x{value:04X}{f' ({names})' if names else ''}"

@@ -16,6 +16,12 @@ PARTS = {  # part: (package, class, name of its sheet, what it is)
     "cy525": ("cy525", "Cy525", "SHEET", "CY525 intelligent ramping stepper motor controller (Cybernetic, 1984)"),
     "gs-c200": ("gs_c200", "GsC200", "GS_C200", "GS-C200 stepper motor controller module (SGS-Thomson, 1994)"),
     "gs-c200s": ("gs_c200", "GsC200S", "GS_C200S", "GS-C200S stepper motor controller module (SGS-Thomson, 1994)"),
+    "mc1151a": ("mc1451a", "Mc1151A", "MC1151A", "MC1151A step motor control chipset, 1 axis (PMD, 1997)"),
+    "mc1251a": ("mc1451a", "Mc1251A", "MC1251A", "MC1251A step motor control chipset, 2 axes (PMD, 1997)"),
+    "mc1451a": ("mc1451a", "Mc1451A", "MC1451A", "MC1451A step motor control chipset, 4 axes (PMD, 1997)"),
+    "mc1151a-e": ("mc1451a", "Mc1151AE", "MC1151A_E", "MC1151A-E: MC1151A with encoder input (PMD, 1997)"),
+    "mc1251a-e": ("mc1451a", "Mc1251AE", "MC1251A_E", "MC1251A-E: MC1251A with encoder inputs (PMD, 1997)"),
+    "mc1451a-e": ("mc1451a", "Mc1451AE", "MC1451A_E", "MC1451A-E: MC1451A with encoder inputs (PMD, 1997)"),
 }
 
 

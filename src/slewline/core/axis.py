@@ -5,14 +5,15 @@ The past is a list of stretches, each following one train; undisturbed travel of
 
 from __future__ import annotations
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 from ..errors import UsageError
 from .kernel import Kernel
-from .train import Playing
+from .train import Playing, Train
 
 if TYPE_CHECKING:
     import numpy as np
@@ -44,6 +45,9 @@ class Stretch:
     sign: int
     counts: int
     playing: Playing | None
+
+
+_start = attrgetter("start")
 
 
 class Axis:
@@ -128,37 +132,53 @@ class Axis:
         keep = next((i for i in range(len(self.past) - 1, 0, -1) if self.past[i].start <= before), 0)
         del self.past[:keep]
 
-    def _windows(self, start: int, stop: int) -> Iterator[tuple[Stretch, int, int]]:
-        """Stretches that overlap start <= t <= stop, with the part of the window that each covers (inclusive)."""
-        for i, stretch in enumerate(self.past):
-            end = self.past[i + 1].start if i + 1 < len(self.past) else stop
-            if stretch.playing is not None and stretch.start <= stop and end >= start:
-                bound = stretch.playing.until
-                last = min(stop, bound - 1 if bound is not None else stop)
-                yield stretch, start, last
+    def _played(self, start: int, stop: int) -> Iterator[tuple[Stretch, Train, int, int]]:
+        """Stretches with steps at start <= t <= stop, and which steps of their trains these are: a ... b-1."""
+        first = max(bisect_left(self.past, start, key=_start) - 1, 0)
+        for stretch in self.past[first : bisect_right(self.past, stop, key=_start)]:
+            if stretch.playing is not None:
+                train = stretch.playing.train
+                a, b = train.begun(start - 1), train.begun(stretch.playing.bounded(stop))
+                if b > a:
+                    yield stretch, train, a, b
 
     def count(self, start: int, stop: int) -> int:
         """How many steps there are at start <= t <= stop."""
-        trains = ((stretch.playing, first, last) for stretch, first, last in self._windows(start, stop))
-        return sum(max(playing.begun(last) - playing.begun(first - 1), 0) for playing, first, last in trains if playing)
+        return sum(b - a for _, _, a, b in self._played(start, stop))
+
+    def times(self, start: int, stop: int, out: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
+        """Instants of the steps at start <= t <= stop: (n,) int64, ps.
+
+        Args:
+            out: a buffer of that length or longer; its beginning is the answer.
+        """
+        import numpy as np
+
+        played = list(self._played(start, stop))
+        count = sum(b - a for _, _, a, b in played)
+        out = np.empty(count, np.int64) if out is None else out[:count]
+        at = 0
+        for _, train, a, b in played:
+            train.begins(a, b, out[at:])
+            at += b - a
+        return out
 
     def steps(self, start: int, stop: int) -> Steps:
         """Steps at start <= t <= stop."""
         import numpy as np
 
-        times, signs, positions = [], [], []
-        for stretch, first, last in self._windows(start, stop):
-            playing = stretch.playing
-            assert playing is not None
-            a, b = playing.train.begun(first - 1), playing.train.begun(last)
-            if b > a:
-                begins = playing.train.begins(a, b)
-                times.append(begins)
-                signs.append(np.full(b - a, stretch.sign, np.int8))
-                positions.append(stretch.count + stretch.counts * np.arange(a + 1, b + 1) + self._offsets_at(begins))
-        if not times:
-            return Steps(np.empty(0, np.int64), np.empty(0, np.int8), np.empty(0, np.int64))
-        return Steps(np.concatenate(times), np.concatenate(signs), self.low + np.concatenate(positions) % self.modulus)
+        times = self.times(start, stop)
+        directions, positions = np.empty(len(times), np.int8), np.empty(len(times), np.int64)
+        at = 0
+        for stretch, _, a, b in self._played(start, stop):
+            directions[at : at + b - a] = stretch.sign
+            positions[at : at + b - a] = stretch.count + stretch.counts * np.arange(a + 1, b + 1)
+            at += b - a
+        since, offsets = zip(*self.offsets, strict=True)
+        positions += np.repeat(offsets, np.diff(np.searchsorted(times, since), append=len(times)))
+        positions %= self.modulus
+        positions += self.low
+        return Steps(times, directions, positions)
 
     def _offsets_at(self, times: NDArray[np.int64]) -> NDArray[np.int64]:
         import numpy as np
@@ -169,7 +189,7 @@ class Axis:
 
     def position_at(self, ps: int) -> int:
         """The position register at one instant of the past."""
-        stretch = self.past[max(bisect_right(self.past, ps, key=lambda stretch: stretch.start) - 1, 0)]
+        stretch = self.past[max(bisect_right(self.past, ps, key=_start) - 1, 0)]
         count = stretch.count + (stretch.counts * stretch.playing.begun(ps) if stretch.playing is not None else 0)
         since = max(bisect_right(self.offsets, ps, key=lambda offset: offset[0]) - 1, 0)
         return self.low + (self.offsets[since][1] + count) % self.modulus

@@ -85,13 +85,15 @@ class Chip:
     def _build_pins(self, bare: bool, straps: Mapping[str, int]) -> None:
         self.pins: dict[str, Terminal] = {}
         self.drivers: dict[str, Driver] = {}
-        self.bus = Bus(self.kernel, f"{self.name}.db")
+        prefix = self.sheet.bus
+        self.bus = Bus(self.kernel, f"{self.name}.{prefix}")
         self.bus.on_conflict = self._conflict
         self.bus_driver = Driver(self.bus, self.name)
         for row in self.sheet.pins:
-            if row.name.startswith("db") and row.name[2:].isdigit():
+            line = row.name.removeprefix(prefix)
+            if line != row.name and line.isdigit():
                 terminal = Terminal(self.name, row, self.bus)
-                terminal.bit = int(row.name[2:])
+                terminal.bit = int(line)
             else:
                 open_input = row.way == "in" and row.pull is None  # an input without pull-up reads low when left open
                 net = Net(

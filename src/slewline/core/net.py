@@ -120,9 +120,9 @@ class Driver:
                 net.follow()
 
     def renew(self) -> None:
-        """`until` of the promise has moved: whoever watches the net must hear of it."""
+        """`until` of the promise has moved: whoever watches or samples the net must hear of it."""
         net = self.net
-        if (net.waiters or net.observers or net.latched) and not self.pending:
+        if (net.waiters or net.observers or net.latched or net.samplers) and not self.pending:
             self.drive(self.promise)
 
     def take(self) -> None:

@@ -146,7 +146,7 @@ class Terminal:
         if self.row.way in ("power", "none"):
             raise WiringError(f"{self.name} (pin {self.row.number}: {self.row.says}) carries no signal")
         if isinstance(self.net, Bus) and self.bit is None:
-            raise WiringError(f"{self.name} is a bus of eight wires; drive db0 to db7 of a chip that is wired to it")
+            raise WiringError(f"{self.name} is a bus of eight wires; drive the pins of a chip that is wired to it")
         if at is not None:
             ps = picoseconds(at)
             if ps < kernel.now:

@@ -14,6 +14,7 @@ from ..errors import SheetError
 
 Trust = Literal["stated", "derived", "chosen"]
 Way = Literal["in", "out", "both", "power", "none"]
+Order = Literal["little", "big"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,11 +39,14 @@ class Pin:
 
 @dataclass(frozen=True, slots=True)
 class Arg:
-    """An argument: `low` to `high`, in `size` bytes, low byte first; with `label`, a letter may stand for it.
+    """An argument: `low` to `high`, in `size` bytes; with `label`, a letter may stand for it.
 
     `sign` says how a sign is written: "no", "may" (missing is plus), "must", or "alone" (a direction: + is 1, - is -1).
     An argument of size 0 is added to the opcode instead.  `zero` tells whether 0 counts as within the range;
     an `optional` argument that is missing is `high`.
+
+    `fraction` bits of the number stand behind the binary point: with 16 it counts 1/65536 of its unit.  The unit has
+    the chip's cycle in its denominator `cycles` times: once in a speed, twice in an acceleration.
     """
 
     name: str
@@ -54,6 +58,8 @@ class Arg:
     sign: Literal["no", "may", "must", "alone"] = "no"
     zero: bool = True
     optional: bool = False
+    fraction: int = 0
+    cycles: int = 0
 
     @property
     def modulus(self) -> int:
@@ -64,13 +70,13 @@ class Arg:
         """Is the value within the range?"""
         return self.low <= value <= self.high and (self.zero or value != 0)
 
-    def pack(self, value: int) -> bytes:
-        """The value as it stands in the program buffer, low byte first, a negative one in two's complement."""
-        return (value % self.modulus).to_bytes(self.size, "little")
+    def pack(self, value: int, order: Order = "little") -> bytes:
+        """The value as bytes, a negative one in two's complement."""
+        return (value % self.modulus).to_bytes(self.size, order)
 
-    def unpack(self, data: bytes) -> int:
-        """The value from its stored bytes; bytes that are missing count as 0."""
-        return int.from_bytes(data.ljust(self.size, b"\0"), "little", signed=self.low < 0)
+    def unpack(self, data: bytes, order: Order = "little") -> int:
+        """The value from its bytes; bytes that are missing count as 0."""
+        return int.from_bytes(data.ljust(self.size, b"\0"), order, signed=self.low < 0)
 
     def spell(self, value: int) -> str:
         """The value as it is written: no leading zeros, the sign where one belongs."""
@@ -93,6 +99,11 @@ class Row:
 
     `flow` tells where a program goes on behind the instruction: "n" the next one, "t" its target, "0" location 0, "l"
     the start of its loop; empty where the program ends.
+
+    A command that is a packet tells whom it `acts` on: the "current" axis, the axis that it is to "set", the
+    "interrupting" one, those of a "mask", or all ("global").  The host `reads` these values behind the words of the
+    arguments.  What is `buffered` waits for an update; `encoder` commands are meant for parts with an encoder, but
+    accepted by the others.
     """
 
     form: str
@@ -111,6 +122,10 @@ class Row:
     tail: tuple[str, ...] = ()
     when: str = "i"
     flow: str = "n"
+    acts: str = ""
+    reads: tuple[Arg, ...] = ()
+    buffered: bool = False
+    encoder: bool = False
 
     def __post_init__(self) -> None:
         if not self.head:
@@ -124,9 +139,19 @@ class Row:
         return sum(arg.size for arg in self.args)
 
     @property
+    def coded(self) -> bool:
+        """Does a byte stand for the command: its opcode in the program buffer, or the head of its packet?"""
+        return self.stored or bool(self.acts)
+
+    @property
     def size(self) -> int:
-        """How many bytes the instruction takes in the program buffer."""
-        return max(1 + self.data_bytes, self.room) if self.stored else 0
+        """How many bytes the instruction takes in the program buffer, or the host writes of a packet."""
+        return max(1 + self.data_bytes, self.room) if self.coded else 0
+
+    @property
+    def order(self) -> Order:
+        """A program buffer holds numbers low byte first; in a packet they are sent high byte first."""
+        return "big" if self.acts else "little"
 
     @property
     def handler(self) -> str:
@@ -134,21 +159,21 @@ class Row:
         return "do_" + self.name.lower()
 
     def pack(self, values: Sequence[int]) -> bytes:
-        """Opcode and arguments as stored in the program buffer."""
+        """Opcode and arguments as stored in the program buffer, or written in a packet."""
         code, data = self.code, b""
         for arg, value in zip(self.args, values, strict=True):
             if arg.size:
-                data += arg.pack(value)
+                data += arg.pack(value, self.order)
             else:
                 code += value
         return (bytes([code]) + data).ljust(self.room, b"\0")
 
     def unpack(self, data: bytes, code: int | None = None) -> tuple[int, ...]:
-        """Argument values from their stored bytes; bytes that are missing count as 0.  `code`: the opcode as stored."""
+        """Argument values from their bytes; bytes that are missing count as 0.  `code`: the opcode as stored."""
         values, at = [], 0
         for arg in self.args:
             if arg.size:
-                values.append(arg.unpack(data[at : at + arg.size]))
+                values.append(arg.unpack(data[at : at + arg.size], self.order))
                 at += arg.size
             else:
                 values.append((self.code if code is None else code) - self.code)
@@ -189,13 +214,13 @@ class Time:
 
 
 class Table(Sequence[Row]):
-    """The command rows of a part, looked up by form or by stored opcode."""
+    """The command rows of a part, looked up by form or by the byte that stands for them."""
 
     def __init__(self, *rows: Row) -> None:
         self.rows = rows
         self.by_form: dict[str, Row] = {row.form: row for row in rows}
-        self.by_code: dict[int, Row] = {code: row for row in rows if row.stored for code in row.codes}
-        if len(self.by_form) != len(rows) or len(self.by_code) != sum(len(row.codes) for row in rows if row.stored):
+        self.by_code: dict[int, Row] = {code: row for row in rows if row.coded for code in row.codes}
+        if len(self.by_form) != len(rows) or len(self.by_code) != sum(len(row.codes) for row in rows if row.coded):
             raise SheetError("two command rows share a form or an opcode")
 
     def __getitem__(self, key):  # type: ignore[no-untyped-def]
@@ -243,6 +268,46 @@ class Port:
         return dict(zip(self.baud_pins, levels, strict=True))
 
 
+@dataclass(frozen=True, slots=True)
+class Bits:
+    """A field of a word that the chip keeps: `width` bits from bit `low` on; 0 stands for `first`."""
+
+    name: str
+    low: int
+    says: str
+    width: int = 1
+    first: int = 0
+
+    @property
+    def mask(self) -> int:
+        """The word with this field full of ones."""
+        return (1 << self.width) - 1 << self.low
+
+    def of(self, word: int) -> int:
+        """The field's value in a word."""
+        return ((word & self.mask) >> self.low) + self.first
+
+
+@dataclass(frozen=True, eq=False)
+class Packets:
+    """A host port on a data sheet that takes packets: a command byte, words to and from the chip, a checksum.
+
+    Codes without a row: `illegal` ones answer with checksum 0; `siblings` (words written, words read) are commands of
+    sister parts without effect here; `reserved` and all others have no data.  `status` and `mode` are the words that
+    tell about an axis, `version` the one that tells about the part.  `slips` are names that stand in the manual's text
+    but are no commands, each with what is meant.
+    """
+
+    illegal: frozenset[int]
+    reserved: frozenset[int]
+    siblings: Mapping[int, tuple[int, int]]
+    version: int
+    status: tuple[Bits, ...]
+    mode: tuple[Bits, ...]
+    slips: Mapping[str, str] = field(default_factory=dict)
+    where: str = ""
+
+
 @dataclass(frozen=True, eq=False)
 class Sheet:
     """A whole data sheet: everything that tools may know about a part without running it."""
@@ -263,15 +328,30 @@ class Sheet:
     labels: str = ""
     suffix: str = ""
     notes: Mapping[str, str] = field(default_factory=dict)
-    port: Port | None = None  # None: commands come over the bus, with a handshake
+    port: Port | None = None  # commands are lines on a serial port
+    packets: Packets | None = None  # commands are packets of a host port; neither: letters over the bus
+    bus: str = "db"  # what the names of the data bus pins begin with
+    axes: int = 1
+    encoder: bool = False
+    wires: tuple[tuple[str, ...], ...] = ()  # pins of a part in several packages that belong together, by their names
     foreign: tuple[str, ...] = ()  # commands of sister parts, which this part refuses as unknown
     enter: str = "ENTER"  # the command that begins program entry
     leave: tuple[str, ...] = ("QUIT",)  # the commands that end it; the last one does nothing else, if there is one
 
     @property
     def in_lines(self) -> bool:
-        """Are commands lines of text (language/lines.py)?  Else letters and data behind them (language/dialects.py)."""
+        """Are commands lines of text (language/lines.py)?"""
         return self.port is not None
+
+    @property
+    def in_packets(self) -> bool:
+        """Are commands packets of words (language/packets.py)?"""
+        return self.packets is not None
+
+    @property
+    def in_letters(self) -> bool:
+        """Are commands letters with data behind them (language/dialects.py)?"""
+        return not (self.in_lines or self.in_packets)
 
     def pin(self, name: str) -> Pin:
         """The pin of this name."""

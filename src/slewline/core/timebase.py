@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from math import gcd
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..errors import TimeError
 
@@ -101,24 +101,40 @@ class Clock:
         """The first tick at or after an instant."""
         return -(-ps * self.d // self.n)
 
-    def ps_array(self, ticks: NDArray[np.int64], origin: int = 0) -> NDArray[np.int64]:
+    def ticks_array(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
+        """The first ticks at or after many instants: int64, shape as `ps`, every element exact."""
+        whole, part = ps // self.n, ps % self.n
+        guess: NDArray[np.int64] = (part * (self.d / self.n)).astype("int64")  # wrong by one at most, as a float may be
+        rest = part * self.d - guess * self.n  # products wrap around, their difference is small
+        return whole * self.d + guess - -rest // self.n
+
+    def ps_array(
+        self, ticks: NDArray[np.int64], origin: int = 0, out: NDArray[np.int64] | None = None
+    ) -> NDArray[np.int64]:
         """Instants of `origin + ticks`: int64 picoseconds since tick 0, shape as `ticks`, every element exact.
+
+        Args:
+            ticks: ascending.
+            out: where to put them; it may be `ticks` itself.
 
         Raises:
             TimeError: when an instant lies beyond 2^63 ps (106 days): int64 cannot hold it.
         """
-        q, r = divmod(origin, self.d)
-        base = q * self.n
-        last = int(ticks[-1]) + r if len(ticks) else 0
-        if base + self.ps(last) >= 1 << 63:
+        import numpy as np
+
+        base, late = divmod(origin * self.n, self.d)  # the origin's exact instant lies late/d ps after `base`
+        last = int(ticks[-1]) if len(ticks) else 0
+        if self.ps(origin + last) >= 1 << 63:
             raise TimeError("an array of picoseconds ends after 106 days (2^63 ps); ask for an earlier window")
-        shifted: Any = ticks if r == 0 else ticks + r
-        if last < (1 << 63) // self.n:
-            out = shifted * self.n
-            out //= self.d
-        else:  # q*n + r*(n//d) + r*(n%d)//d does not overflow where ticks*n would
-            quotient, rest = shifted // self.d, shifted % self.d
-            out = quotient * self.n + rest * (self.n // self.d) + rest * (self.n % self.d) // self.d
+        if last * self.n + late < 1 << 63:
+            out = np.multiply(ticks, self.n, out=out)
+            if self.d > 1:
+                out += late
+                out //= self.d
+        else:  # q*n + r*(n//d) + (r*(n%d) + late)//d does not overflow where ticks*n would
+            quotient, rest = np.divmod(ticks, self.d)
+            finest = (rest * (self.n % self.d) + late) // self.d
+            out = np.add(quotient * self.n + rest * (self.n // self.d), finest, out=out)
         if base:
             out += base
-        return out  # type: ignore[no-any-return]
+        return out

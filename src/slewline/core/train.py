@@ -29,54 +29,35 @@ OPEN = 1 << 62  # a run without end
 LONG = 512  # steps: filling such a run costs less than cumulating it
 
 
-class StepTrain:
-    """Steps at the begins of runs of equal intervals, in ticks of a clock.
+class Train:
+    """Steps that begin at ticks of a clock: `steps` of them, from tick `origin` on, over in `length` ticks."""
 
-    `origin` is the tick at which step 0 begins; `runs` are (interval in ticks, count); the last count may be OPEN.
-    """
+    __slots__ = ("_recent", "clock", "length", "origin", "steps")
+    steps: int
+    length: int
 
-    __slots__ = ("_recent", "clock", "counts", "firsts", "intervals", "length", "origin", "starts", "steps")
-
-    def __init__(self, clock: Clock, origin: int, runs: Iterable[tuple[int, int]]) -> None:
+    def __init__(self, clock: Clock, origin: int) -> None:
         self.clock, self.origin = clock, origin
-        starts, intervals, counts, firsts = [], [], [], []
-        start = first = 0
-        for interval, count in runs:
-            if count:
-                starts.append(start)
-                intervals.append(interval)
-                counts.append(count)
-                firsts.append(first)
-                start += interval * count
-                first += count
-        if not starts:  # a train of no steps answers like any other
-            starts, intervals, counts, firsts = [0], [1], [0], [0]
-        self.starts, self.intervals, self.counts, self.firsts = starts, intervals, counts, firsts
-        self.steps = first
         self._recent: tuple[int, int, NDArray[np.int64]] | None = None
-        self.length = start  # ticks from the begin of step 0 to the end of the last
 
-    # ------------------------------------------------------------------------------------------- questions in ticks
+    # ----------------------------------------------------------------------------------- questions that a train answers
     def begin(self, k: int) -> int:
         """Tick at which step k begins; k = steps gives the end of the train."""
-        if k >= self.steps:
-            return self.origin + self.length
-        i = bisect_right(self.firsts, k) - 1
-        return self.origin + self.starts[i] + (k - self.firsts[i]) * self.intervals[i]
-
-    def interval(self, k: int) -> int:
-        """Ticks from the begin of step k to its end."""
-        return self.intervals[bisect_right(self.firsts, k) - 1]
+        raise NotImplementedError
 
     def begun_by(self, tick: int) -> int:
         """How many steps have begun at a tick, that tick included."""
-        x = tick - self.origin
-        if x < 0:
-            return 0
-        i = bisect_right(self.starts, x) - 1
-        n = (x - self.starts[i]) // self.intervals[i] + 1
-        return self.firsts[i] + (n if n < self.counts[i] else self.counts[i])
+        raise NotImplementedError
 
+    def begun_by_many(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+        """The same at many ticks since `origin`, any order: (n,) int64."""
+        raise NotImplementedError
+
+    def begin_ticks(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
+        """Begins of steps first ... last-1: (n,) int64, ticks since `origin`, ascending."""
+        raise NotImplementedError
+
+    # ------------------------------------------------------------------------------------------- what follows from them
     def begun(self, ps: int) -> int:
         """How many steps have begun at an instant, that instant included."""
         return self.begun_by(self.clock.ticks_until(ps))
@@ -91,9 +72,78 @@ class StepTrain:
         late = self.origin * clock.n - origin * clock.d  # the origin's exact instant lies late/d ps after `origin`
         if clock.n * clock.d < 1 << 63:
             ticks = whole * clock.d + ((part + 1) * clock.d - 1 - late) // clock.n
-        else:  # odd crystals: one bit more
-            unsigned = (part.astype(np.uint64) + np.uint64(1)) * np.uint64(clock.d) - np.uint64(1 + late)
-            ticks = whole * clock.d + (unsigned // np.uint64(clock.n)).astype(np.int64)
+        else:  # odd crystals: the product does not fit, so it is divided in two goes
+            upper, lower = np.divmod(part, 1 << 20)
+            ticks, left = np.divmod(upper * clock.d, clock.n)
+            ticks = whole * clock.d + (ticks << 20) + ((left << 20) + (lower + 1) * clock.d - 1 - late) // clock.n
+        return self.begun_by_many(ticks)
+
+    def window(self, first: int, last: int) -> NDArray[np.int64]:
+        """The same as `begins`, not to be written to: PULSE and four phases ask for one window after each other."""
+        if self._recent is None or self._recent[:2] != (first, last):
+            self._recent = (first, last, self.begins(first, last))
+        return self._recent[2]
+
+    def begins(
+        self, first: int = 0, last: int | None = None, out: NDArray[np.int64] | None = None
+    ) -> NDArray[np.int64]:
+        """Begins of steps first ... last-1: (n,) int64, picoseconds of virtual time, ascending.
+
+        Args:
+            out: a buffer of that length or longer; its beginning is the answer.
+        """
+        ticks = self.begin_ticks(first, last)
+        return self.clock.ps_array(ticks, self.origin, out if out is None else out[: len(ticks)])
+
+
+class StepTrain(Train):
+    """Steps at the begins of runs of equal intervals, in ticks of a clock.
+
+    `origin` is the tick at which step 0 begins; `runs` are (interval in ticks, count); the last count may be OPEN.
+    """
+
+    __slots__ = ("counts", "firsts", "intervals", "starts")
+
+    def __init__(self, clock: Clock, origin: int, runs: Iterable[tuple[int, int]]) -> None:
+        super().__init__(clock, origin)
+        starts, intervals, counts, firsts = [], [], [], []
+        start = first = 0
+        for interval, count in runs:
+            if count:
+                starts.append(start)
+                intervals.append(interval)
+                counts.append(count)
+                firsts.append(first)
+                start += interval * count
+                first += count
+        if not starts:  # a train of no steps answers like any other
+            starts, intervals, counts, firsts = [0], [1], [0], [0]
+        self.starts, self.intervals, self.counts, self.firsts = starts, intervals, counts, firsts
+        self.steps = first
+        self.length = start  # ticks from the begin of step 0 to the end of the last
+
+    # ------------------------------------------------------------------------------------------- questions in ticks
+    def begin(self, k: int) -> int:
+        if k >= self.steps:
+            return self.origin + self.length
+        i = bisect_right(self.firsts, k) - 1
+        return self.origin + self.starts[i] + (k - self.firsts[i]) * self.intervals[i]
+
+    def interval(self, k: int) -> int:
+        """Ticks from the begin of step k to its end."""
+        return self.intervals[bisect_right(self.firsts, k) - 1]
+
+    def begun_by(self, tick: int) -> int:
+        x = tick - self.origin
+        if x < 0:
+            return 0
+        i = bisect_right(self.starts, x) - 1
+        n = (x - self.starts[i]) // self.intervals[i] + 1
+        return self.firsts[i] + (n if n < self.counts[i] else self.counts[i])
+
+    def begun_by_many(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+        import numpy as np
+
         starts = np.array(self.starts, np.int64)
         i = np.maximum(np.searchsorted(starts, ticks, side="right") - 1, 0)
         n = (ticks - starts[i]) // np.array(self.intervals, np.int64)[i] + 1
@@ -102,7 +152,6 @@ class StepTrain:
 
     # ------------------------------------------------------------------------------------------------------- arrays
     def begin_ticks(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
-        """Begins of steps first ... last-1: (n,) int64, ticks since `origin`, ascending."""
         import numpy as np
 
         last = self.steps if last is None else min(last, self.steps)
@@ -136,23 +185,13 @@ class StepTrain:
         np.cumsum(np.repeat(np.array(self.intervals[i:j]), counts)[:-1], out=part[1:])
         part[1:] += part[0]
 
-    def window(self, first: int, last: int) -> NDArray[np.int64]:
-        """The same as `begins`, not to be written to: PULSE and four phases ask for one window after each other."""
-        if self._recent is None or self._recent[:2] != (first, last):
-            self._recent = (first, last, self.begins(first, last))
-        return self._recent[2]
-
-    def begins(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
-        """Begins of steps first ... last-1: (n,) int64, picoseconds of virtual time, ascending."""
-        return self.clock.ps_array(self.begin_ticks(first, last), self.origin)
-
 
 class Playing:
     """A train that is being played, which its views share.  At `until`, exclusive, the firmware decides anew."""
 
     __slots__ = ("train", "until")
 
-    def __init__(self, train: StepTrain, until: int | None = None) -> None:
+    def __init__(self, train: Train, until: int | None = None) -> None:
         self.train, self.until = train, until
 
     def bounded(self, ps: int) -> int:

@@ -17,6 +17,8 @@ from .problems import Problem, picture
 from .source import LABELS, read
 from .statements import Block, Source, Statement
 
+SCRIPT = 1000  # bytes of a script that keep their columns in a listing
+
 
 class RefusedProgram(ProgramError):
     """The text has errors.  `problems` lists them, in the order of the text."""
@@ -40,7 +42,8 @@ class Assembly:
 
     `stored` is the program buffer, `lines` says which instruction stands where, `labels` the address of each label;
     `preset` are the commands outside program entry, which a host sends in command mode; `findings` is what was odd.
-    `framing` are the commands that begin and end program entry.
+    `framing` are the commands that begin and end program entry.  For a part that takes packets, and keeps none of them,
+    `stored` is what a host writes.
     """
 
     sheet: Sheet
@@ -50,7 +53,7 @@ class Assembly:
     preset: tuple[str, ...]
     findings: tuple[Problem, ...]
     statements: tuple[Statement, ...]
-    framing: tuple[Row, Row]
+    framing: tuple[Row, ...]
 
     def listing(self) -> str:
         """Address, bytes and source of every instruction."""
@@ -100,7 +103,7 @@ def link(source: Source) -> None:
                 source.report(
                     target, "missing-label", "error", f"label {target.label} is nowhere", section=LABELS, remedy=remedy
                 )
-        over = next((statement for statement in block.statements if statement.end > room), None)
+        over = next((statement for statement in block.statements if statement.end > room > 0), None)
         if over is not None:
             found = f"{block.size} {units(source.sheet)} of program; this instruction does not fit"
             remedy = "parameters that stay the same need no room in the program: set them before E"
@@ -110,9 +113,9 @@ def link(source: Source) -> None:
             source.report(over, "overflow", "error", found, allowed=f"{room}", section=section, remedy=remedy)
 
 
-def entry_and_end(sheet: Sheet) -> tuple[Row, Row]:
-    """The commands that begin and end program entry."""
-    return sheet.commands.named(sheet.enter), sheet.commands.named(sheet.leave[-1])
+def entry_and_end(sheet: Sheet) -> tuple[Row, ...]:
+    """The commands that begin and end program entry; a part without programs has none."""
+    return tuple(sheet.commands.named(name) for name in (sheet.enter, *sheet.leave[-1:]) if name)
 
 
 def units(sheet: Sheet) -> str:
@@ -122,7 +125,7 @@ def units(sheet: Sheet) -> str:
 
 def listed(address: int, data: bytes, text: str, sheet: Sheet) -> str:
     """A line of a listing."""
-    digits, widest = len(str(sheet.buffer_bytes - 1)), 3 * max(row.size for row in sheet.commands) - 1
+    digits, widest = len(str((sheet.buffer_bytes or SCRIPT) - 1)), 3 * max(row.size for row in sheet.commands) - 1
     return f"{address:0{digits}}  {data.hex(' ').upper():<{widest}}  {text}"
 
 
@@ -130,7 +133,11 @@ def to_ascii(assembly: Assembly, check: bool = False) -> bytes:
     """What an ASCII host sends to enter the program, from begin to end of program entry, labels as labels.
 
     `check`: every line with its checksum, on a part that has them.
+
+    Raises:
+        UsageError: the part keeps no program.
     """
+    _enterable(assembly.sheet)
     enter, leave = assembly.framing
     if assembly.sheet.in_lines:
         texts = [enter.form, *(statement.text for statement in assembly.statements), leave.form]
@@ -148,8 +155,9 @@ def to_binary(assembly: Assembly, single_count: bool = False) -> bytes:
     `single_count`: one count for all bytes behind the first opcode, which are sent as they are stored (s.5).
 
     Raises:
-        UsageError: the part has no binary mode.
+        UsageError: the part has no binary mode, or keeps no program.
     """
+    _enterable(assembly.sheet)
     if assembly.sheet.in_lines:
         raise UsageError(f"the {assembly.sheet.part.upper()} takes no binary commands; ascii is what a host sends it")
     enter, leave = (encode_binary(row) for row in assembly.framing)
@@ -159,6 +167,12 @@ def to_binary(assembly: Assembly, single_count: bool = False) -> bytes:
         stored = b"".join(s.row.pack(_resolved(s, block)) for s in block.statements)
         program = [program[0][:1], bytes([len(stored) - 1]), stored[1:]]
     return enter + b"".join(program) + leave
+
+
+def _enterable(sheet: Sheet) -> None:
+    if not sheet.enter:
+        part = sheet.part.upper()
+        raise UsageError(f"the {part} keeps no program that could be entered; hex or bin is what a host sends it")
 
 
 def _resolved(statement: Statement, block: Block) -> tuple[int, ...]:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from ..core.table import Arg, Port, Row, Sheet
+from ..core.table import Arg, Bits, Packets, Port, Row, Sheet
 from ..errors import UnknownName
-from . import lines
+from . import lines, packets
 from .assemble import units
 from .dialects import Command
 
 LEVEL = {0: "low", 1: "high", None: ""}
 OWN = "Opcodes are the model's own: the sheet gives none. A carriage return ends a line."
 SECTIONS = "; s. is a section, T. a table of it"
+BUFFERED, WITH_ENCODER = "waits for an update", "needs an encoder; other parts accept it"
+CHECKSUM = "A checksum of 16 bits may be read behind every packet: command byte and words, added up."
 STATES = {"i": "idle", "p": "during program entry", "r": "while a program runs"}
 
 
@@ -24,15 +26,15 @@ def describe(sheet: Sheet, command: str | None = None) -> str:
     """
     if command is not None:
         return describe_command(sheet, command)
-    commands = f"## Commands\n\n{line_table(sheet.commands)}\n\n{OWN}" if sheet.in_lines else _commands(sheet)
     port = _port(sheet.port) if sheet.port is not None else ""
-    parts = [_head(sheet), commands, port, _pins(sheet), _registers(sheet), _times(sheet)]
+    words = _words(sheet.packets) if sheet.packets is not None else ""
+    parts = [_head(sheet), _commands(sheet), port, words, _pins(sheet), _wires(sheet), _registers(sheet), _times(sheet)]
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
 def describe_command(sheet: Sheet, command: str) -> str:
     """One command in full: how it is written, sent and stored, what it takes, how long it lasts."""
-    in_full = _line_in_full if sheet.in_lines else _in_full
+    in_full = _line_in_full if sheet.in_lines else _packet_in_full if sheet.in_packets else _in_full
     return "\n".join(in_full(sheet, row) for row in find(sheet, command))
 
 
@@ -65,11 +67,26 @@ def _line_in_full(sheet: Sheet, row: Row) -> str:
     return "\n".join(text) + "\n"
 
 
+def _packet_in_full(sheet: Sheet, row: Row) -> str:
+    text = [
+        f"# {row.name}: {row.says}",
+        "",
+        f"- line: `{packets.usage(row)}`",
+        f"- packet: `{packet(row)}`",
+        f"- acts on: {_acted_on(row)}",
+        f"- time at {_mhz(sheet.crystal_hz)} MHz: {row.time_us} µs after the command and after each word",
+        f"- manual: {row.where}",
+    ]
+    text += [f"- `{arg.name}`: {packets.range_of(arg)}" for arg in (*row.args, *row.reads)]
+    text += [f"- {says}" for says in _conditions(row)]
+    return "\n".join(text) + "\n"
+
+
 def find(sheet: Sheet, command: str) -> list[Row]:
     """The rows of a command, by letter (all forms of it), by name, or by a line that is one.
 
     Raises:
-        UnknownName: the part has no such command; the message lists those that it has.
+        UnknownName: the part has no such command; the message says which it has.
     """
     for wanted in (command, command.upper()):
         rows = [row for row in sheet.commands if wanted in (row.form, row.name, row.head)]
@@ -78,6 +95,8 @@ def find(sheet: Sheet, command: str) -> list[Row]:
     line = lines.parse(sheet, command) if sheet.in_lines else None
     if isinstance(line, Command):
         return [line.row]
+    if sheet.in_packets:
+        return [packets.row(sheet, "".join(command.split()[:1]))]
     letters = ", ".join(f"{row.form} ({row.name})" for row in sheet.commands)
     raise UnknownName(f"{sheet.part} has no command {command!r}; it has {letters}")
 
@@ -99,6 +118,27 @@ def binary(row: Row) -> str:
 def stored(row: Row) -> str:
     """How it lies in the program buffer."""
     return f"{row.code:02X} {_data(row)}".rstrip() if row.stored else ""
+
+
+def packet(row: Row) -> str:
+    """What goes over the host port: code, words that are written, words that are returned in brackets."""
+    returned = " ".join(_halves(row.reads))
+    return " ".join([f"{row.code:02X}", *_halves(row.args), *([f"[{returned}]"] if returned else [])])
+
+
+def _halves(args: Iterable[Arg]) -> list[str]:
+    """Words by name, the high one first."""
+    return [part for arg in args for part in ([arg.name] if arg.size == 2 else [f"{arg.name}.high", f"{arg.name}.low"])]
+
+
+def _acted_on(row: Row) -> str:
+    """Whom the command is for."""
+    axes = {"set": "the axis that it sets", "mask": "the axes in its mask", "global": "all axes"}
+    return axes.get(row.acts, f"the {row.acts} axis")
+
+
+def _conditions(row: Row) -> list[str]:
+    return [*([BUFFERED] if row.buffered else []), *([WITH_ENCODER] if row.encoder else [])]
 
 
 def _data(row: Row) -> str:
@@ -147,11 +187,12 @@ def _mhz(hz: float) -> str:
 
 def _head(sheet: Sheet) -> str:
     low, high = _mhz(sheet.crystal_low_hz), _mhz(sheet.crystal_high_hz)
-    text = [f"# {sheet.title}", "", f"- source: {sheet.manual}{'' if sheet.in_lines else SECTIONS}"]
+    text = [f"# {sheet.title}", "", f"- source: {sheet.manual}{SECTIONS if sheet.in_letters else ''}"]
     if sheet.crystal_high_hz:
         at = f"times below hold at {_mhz(sheet.crystal_hz)} MHz unless another is named"
         text.append(f"- crystal: {low} to {high} MHz; {at}")
-    text.append(f"- program buffer: {sheet.buffer_bytes} {units(sheet)}")
+    if sheet.buffer_bytes:
+        text.append(f"- program buffer: {sheet.buffer_bytes} {units(sheet)}")
     if sheet.labels:
         text.append(f"- labels: {', '.join(f'`{letter}$`' for letter in sheet.labels)}, in ASCII programs")
     text += [f"- {name}: {says}" for name, says in sheet.notes.items()]
@@ -159,6 +200,12 @@ def _head(sheet: Sheet) -> str:
 
 
 def _commands(sheet: Sheet) -> str:
+    if sheet.in_lines:
+        return f"## Commands\n\n{line_table(sheet.commands)}\n\n{OWN}"
+    return f"## Commands\n\n{_packet_table(sheet) if sheet.in_packets else _letter_table(sheet)}"
+
+
+def _letter_table(sheet: Sheet) -> str:
     heads = ("ASCII", "name", "what it does", "arguments", "buffer", "binary", "µs", "manual")
     rows = [
         (
@@ -174,7 +221,24 @@ def _commands(sheet: Sheet) -> str:
         for row in sheet.commands
     ]
     note = "The time is how long the chip is busy with the last byte of the command, without conversion and motion."
-    return f"## Commands\n\n{table(heads, rows)}\n\n{note}"
+    return f"{table(heads, rows)}\n\n{note}"
+
+
+def _packet_table(sheet: Sheet) -> str:
+    """Commands that are packets, the codes without a command behind them."""
+    heads = ("packet", "name", "what it does", "numbers", "acts on", "condition")
+    rows = [
+        (
+            f"`{packet(row)}`",
+            row.name,
+            row.says,
+            "; ".join(f"{arg.name} {packets.range_of(arg)}" for arg in (*row.args, *row.reads)),
+            _acted_on(row),
+            "; ".join(_conditions(row)),
+        )
+        for row in sheet.commands
+    ]
+    return f"{table(heads, rows)}\n\n{CHECKSUM}"
 
 
 def line_table(commands: Iterable[Row]) -> str:
@@ -211,6 +275,47 @@ def _port(port: Port) -> str:
     return "\n\n".join(parts)
 
 
+def _words(port: Packets) -> str:
+    """The words that tell about an axis, and the codes that are no commands."""
+    parts = [
+        f"## Status word\n\n{_fields(port.status)}",
+        f"## Mode word\n\n{_fields(port.mode)}",
+        f"## Version word\n\n`{port.version:04X}`",
+        f"## Other codes\n\n{table(('codes', 'what they do'), _other_codes(port))}\n\nSource: {port.where}.",
+    ]
+    return "\n\n".join(parts)
+
+
+def _fields(bits: Iterable[Bits]) -> str:
+    rows = (
+        (f"{each.low}" if each.width == 1 else f"{each.low}-{each.low + each.width - 1}", f"`{each.name}`", each.says)
+        for each in bits
+    )
+    return table(("bit", "name", "what it says"), rows)
+
+
+def _other_codes(port: Packets) -> list[tuple[str, str]]:
+    """Codes that are no commands of the part, and what they do."""
+    alike = {(1, 0): "a word is taken", (0, 1): "a word is returned, 0", (0, 0): "no data"}
+    rows = [
+        (_codes(code for code, found in port.siblings.items() if found == words), f"a sister part's; no effect, {says}")
+        for words, says in alike.items()
+    ]
+    return [
+        (_codes(port.illegal), "illegal: checksum 0"),
+        (_codes(port.reserved), "reserved: no effect"),
+        *rows,
+        ("the others", "not documented: no effect, no data"),
+    ]
+
+
+def _codes(codes: Iterable[int]) -> str:
+    """Codes in hexadecimal, runs of them as ranges."""
+    found = sorted(codes)
+    runs = [code for code in found if code - 1 not in found], [code for code in found if code + 1 not in found]
+    return ", ".join(f"{one:02X}" if one == two else f"{one:02X}-{two:02X}" for one, two in zip(*runs, strict=True))
+
+
 def _pins(sheet: Sheet) -> str:
     heads = (
         "pin",
@@ -237,9 +342,14 @@ def _pins(sheet: Sheet) -> str:
             pin.seen,
             pin.where,
         )
-        for pin in sorted(sheet.pins, key=lambda pin: pin.number)
+        for pin in sheet.pins
     ]
     return f"## Pins\n\n{table(heads, rows)}" if rows else ""
+
+
+def _wires(sheet: Sheet) -> str:
+    rows = ((", ".join(f"`{name}`" for name in wire),) for wire in sheet.wires)
+    return f"## Wires between the packages\n\n{table(('pins',), rows)}" if sheet.wires else ""
 
 
 def _registers(sheet: Sheet) -> str:

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from ..core.table import Row, Sheet
-from . import lines
+from . import lines, packets
 from .assemble import entry_and_end, listed
 from .dialects import spell
 
@@ -59,8 +59,8 @@ def disassemble(
     marks |= {letter: address for address, letter in names.items()}
     shown = [_line(instruction, sheet, marks, names) for instruction in program]
     if frame:
-        enter, leave = entry_and_end(sheet)
-        shown = [enter.form, *shown, leave.form]
+        framing = [row.form for row in entry_and_end(sheet)]
+        shown = [*framing[:1], *shown, *framing[1:]]
     return "".join(line + "\n" for line in shown)
 
 
@@ -86,7 +86,7 @@ def _targets(instruction: Instruction) -> list[int]:
 
 def _line(instruction: Instruction, sheet: Sheet, marks: Mapping[str, int], names: Mapping[int, str]) -> str:
     text = _text(instruction, sheet, marks, names)
-    return f"{text:<{COMMENT}}; {instruction.address:02}  {_hex(instruction.data)}"
+    return f"{text:<{COMMENT - 1}} ; {instruction.address:02}  {_hex(instruction.data)}"
 
 
 def _text(instruction: Instruction, sheet: Sheet, marks: Mapping[str, int], names: Mapping[int, str]) -> str:
@@ -94,8 +94,8 @@ def _text(instruction: Instruction, sheet: Sheet, marks: Mapping[str, int], name
     before = "".join(f"{letter}$" for letter, at in marks.items() if at == address)
     if row is None:
         return f"{before}??? {_hex(data)}"
-    if sheet.in_lines:
-        return lines.spell(row, values)
+    if not sheet.in_letters:
+        return lines.spell(row, values) if sheet.in_lines else packets.spell(row, values)
     # An operand that is the code of a letter is a label that the chip has not replaced yet (s.3).
     shown = [
         names.get(value) or (chr(value) if chr(value) in sheet.labels else value) if arg.label else value

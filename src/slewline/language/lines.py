@@ -29,7 +29,8 @@ _PATTERNS = {"no": "[0-9]+", "may": "[+-]?[0-9]+", "must": "[+-][0-9]+", "alone"
 class Refusal:
     """A line that is no command: "unknown", or its "argument" does not fit or is out of "range"; `text` says how.
 
-    The rest is for who shows the place: characters `at` to `end`, what was found there, what would be allowed.
+    The rest is for who shows the place: characters `at` to `end`, what was found there, what would be allowed, and
+    what to do.
     """
 
     code: str
@@ -38,6 +39,7 @@ class Refusal:
     end: int
     found: str
     allowed: str
+    remedy: str = ""
 
 
 def checksum(text: bytes, kept: int = KEPT) -> int:

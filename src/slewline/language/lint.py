@@ -34,7 +34,7 @@ def lint(text: str, sheet: Sheet, checks: Iterable[Check] = ()) -> list[Problem]
     if not source.blocks and any(_stored_only(statement) for statement in source.statements):
         source = read(text, sheet, bare=True)
     link(source)
-    for check in (*RULES, *(() if sheet.in_lines else CY5XX_RULES), *checks):
+    for check in (*RULES, *(CY5XX_RULES if sheet.in_letters else ()), *checks):
         check(source)
     return sorted(set(source.problems))
 

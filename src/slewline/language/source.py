@@ -18,6 +18,11 @@ and to a GS-C200S, whose commands are lines without address and checksum:
     jc1,18
     E                            program entry ends, and the program runs
 
+and to an MC1451A, which has no programs, only packets:
+
+    SET_POS 12345                a mnemonic and a number; language/packets.py
+    wait motion_complete         a directive to the host
+
 Nothing here raises.  What is wrong with a text becomes a `Problem` with a place, so that all of them can be shown at
 once; a statement that the chip would still take is kept beside its problem, so that the
 addresses behind it are right.
@@ -29,6 +34,7 @@ import re
 from dataclasses import replace
 
 from ..core.table import Arg, Row, Sheet
+from . import packets
 from .dialects import LINE_LIMIT, Command
 from .lines import SIGN, Refusal, parse, places, usage
 from .problems import Place
@@ -57,11 +63,11 @@ def read(text: str, sheet: Sheet, bare: bool = False) -> Source:
     mode.
     """
     source = Source(sheet)
-    kind = _CommandLine if sheet.in_lines else _Line
+    kind = _CommandLine if sheet.in_lines else _PacketLine if sheet.in_packets else _Line
     pending: tuple[str, ...] = ()
     line = None
     for number, column, body in host_lines(text):
-        if body.startswith("@"):
+        if body.startswith("@") or (sheet.in_packets and body.split()[0].lower() in packets.DIRECTS):
             source.items.append(Directive(number, column, body))
         else:
             line = kind(source, number, column, body)
@@ -249,6 +255,21 @@ class _CommandLine(_Line):
         return next((spelling for spelling in spellings if isinstance(parse(self.sheet, spelling), Command)), "")
 
 
+class _PacketLine(_Line):
+    """A line that is one packet, as the MC1451A takes them."""
+
+    def take(self, labels: tuple[str, ...]) -> tuple[str, ...]:
+        found = packets.parse(self.sheet, self.text)
+        if isinstance(found, Refusal):
+            where = self.sheet.packets.where if self.sheet.packets else ""
+            self.error(found.at, found.end, found.code, found.found, found.allowed, where, found.remedy)
+            return ()
+        at = len(self.text) - len(self.text.split()[-1])
+        operands = tuple(Operand(*self.spot(at, len(self.text)), value) for value in found.values)
+        self.add(0, len(self.text), found.row, operands, ())
+        return ()
+
+
 # --------------------------------------------------------------------------------------------------- the programs in it
 
 
@@ -263,7 +284,7 @@ def _lay_out(source: Source, bare: bool) -> None:
     for item in items:
         if isinstance(item, Directive):
             pass
-        elif block is not None and item.row.stored:
+        elif block is not None and item.row.coded:
             item = _place(source, block, item)
         elif item.row.name == enter:
             block = Block(entry=item)

@@ -56,7 +56,7 @@ class Statement:
 
 @dataclass(frozen=True, slots=True)
 class Directive:
-    """A line that begins with @: the host's, not the chip's."""
+    """A line that begins with @, or is directed at the host otherwise: not the chip's business."""
 
     line: int
     column: int

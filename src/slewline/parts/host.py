@@ -17,8 +17,8 @@ from ..core.pin import Condition, GotCondition
 from ..core.table import Sheet
 from ..core.timebase import Clock, readable
 from ..core.waits import first_of, level, until
-from ..errors import Timeout, UnknownName, UsageError
-from .part import Part
+from ..errors import Timeout, UsageError
+from .part import Part, served
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
@@ -95,10 +95,7 @@ class Host(Part):
     # ------------------------------------------------------------------------------------------------------ queueing
     def to(self, chip: str | Chip) -> Host:
         """From now on, speak to this chip."""
-        name = chip if isinstance(chip, str) else getattr(chip, "name", repr(chip))
-        if name not in self.ports:
-            raise UnknownName(f"{self.name} has no chip {name!r}; it serves {', '.join(self.ports)}")
-        self.port = self.ports[name]
+        self.port = served(self.name, self.ports, chip)
         return self
 
     def send(self, data: str | bytes) -> None:

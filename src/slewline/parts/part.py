@@ -1,13 +1,15 @@
 """What every part has: a name, pins of its own, findings.  A part sees a chip through nets only.
 
 `wiring` is the standard wiring: pins of the part, and the pins of the neighbour to which `bench.part(..., to=...)`
-joins them.  What a user tells a part (a text, a key) goes through `input`, so that a journal can repeat it.
+joins them.  What a user tells a part (a text, a key) goes through `input`, so that a journal can repeat it; `verbs` are
+the methods by which a run script tells it something, with a whole number or nothing.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from ..core.chip import Finding
 from ..core.kernel import Kernel
@@ -19,11 +21,22 @@ from ..errors import UnknownName
 if TYPE_CHECKING:
     from ..core.table import Way
 
+T = TypeVar("T")
+
+
+def served(host: str, chips: Mapping[str, T], chip: object) -> T:
+    """What a host has for one of its chips, which is named or given itself."""
+    name = chip if isinstance(chip, str) else getattr(chip, "name", repr(chip))
+    if name not in chips:
+        raise UnknownName(f"{host} has no chip {name!r}; it serves {', '.join(chips)}")
+    return chips[name]
+
 
 class Part:
     """A part on a bench.  Subclasses make their pins in the constructor and react to nets by observers or tasks."""
 
-    wiring: ClassVar[Mapping[str, str]] = {}
+    wiring: Mapping[str, str] = MappingProxyType({})
+    verbs: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         self.kernel, self.name = kernel, name

@@ -17,8 +17,9 @@ from ..core.pin import Condition, GotCondition, strapped
 from ..core.serial import RS232, TTL, Character, LinePartner, Receiver, Word, bit_clock, transmit
 from ..core.table import Port
 from ..core.waits import first_of, until
-from ..errors import ChecksumError, Timeout, UnknownName, UsageError
+from ..errors import ChecksumError, Timeout, UsageError
 from ..language.lines import checksum, framed
+from .part import served
 from .worker import Worker, as_bytes
 
 FAULTS = ("parity", "framing", "late")
@@ -174,10 +175,7 @@ class SerialHost(SerialPort):
 
     def to(self, chip: str | LinePartner) -> SerialHost:
         """From now on, speak to this module."""
-        name = chip if isinstance(chip, str) else getattr(chip, "name", repr(chip))
-        if name not in self.chips:
-            raise UnknownName(f"{self.name} has no chip {name!r}; it serves {', '.join(self.chips)}")
-        self.chip = self.chips[name]
+        self.chip = served(self.name, self.chips, chip)
         return self
 
     def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:

@@ -39,7 +39,7 @@ def asm(
 
     sheet, text = sheet_for(file, chip), read_program(file)
     if checksum and not (sheet.port is not None and sheet.port.checksum_pin):
-        raise UsageError(f"--checksum: a {sheet.part.upper()} has no checksums; leave it out")
+        raise UsageError(f"--checksum: no line for the {sheet.part.upper()} ends in a checksum; leave it out")
     outputs = Outputs([file])
     outputs.claim(output)
     assembly = assemble(text, sheet, file, resolve)
@@ -64,7 +64,8 @@ def formatted(assembly: Assembly, form: str, checksum: bool = False) -> bytes:
         return to_ascii(assembly, checksum) if form == "ascii" else to_binary(assembly)
     if form == "hex":
         return f"{assembly.stored.hex(' ').upper()}\n".encode()
-    used = f"{len(assembly.stored)} of {assembly.sheet.buffer_bytes} {units(assembly.sheet)}"
+    room = f"of {assembly.sheet.buffer_bytes} " if assembly.sheet.buffer_bytes else ""
+    used = f"{len(assembly.stored)} {room}{units(assembly.sheet)}"
     return f"{assembly.listing()}\n; {used}\n".encode()
 
 
@@ -100,12 +101,13 @@ def dis(
     from ..language.disassemble import disassemble, instructions
 
     sheet = sheet_for(file, chip)
-    if stream and sheet.in_lines:
-        raise UsageError(f"--stream: a {sheet.part.upper()} has no binary mode; what a host sends it is text already")
+    if stream and not sheet.in_letters:
+        text = "text already" if sheet.in_lines else "what dis reads without it"
+        raise UsageError(f"--stream: the {sheet.part.upper()} has no binary mode; what a host sends it is {text}")
     data = program_bytes(file, form)
     outputs = Outputs([file])
     outputs.claim(output)
-    if not stream and len(data) > sheet.buffer_bytes:
+    if not stream and len(data) > sheet.buffer_bytes > 0:
         remedy = "is it the right file?" if sheet.in_lines else "if a host sends it, give --stream"
         raise BenchFileError(f"{file}: {len(data)} bytes; the program buffer has {sheet.buffer_bytes}; {remedy}")
     if stream:

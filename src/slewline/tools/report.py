@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..bench import Bench
+from ..bench.stage import Computer
 from ..core.chip import Chip, Finding
 from ..core.timebase import PS_PER_S, readable
-from ..parts.host import Host
-from ..parts.rs232 import SerialHost
+from ..parts.packet_host import PacketHost
 from .transcript import counted
 
 WINDOW_PS = 10**13  # steps are counted in windows of 10 s: an hour of them need not fit into memory
@@ -27,8 +27,8 @@ def as_json(bench: Bench, ended: str, whole: bool) -> str:
 
 def chip_object(bench: Bench, chip: Chip, ended: str) -> dict[str, Any]:
     """A chip as it stands."""
-    hosts = [part for part in bench.parts.values() if isinstance(part, (Host, SerialHost)) and chip.name in part.chips]
-    return {
+    hosts = [part for part in bench.parts.values() if isinstance(part, Computer) and chip.name in part.chips]
+    found: dict[str, Any] = {
         "chip": chip.sheet.part,
         "crystal_hz": chip.crystal_hz if chip.sheet.crystal_high_hz else None,
         "time_ps": bench.now_ps,
@@ -38,9 +38,31 @@ def chip_object(bench: Bench, chip: Chip, ended: str) -> dict[str, Any]:
         "pins": {row.name: chip.pin(row.name).level for row in chip.sheet.pins if row.way not in ("power", "none")},
         "program": chip.program.hex(),
         "steps": steps_object(bench, chip),
-        "received": b"".join(bytes(host.received) for host in hosts).hex(),
+        "received": b"".join(received(host) for host in hosts).hex(),
         "findings": [finding_object(found) for found in chip.findings],
     }
+    if chip.sheet.in_packets:
+        found["axes"] = [axis_object(bench, chip, number) for number in range(1, chip.sheet.axes + 1)]
+        found["results"] = [one._asdict() for host in hosts if isinstance(host, PacketHost) for one in host.results]
+    return found
+
+
+def axis_object(bench: Bench, chip: Chip, number: int) -> dict[str, Any]:
+    """One of several axes as it stands."""
+    axis = chip.axis(number)
+    return {
+        "axis": number,
+        "position": axis.position,
+        "registers": dict(axis.registers),
+        "steps": steps_object(bench, axis),
+    }
+
+
+def received(host: Computer) -> bytes:
+    """What a host has read, words with the high byte first."""
+    if isinstance(host, PacketHost):
+        return b"".join(word.to_bytes(2, "big") for word in host.received)
+    return bytes(host.received)
 
 
 def finding_object(found: Finding) -> dict[str, Any]:
@@ -68,12 +90,16 @@ def _windows(bench: Bench, chip: Chip) -> Iterator[Any]:
 
 
 def summary(bench: Bench, ended: str) -> Iterator[str]:
-    """How a run ended, in a line, and in a line for every chip."""
+    """How a run ended, in a line, and in a line for every axis."""
     yield f"{ended} at {readable(bench.now_ps)}"
     for chip in bench.chips.values():
-        steps = steps_object(bench, chip)
-        closest = steps["min_interval_ps"]
-        says = [f"position {chip.position}", counted(steps["count"], "step"), counted(len(chip.findings), "finding")]
-        if closest:
-            says.insert(2, f"up to {round(PS_PER_S / closest)} steps/s")
-        yield f"{chip.name} ({chip.sheet.part}): {', '.join(says)}"
+        for number in range(1, chip.sheet.axes + 1):
+            axis = chip.axis(number)
+            steps = steps_object(bench, axis)
+            says = [f"position {axis.position}", counted(steps["count"], "step")]
+            if steps["min_interval_ps"]:
+                says.append(f"up to {round(PS_PER_S / steps['min_interval_ps'])} steps/s")
+            if number == 1:
+                says.append(counted(len(chip.findings), "finding"))
+            which = f", axis {number}" if chip.sheet.axes > 1 else ""
+            yield f"{chip.name} ({chip.sheet.part}){which}: {', '.join(says)}"

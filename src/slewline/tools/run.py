@@ -19,12 +19,12 @@ from .transcript import Transcript, seconds
 if TYPE_CHECKING:
     from ..bench import Bench
     from ..bench.stage import Script
-    from ..core.chip import Chip
+    from ..core.chip import Chip, Finding
     from ..core.table import Sheet
     from ..parts.part import Part
 
 TIMEOUT = "60 s"
-PLOTTED = ("run", "programmable_output", "slew", "motion_complete", "mov", "ramp", "uo1", "uo2", "uo3")
+PLOTTED = ("run", "programmable_output", "slew", "motion_complete", "mov", "ramp", "uo1", "uo2", "uo3", "hostintrpt")
 COLOURS = {"finding": "red", "motion": "green", "host": "cyan"}
 
 
@@ -72,7 +72,7 @@ class Run:
             self.write(bench, ended, outputs)
             outputs.keep()
             self.conclude(bench, ended, outputs)
-        return int(ended == "timeout" or (self.strict and bool(bench.findings)))
+        return int(ended == "timeout" or bool(self.wrong(bench)))
 
     def check_options(self) -> None:
         """Options that exclude each other."""
@@ -196,9 +196,13 @@ class Run:
                 click.secho(line, bold=True)
             for path in outputs.written:
                 click.echo(f"wrote {path}")
-        elif self.strict:
-            for found in bench.findings:
+        else:
+            for found in self.wrong(bench):
                 click.echo(f"slewline: {found}", err=True)
+
+    def wrong(self, bench: Bench) -> list[Finding]:
+        """The findings for which the run has failed: all if it is strict, else what a script did not expect."""
+        return [found for found in bench.findings if self.strict or found.code == "expect"]
 
 
 def read(text: str, file: str, sheet: Sheet) -> tuple[Script, dict[str, int]]:

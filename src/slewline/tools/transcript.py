@@ -12,12 +12,11 @@ from collections.abc import Callable
 from functools import partial
 
 from ..bench import Bench
+from ..bench.stage import Computer
 from ..core.chip import Chip, Finding
 from ..core.net import Net
 from ..core.timebase import PS_PER_S, readable
 from ..core.waits import level
-from ..parts.host import Host
-from ..parts.rs232 import SerialHost
 
 MOST = 100  # lines about the same pin; an endless program would never come to an end
 ON_BUS = {  # pin: what it means when it is (low, high)
@@ -38,6 +37,12 @@ ON_LINE = {
     "home": ("at the home position", ""),
     "eot": ("at the end of travel", ""),
     **dict.fromkeys((f"u{way}{n}" for way in "io" for n in (1, 2, 3)), ("", "")),
+}
+IN_PACKETS = {
+    "reset": ("the chipset is held in reset", "the chipset starts anew"),
+    "hostintrpt": ("an axis has an event for the host", ""),
+    **{f"home{n}": (f"axis {n} at its home position", "") for n in range(1, 5)},
+    **{f"{way}limit{n}": ("", "") for n in range(1, 5) for way in ("pos", "neg")},
 }
 # when one of these changes, what the chip waited for is worth a word
 INPUTS = ("wait", "abort", "step_inhibit", "dowhile", "enable", "ui1", "ui2", "ui3")
@@ -63,16 +68,21 @@ class Transcript:
             self.finding(found)
         self.bench.on_finding = self.finding
         for part in self.bench.parts.values():
-            if isinstance(part, (Host, SerialHost)):
+            if isinstance(part, Computer):
                 part.on_event = partial(self.tell, part.name, "host")
         for chip in self.bench.chips.values():
-            for pin, meanings in (ON_LINE if chip.sheet.in_lines else ON_BUS).items():
+            told = ON_LINE if chip.sheet.in_lines else IN_PACKETS if chip.sheet.in_packets else ON_BUS
+            for pin, meanings in told.items():
                 if pin in chip.pins:
                     self.watch(chip, pin, meanings)
             if "pulse" in chip.pins and "ready" in chip.pins:
                 self.bench.kernel.spawn(self.motions(chip), f"transcript of {chip.name}")
             if "mov" in chip.pins:
-                self.bench.kernel.spawn(self.movements(chip), f"transcript of {chip.name}")
+                self.bench.kernel.spawn(self.movements(chip, "mov", 1), f"transcript of {chip.name}")
+            for number in range(1, 1 + chip.sheet.axes if chip.sheet.in_packets else 1):
+                self.bench.kernel.spawn(
+                    self.movements(chip, f"atrest{number}", 0, number), f"transcript of {chip.name}"
+                )
 
     @property
     def now(self) -> int:
@@ -130,16 +140,18 @@ class Transcript:
                 self.seldom(chip.name, "motion", f"{ended} at {chip.position}: {taken}", about)
             await level(pulse, 1)
 
-    async def movements(self, chip: Chip) -> None:
-        """Tell when MOV rises and falls."""
-        mov, about = chip.pins["mov"].net, f"{chip.name}, motions"
+    async def movements(self, chip: Chip, pin: str, moving: int, number: int = 1) -> None:
+        """Tell when a pin says that an axis begins to move, and when it is at rest again."""
+        net, axis = chip.pins[pin].net, chip.axes[number - 1]
+        who, about = f"axis {number} " if len(chip.axes) > 1 else "", f"{chip.name}.{pin}, motions"
         while True:
-            await level(mov, 1)
-            before, begun, way = chip.travel, self.now, "cw" if chip.pins["dir"].level else "ccw"
-            self.seldom(chip.name, "motion", f"moves {way} from {chip.position}", about)
-            await level(mov, 0)
-            taken = f"{counted(abs(chip.travel - before), 'step')} in {readable(self.now - begun)}"
-            self.seldom(chip.name, "motion", f"at rest at {chip.position}: {taken}", about)
+            await level(net, moving)
+            before, begun = axis.travel, self.now
+            way = f" {'cw' if chip.pins['dir'].level else 'ccw'}" if "dir" in chip.pins else ""
+            self.seldom(chip.name, "motion", f"{who}moves{way} from {axis.position}", about)
+            await level(net, 1 - moving)
+            taken = f"{counted(abs(axis.travel - before), 'step')} in {readable(self.now - begun)}"
+            self.seldom(chip.name, "motion", f"{who}at rest at {axis.position}: {taken}", about)
 
 
 def counted(number: int, noun: str) -> str:

@@ -1,0 +1,169 @@
+"""What only the linter of the MC1451A family knows: what an update finds in the registers of its axis.
+
+A script is read as the chipset would take it, packet by packet.  A register that the text has not written yet holds
+what was there before, which nobody knows (None) unless RESET stands above; no rule speaks about it then.  The pulse
+range alone is taken for the standard one until the script says otherwise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from ...core.table import Sheet
+from ...language.lint import Check
+from ...language.problems import Severity
+from ...language.statements import Source, Statement
+from .sheet import HIGH_RANGE, STANDARD_RANGE
+
+USES = {  # profile mode: its name, and what an update brings to it
+    "SET_PRFL_TRAP": ("trapezoidal", ("SET_POS", "SET_VEL", "SET_ACC", "SMOOTH_STOP")),
+    "SET_PRFL_VEL": ("velocity contouring", ("SET_VEL", "SET_ACC", "SMOOTH_STOP")),
+    "SET_PRFL_S_CRV": ("S-curve", ("SET_POS", "SET_VEL", "SET_MAX_ACC", "SET_JERK", "SMOOTH_STOP")),
+    "SET_PRFL_GEAR": ("electronic gear", ("SET_RATIO",)),
+}
+ALWAYS = ("STOP", "SYNCH_PRFL")
+COMPARING = ("SET_TIME_BRK", "SET_POS_BRK", "SET_NEG_BRK", "SET_ACTL_POS_BRK", "SET_ACTL_NEG_BRK")
+ARMING = (*COMPARING, "SET_MTN_CMPLT_BRK", "SET_EXT_BRK")
+SCALE = 1 << 16
+
+
+@dataclass
+class Axis:
+    """What the text tells about an axis: statements by the name of their command."""
+
+    written: dict[str, Statement] = field(default_factory=dict)  # the last ones
+    pending: dict[str, Statement] = field(default_factory=dict)  # those that wait for an update
+    is_reset: bool = False  # parameters that were never written are 0
+    mode: str = ""
+    high_speed: bool = False
+    armed: bool = False
+    auto_update: bool = True
+
+    def value(self, name: str) -> int | None:
+        """What a parameter is, as far as that is known."""
+        if name in self.written:
+            return self.written[name].values[0]
+        return 0 if self.is_reset else None
+
+
+class Script:
+    """The chipset while it takes a script."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.axes = [Axis() for _ in range(source.sheet.axes)]
+        self.current = self.axes[0]
+
+    def warn(self, statement: Statement, code: str, found: str, remedy: str = "", note: bool = False) -> None:
+        """Report something about a statement."""
+        severity: Severity = "note" if note else "warning"
+        self.source.report(statement, code, severity, found, section=statement.row.where, remedy=remedy)
+
+    def take(self, statement: Statement) -> None:
+        """One packet."""
+        row, name, axis = statement.row, statement.row.name, self.current
+        if row.encoder and not self.source.sheet.encoder:
+            self.warn(statement, "no-encoder", f"{name} needs an encoder: this part only accepts it", note=True)
+        if row.acts == "set":
+            self.current = self.axes[row.code - 1]
+        elif name == "SET_I":
+            self.current = Axis()  # whichever it is
+        elif name == "RESET":
+            self.axes = [Axis(is_reset=True, mode="SET_PRFL_TRAP") for _ in self.axes]
+            self.current = self.axes[0]
+        elif name == "MULTI_UPDATE":
+            self.multi_update(statement)
+        elif name == "UPDATE":
+            self.update(axis)
+        else:
+            self.set(statement, axis)
+
+    def set(self, statement: Statement, axis: Axis) -> None:
+        """Parameters, modes and breakpoints of an axis."""
+        name = statement.row.name
+        if name in COMPARING and axis.value("SET_BRK_PNT") is None:
+            found = f"{name} before SET_BRK_PNT: it compares with what was written before"
+            self.warn(statement, "breakpoint-value", found, "write the value first")
+        axis.written[name] = statement
+        if statement.row.buffered:
+            axis.pending[name] = statement
+        if name in USES:
+            axis.mode = name
+        axis.high_speed = name == "SET_OUTPUT_HIGH" or (axis.high_speed and name != "SET_OUTPUT_STNDRD")
+        axis.armed = name in ARMING or (axis.armed and name != "SET_BRK_OFF")
+        axis.auto_update = name == "SET_AUTO_UPDATE_ON" or (axis.auto_update and name != "SET_AUTO_UPDATE_OFF")
+
+    def multi_update(self, statement: Statement) -> None:
+        mask = statement.values[0]
+        for number, axis in enumerate(self.axes):
+            if mask >> number & 1:
+                self.update(axis)
+        if mask >> len(self.axes):
+            axes = len(self.axes)
+            found = f"bits for axes above {axes}, which this part does not have"
+            self.warn(statement, "absent-axis", found, f"use 0..{(1 << axes) - 1}", note=True)
+
+    # ------------------------------------------------------------------------------------------------------- updates
+    def update(self, axis: Axis) -> None:
+        """What is buffered takes effect: does it fit together?"""
+        self.velocities(axis)
+        mode, uses = USES.get(axis.mode, ("", ()))
+        for name, statement in axis.pending.items():
+            if mode and name not in (*uses, *ALWAYS):
+                found = f"{statement.text} has no effect in {mode} mode"
+                self.warn(statement, "unused-parameter", found, f"{mode} mode takes {', '.join(uses)}")
+        self.accelerations(axis)
+        axis.pending.clear()
+
+    def velocities(self, axis: Axis) -> None:
+        """Maximum and start velocity."""
+        velocity, start = axis.value("SET_VEL"), axis.value("SET_START_VEL")
+        if not velocity or axis.mode == "SET_PRFL_GEAR":
+            return
+        most = HIGH_RANGE if axis.high_speed else STANDARD_RANGE
+        if velocity > most * SCALE:
+            found = f"{velocity / SCALE:.6g} steps/cycle; the pulse range carries {most}, and so fast the axis will be"
+            remedy = "" if axis.high_speed else f"SET_OUTPUT_HIGH carries {HIGH_RANGE}"
+            self.warn(axis.written["SET_VEL"], "pulse-range", found, remedy)
+        if start is not None and start >= velocity and axis.mode != "SET_PRFL_S_CRV":
+            found = f"start velocity {start} is not below velocity {velocity}: the whole move is made at {velocity}"
+            self.warn(axis.written["SET_START_VEL"], "no-ramp", f"{found}, without ramps")
+
+    def accelerations(self, axis: Axis) -> None:
+        """Can the axis start at all?"""
+        needed = {"SET_PRFL_TRAP": ("SET_ACC",), "SET_PRFL_S_CRV": ("SET_MAX_ACC", "SET_JERK")}.get(axis.mode, ())
+        if axis.mode == "SET_PRFL_TRAP" and axis.value("SET_START_VEL") != 0:
+            needed = ()
+        missing = [name for name in needed if axis.value(name) == 0]
+        if missing and axis.value("SET_VEL") and axis.pending:
+            last = list(axis.pending.values())[-1]
+            self.warn(last, "no-start", f"{' and '.join(missing)} 0: the move that is updated here does not start")
+        acceleration = axis.value("SET_ACC") or 0
+        if axis.mode == "SET_PRFL_TRAP" and acceleration < 0:
+            found = f"acceleration {acceleration}: its sign counts in velocity contouring only"
+            self.warn(axis.written["SET_ACC"], "acceleration-sign", found, note=True)
+
+    def end(self) -> None:
+        """What is left over."""
+        for axis in self.axes:
+            if axis.pending and not (axis.armed and axis.auto_update):
+                last = list(axis.pending.values())[-1]
+                found = f"{last.text} waits for an update, and none follows"
+                self.warn(last, "no-update", found, "UPDATE, MULTI_UPDATE or a breakpoint makes it act")
+            auto_stop = axis.written.get("SET_AUTO_STOP_ON")
+            if auto_stop is not None and self.source.sheet.encoder and not axis.value("SET_STEP_RATIO"):
+                found = "auto stop without SET_STEP_RATIO: while the ratio is 0 no stall is detected"
+                self.warn(auto_stop, "no-step-ratio", found, note=True)
+
+
+def script(source: Source) -> None:
+    """Every packet in turn."""
+    chipset = Script(source)
+    for statement in source.statements:
+        chipset.take(statement)
+    chipset.end()
+
+
+def checks(sheet: Sheet) -> tuple[Check, ...]:
+    """The rules of these parts, for `language.lint.lint`; `sheet` names the part."""
+    return (script,)

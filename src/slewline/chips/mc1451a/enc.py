@@ -1,0 +1,176 @@
+"""The encoder chip: a filter on every input, and a counter of quadrature states.
+
+    A        ____|‾‾‾‾‾‾‾|_______|‾‾‾‾        forward: A ahead of B by a quarter of a period
+    B        ________|‾‾‾‾‾‾‾|_______|
+    count    0   1   2   3   4   5   6        four counts a period
+
+A level counts when it has lasted for three clocks of the chip, and from then on: a change at tick t is seen from tick
+t + 12 on.  A change of both channels that the filters let through at one tick is no step of a shaft: it is not counted.
+
+Rules of this file: the inputs are read when the CP chip asks, once per cycle.  What has happened since then is worked
+off at once, plainly where it is little, in arrays where it is much.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from ...core.pin import Terminal
+from ...core.reading import Reading
+from ...core.timebase import Clock, readable
+from .sheet import FILTER_TICKS, TIMES
+
+DWELL_TICKS = TIMES["dwell"].ticks  # the shortest state within the specification
+MUCH = 64  # changes; more are worth arrays
+
+
+class FilteredInput:
+    """An input behind its filter: HOME, or a channel of an encoder.  An open one reads low."""
+
+    def __init__(self, pin: Terminal, clock: Clock) -> None:
+        self.pin, self.clock = pin, clock
+        self.reading = Reading(pin)
+        self.begin()
+
+    def begin(self) -> None:
+        """What is on the pin at the end of this instant is what the filter has seen for long."""
+        self.reading.begin()
+        self.level: int | None = None  # behind the filter, before the tick of the last question
+        self.late: tuple[list[int], list[Any]] = ([], [])  # edges that the filter holds back: ticks and levels
+
+    @property
+    def quiet(self) -> bool:
+        """Will nothing pass the filter any more, unless a driver of the pin is told something?"""
+        return not self.late[0] and self.reading.quiet
+
+    def level_before(self, tick: int) -> int:
+        """The level behind the filter as it was before a tick, none of which is earlier than the one asked before."""
+        self.changes_before(tick)
+        return self.level or 0
+
+    def changes_before(self, tick: int) -> Sequence[int] | Any:
+        """The ticks at which the level behind the filter has changed since the last question, before a tick."""
+        clock = self.clock
+        times, levels = self.reading.edges_until(clock.ps(tick) - 1)
+        if self.level is None:
+            self.level = int(bool(self.reading.first))
+        if len(times) > MUCH:
+            return self._passed_many(tick, times, levels)
+        ticks = [*self.late[0], *(clock.ticks_from(int(ps)) for ps in times)]
+        levels = [*self.late[1], *levels]
+        passed = bisect_left(ticks, tick - FILTER_TICKS)
+        self.late, found = (ticks[passed:], levels[passed:]), []
+        for n in range(passed):
+            level = int(bool(levels[n]))
+            if level != self.level and (n + 1 == len(ticks) or ticks[n + 1] - ticks[n] >= FILTER_TICKS):
+                found.append(ticks[n] + FILTER_TICKS)
+                self.level = level
+        return found
+
+    def _passed_many(self, tick: int, times: Any, levels: Any) -> Any:
+        """The same of many edges."""
+        import numpy as np
+
+        ticks = np.append(np.array(self.late[0], np.int64), self.clock.ticks_array(np.asarray(times, np.int64)))
+        levels = np.append(np.array(self.late[1], bool), np.asarray(levels) == 1)
+        passed = int(np.searchsorted(ticks, tick - FILTER_TICKS))
+        self.late = ticks[passed:].tolist(), levels[passed:].tolist()
+        lasting = np.append(np.diff(ticks) >= FILTER_TICKS, True)[:passed]
+        ticks, levels = ticks[:passed][lasting], levels[:passed][lasting]
+        real = levels != np.append(self.level == 1, levels[:-1])
+        self.level = int(levels[-1]) if len(levels) else self.level
+        return ticks[real] + FILTER_TICKS
+
+
+class QuadratureCounter:
+    """The channels A and B of an encoder, counted fourfold.
+
+    Args:
+        finding: is told what an encoder does that the chip is not specified for.
+    """
+
+    def __init__(self, a: Terminal, b: Terminal, clock: Clock, finding: Callable[[str, str], object]) -> None:
+        self.a, self.b = FilteredInput(a, clock), FilteredInput(b, clock)
+        self.clock, self.finding = clock, finding
+        self.begin()
+
+    def begin(self) -> None:
+        """Count from 0; the state at the end of this instant is the first one."""
+        self.a.begin()
+        self.b.begin()
+        self.counts = 0
+        self._since: int | None = None  # the tick at which the present state came
+        self._burst = False  # states are too short; over when one lasts twice as long as it must
+
+    def watch(self, told: Callable[[], object]) -> None:
+        """Call a function when a driver of A or B is told something: who sleeps while all is quiet must wake."""
+        self.a.reading.on_change = self.b.reading.on_change = told
+
+    @property
+    def quiet(self) -> bool:
+        """Will there be no count after the last question, unless a driver of A or B is told something?"""
+        return self.a.quiet and self.b.quiet
+
+    def counts_before(self, tick: int) -> int:
+        """The counts as they were before a tick, none of which is earlier than the one asked before."""
+        a, b = self.a.changes_before(tick), self.b.changes_before(tick)
+        if len(a) + len(b) > MUCH:
+            self._count_many(a, b)
+        elif len(a) or len(b):
+            self._count(a, b)
+        return self.counts
+
+    def _levels_before(self, a: Sequence[int], b: Sequence[int]) -> tuple[int, int]:
+        """The levels before some changes up to the present ones."""
+        assert self.a.level is not None and self.b.level is not None
+        return self.a.level ^ len(a) & 1, self.b.level ^ len(b) & 1
+
+    def _count(self, a: Sequence[int], b: Sequence[int]) -> None:
+        """Work off changes of A and B, one after the other."""
+        levels = [*self._levels_before(a, b)]
+        both = set(a).intersection(b)
+        for tick, channel in sorted([(int(tick), 0) for tick in a] + [(int(tick), 1) for tick in b]):
+            levels[channel] ^= 1
+            if tick == self._since:
+                continue  # the second half of a change of both
+            if self._since is not None and (tick - self._since < DWELL_TICKS or self._burst):
+                self._check_states([tick - self._since], tick)
+            self._since = tick
+            if tick in both:
+                self._find("encoder-illegal", "changed at once, which is not counted,", tick)
+            else:
+                self.counts += 1 if (levels[0] != levels[1]) is (channel == 0) else -1
+
+    def _count_many(self, a: Any, b: Any) -> None:
+        """The same of many."""
+        import numpy as np
+
+        ticks = np.concatenate([np.asarray(a, np.int64), np.asarray(b, np.int64)])
+        order = np.argsort(ticks, kind="stable")
+        ticks, of_b = ticks[order], order >= len(a)
+        lasted = np.diff(ticks)
+        if not lasted.all():  # both at one tick
+            self._count(list(a), list(b))
+            return
+        differ = sum(self._levels_before(a, b)) & 1  # A and B, before the first change; every change turns that round
+        up = np.count_nonzero((np.arange(1, len(ticks) + 1) + differ & 1 == 1) != of_b)
+        self.counts += 2 * int(up) - len(ticks)
+        if self._since is not None:
+            lasted = np.append(ticks[0] - self._since, lasted)
+        told = lasted[(lasted < DWELL_TICKS) | (lasted >= 2 * DWELL_TICKS)]
+        self._check_states(told.tolist(), int(ticks[-1]))
+        self._since = int(ticks[-1])
+
+    def _check_states(self, lasted: Sequence[int], tick: int) -> None:
+        """How long some states have lasted, the last of them up to a tick: bursts of short ones are reported."""
+        for state in lasted:
+            if state >= 2 * DWELL_TICKS:
+                self._burst = False
+            elif state < DWELL_TICKS and not self._burst:
+                self._burst = True
+                self._find("encoder-fast", f"made a state of {state} clocks, less than {DWELL_TICKS},", tick)
+
+    def _find(self, code: str, what: str, tick: int) -> None:
+        self.finding(code, f"{self.a.pin.name} and {self.b.pin.name} {what} by {readable(self.clock.ps(tick))}")

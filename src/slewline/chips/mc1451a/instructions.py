@@ -1,0 +1,282 @@
+"""The commands of the chipset, in the order of the manual: what each does to the registers, or reads there.
+
+A handler is named after its row.  It gets the number that the host has written (words put together, unsigned) if its row
+has one, and returns the number to be read, if its row has one.  `self.state` is the current axis.
+"""
+
+from __future__ import annotations
+
+from ...core.table import Arg
+from . import sheet
+from .registers import Registers
+from .state import CAPTURED, GEAR, ONE, S_CURVE, TRAPEZOIDAL, VELOCITY, saturated, signed
+
+
+class Instructions(Registers):
+    """Handlers of all commands."""
+
+    def within(self, what: Arg, value: int, kept: int) -> int:
+        """The part of a value that a register keeps, with a finding if that is not all of it."""
+        written = what.unpack(what.pack(value, "big"), "big")
+        if kept != written:
+            text = f"axis {self.current}: {what.name} {written}; allowed {what.low}..{what.high}: {kept} is kept"
+            self.finding("out-of-range", text)
+        return kept
+
+    def unsigned(self, what: Arg, value: int) -> int:
+        """A register without a sign: its top bit is dropped."""
+        return self.within(what, value, value & (1 << (8 * what.size - 1)) - 1)
+
+    def to_position(self, what: Arg, value: int) -> int:
+        """A position: 31 bits with their sign."""
+        return self.within(what, value, signed(value, 31))
+
+    # ---------------------------------------------------------------------------------------------------- axis control
+    def select(self, number: int) -> int:
+        """An axis becomes the current one; its status is read."""
+        self.current = number
+        return self.state.status
+
+    def do_set_1(self) -> int:
+        return self.select(1)
+
+    def do_set_2(self) -> int:
+        return self.select(2)
+
+    def do_set_3(self) -> int:
+        return self.select(3)
+
+    def do_set_4(self) -> int:
+        return self.select(4)
+
+    def do_set_i(self) -> int:
+        return self.select(self.interrupting or self.current)
+
+    # ----------------------------------------------------------------------------------------------- profile generation
+    def do_set_prfl_trap(self) -> None:
+        self.state.mode = TRAPEZOIDAL
+
+    def do_set_prfl_vel(self) -> None:
+        self.state.mode = VELOCITY
+
+    def do_set_prfl_s_crv(self) -> None:
+        self.state.mode = S_CURVE
+
+    def do_set_prfl_gear(self) -> None:
+        self.state.mode = GEAR
+
+    def do_set_pos(self, value: int) -> None:
+        self.state.buffer.position = self.to_position(sheet.POSITION, value)
+
+    def do_set_vel(self, value: int) -> None:
+        self.state.buffer.velocity = self.unsigned(sheet.VELOCITY, value)
+
+    def do_set_acc(self, value: int) -> None:
+        number = signed(value, 32)
+        self.state.buffer.acceleration = number
+        if number < 0 and self.state.mode == TRAPEZOIDAL:
+            self.finding("out-of-range", f"axis {self.current}: acceleration {number} in trapezoidal mode: {-number}")
+
+    def do_set_jerk(self, value: int) -> None:
+        self.state.buffer.jerk = self.unsigned(sheet.JERK, value)
+
+    def do_set_ratio(self, value: int) -> None:
+        self.state.buffer.ratio = signed(value, 32)
+
+    def do_set_max_acc(self, value: int) -> None:
+        self.state.buffer.max_acceleration = self.unsigned(sheet.MAX_ACCELERATION, value)
+
+    def do_set_start_vel(self, value: int) -> None:
+        self.state.start_velocity = self.unsigned(sheet.START_VELOCITY, value)
+
+    def do_stop(self) -> None:
+        self.state.stop = True
+
+    def do_smooth_stop(self) -> None:
+        self.state.smooth_stop = True
+
+    def do_synch_prfl(self) -> None:
+        self.state.synch_prfl = True
+
+    def do_get_pos(self) -> int:
+        return self.state.buffer.position
+
+    def do_get_vel(self) -> int:
+        return self.state.buffer.velocity
+
+    def do_get_acc(self) -> int:
+        return self.state.buffer.acceleration
+
+    def do_get_max_acc(self) -> int:
+        return self.state.buffer.max_acceleration
+
+    def do_get_jerk(self) -> int:
+        return self.state.buffer.jerk
+
+    def do_get_ratio(self) -> int:
+        return self.state.buffer.ratio
+
+    def do_get_start_vel(self) -> int:
+        return self.state.start_velocity
+
+    def do_get_trgt_pos(self) -> int:
+        return self.state.target // ONE
+
+    def do_get_trgt_vel(self) -> int:
+        return self.state.velocity
+
+    # ------------------------------------------------------------------------------------------------- parameter update
+    def do_set_time_brk(self) -> None:
+        self.state.breakpoint = "time"
+
+    def do_set_pos_brk(self) -> None:
+        self.state.breakpoint = "pos"
+
+    def do_set_neg_brk(self) -> None:
+        self.state.breakpoint = "neg"
+
+    def do_set_actl_pos_brk(self) -> None:
+        self.state.breakpoint = "actl_pos"
+
+    def do_set_actl_neg_brk(self) -> None:
+        self.state.breakpoint = "actl_neg"
+
+    def do_set_mtn_cmplt_brk(self) -> None:
+        self.state.breakpoint = "mtn_cmplt"
+
+    def do_set_ext_brk(self) -> None:
+        self.state.breakpoint = "ext"
+
+    def do_set_brk_off(self) -> None:
+        self.state.breakpoint = ""
+
+    def do_set_brk_pnt(self, value: int) -> None:
+        self.state.comparison = value
+
+    def do_update(self) -> None:
+        self.state.update = True
+
+    def do_multi_update(self, mask: int) -> None:
+        for state in self.states:
+            if mask >> (state.number - 1) & 1:
+                state.update = True
+
+    def do_set_auto_update_on(self) -> None:
+        self.state.auto_update = True
+
+    def do_set_auto_update_off(self) -> None:
+        self.state.auto_update = False
+
+    def do_get_brk_pnt(self) -> int:
+        return self.state.comparison
+
+    # --------------------------------------------------------------------------------------------- interrupt processing
+    def do_set_intrpt_mask(self, mask: int) -> None:
+        self.state.mask = self.within(sheet.MASK, mask, mask & 0xFF)
+
+    def do_get_intrpt(self) -> int:
+        return self.states[(self.interrupting or self.current) - 1].status
+
+    def do_rst_intrpt(self, mask: int) -> None:
+        if self.interrupting:
+            self.states[self.interrupting - 1].clear(mask)
+            self.interrupting = 0
+            self.drivers["hostintrpt"].drive(1)
+
+    def do_get_intrpt_mask(self) -> int:
+        return self.state.mask
+
+    # ------------------------------------------------------------------------------------------------- status and mode
+    def do_clr_status(self) -> None:
+        self.state.clear(0)
+
+    def do_rst_status(self, mask: int) -> None:
+        self.state.clear(mask)
+
+    def do_get_status(self) -> int:
+        return self.state.status
+
+    def do_get_mode(self) -> int:
+        return self.state.mode_word
+
+    # ------------------------------------------------------------------------------------------------ pulse generation
+    def do_set_output_stndrd(self) -> None:
+        self.state.high_speed = False
+
+    def do_set_output_high(self) -> None:
+        self.state.high_speed = True
+
+    def do_mtr_on(self) -> None:
+        self.state.motor_on = True
+
+    def do_mtr_off(self) -> None:
+        self.state.motor_on = False
+
+    # ---------------------------------------------------------------------------------------------------------- encoder
+    def do_get_actl_pos(self) -> int:
+        return self.state.actual
+
+    def do_set_capt_index(self) -> None:
+        self.state.capture_home = False
+
+    def do_set_capt_home(self) -> None:
+        self.state.capture_home = True
+
+    def do_get_capt(self) -> int:
+        self.state.events &= ~CAPTURED
+        return 0
+
+    def do_set_step_ratio(self, value: int) -> None:
+        self.state.step_ratio = self.unsigned(sheet.STEP_RATIO, value)
+
+    def do_get_step_ratio(self) -> int:
+        return self.state.step_ratio
+
+    def do_set_auto_stop_on(self) -> None:
+        self.state.auto_stop = True
+
+    def do_set_auto_stop_off(self) -> None:
+        self.state.auto_stop = False
+
+    def do_set_pos_err(self, value: int) -> None:
+        self.state.pos_err = self.unsigned(sheet.LIMIT, value)
+
+    def do_get_pos_err(self) -> int:
+        return self.state.pos_err
+
+    def do_get_actl_pos_err(self) -> int:
+        return saturated(self.state.error)
+
+    # ---------------------------------------------------------------------------------------------------- miscellaneous
+    def do_set_actl_pos(self, value: int) -> None:
+        self.motion.declare(self.state, self.to_position(sheet.POSITION, value))
+
+    def do_set_lmt_sense(self, bits: int) -> None:
+        self.limit_sense = self.within(sheet.SWITCHES, bits, bits & 0xFF)
+
+    def do_get_lmt_swtch(self) -> int:
+        bits = 0
+        for state in self.states:
+            for offset, name in enumerate(("poslimit", "neglimit")):
+                bits |= (self.pins[f"{name}{state.number}"].level == 1) << (2 * (state.number - 1) + offset)
+        return bits
+
+    def do_lmts_on(self) -> None:
+        self.limits_on = True
+
+    def do_lmts_off(self) -> None:
+        self.limits_on = False
+
+    def do_get_home(self) -> int:
+        return sum((self.pins[f"home{state.number}"].level == 1) << (state.number - 1) for state in self.states)
+
+    def do_reset(self) -> None:
+        self.restart()
+
+    def do_get_vrsn(self) -> int:
+        assert self.sheet.packets is not None
+        return self.sheet.packets.version
+
+    def do_get_time(self) -> int:
+        return self.motion.cycle % (1 << 32)
+

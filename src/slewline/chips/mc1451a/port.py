@@ -1,0 +1,270 @@
+"""The host port: strobes of a host become packets, HostRdy paces them.
+
+    HostCmd    ____/‾‾‾‾\\______________________________________________      a command byte, then words
+    HostWrite  ‾‾‾‾‾\\_/‾‾‾‾‾‾‾‾‾‾‾‾\\_/‾\\_/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾
+    HostRead   ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\\_/‾\\_/‾‾‾‾‾‾‾‾‾‾‾      the checksum
+    HostRdy    ‾‾‾‾‾‾‾\\_________/‾‾‾‾‾‾‾‾\\_________/‾‾‾‾‾‾\\_________/‾‾      low for a slice of 81.92 us
+
+What a byte or a word does is done at the end of the slice: a command without data acts then, one with data when its last
+word is in; what is to be read is frozen then.  A command byte begins a new packet, whatever has become of the old one.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from ...core.net import Net, Wave
+from ...core.table import Row
+from ...language.packets import checksum
+from .sheet import SLICE_TICKS, TIMES
+
+if TYPE_CHECKING:
+    from .firmware import Chipset
+
+ACCESS_TICKS, RELEASE_TICKS = TIMES["read_access"].ticks, TIMES["read_release"].ticks
+NS = 1000
+SHORTEST_PS, RECOVERY_PS, RELEASE_PS = 50 * NS, 60 * NS, 2000 * NS
+
+
+class Port:
+    """HostSlct, HostCmd, HostWrite, HostRead, HostRdy and the host bus."""
+
+    def __init__(self, chip: Chipset) -> None:
+        self.chip, self.kernel, self.clock = chip, chip.kernel, chip.clock
+        self.rows = chip.sheet.commands.by_code
+        assert chip.sheet.packets is not None
+        self.codes = chip.sheet.packets
+        self.ready_driver = chip.drivers["hostrdy"]
+        for name, told in (("hostwrite", self._write), ("hostread", self._read), ("hostslct", self._select)):
+            chip.pins[name].net.watch(told)
+        self.generation = 0  # counts resets: what was due before one is not done
+        self.begin()
+
+    def begin(self) -> None:
+        """Reset: not ready, no packet."""
+        self.generation += 1
+        self.ready = False
+        self.bytes: list[int] = []  # first byte of a word that is written
+        self.row: Row | None = None  # the command that waits for words, or has been done
+        self.wanted = 0  # words that it waits for
+        self.words: list[int] = []
+        self.code = 0
+        self.silent = True  # whatever is read is 0: no packet yet, or an illegal command
+        self.answer: deque[int] = deque([0])  # words to be read
+        self.shown = 0  # what the host saw last
+        self.half = False  # the first byte of a word has been read
+        self.low_since = {"hostwrite": 0, "hostread": 0}
+        self.rose_at = -RECOVERY_PS
+        self.legal = False  # the strobe in progress began well
+        self.strobed_at: int | None = None  # the end of the last strobe of an operation
+
+    # --------------------------------------------------------------------------------------------------------- strobes
+    @property
+    def _selected(self) -> bool:
+        return self.chip.powered and self.chip.pins["hostslct"].level == 0
+
+    def _strobe(self, name: str, other: str) -> bool:
+        """A strobe has begun; is it one?"""
+        now = self.kernel.now
+        self.low_since[name] = now
+        if self.chip.pins[other].level == 0:
+            self.chip.finding("strobes", f"{name} and {other} are low together: no transfer")
+            return False
+        if now - self.rose_at < RECOVERY_PS:
+            self.chip.finding("short-recovery", f"{(now - self.rose_at) // NS} ns between two strobes; at least 60 ns")
+        return True
+
+    def _write(self, net: Net) -> None:
+        """HostWrite: a byte is taken with its rising edge."""
+        if not self._selected:
+            self.legal = False
+            return
+        if net.value == 0:
+            self.legal = self._strobe("hostwrite", "hostread")
+            return
+        legal, self.legal = self.legal and self.chip.pins["hostread"].level != 0, False
+        if not legal:
+            return
+        width = self.kernel.now - self.low_since["hostwrite"]
+        if width < SHORTEST_PS:
+            self.chip.finding("short-strobe", f"hostwrite low for {width // NS} ns; at least 50 ns")
+        self.rose_at = self.kernel.now
+        if self.chip.pins["hostcmd"].level == 1:
+            self.command(self.chip.bus.byte)
+        else:
+            self.data(self.chip.bus.byte)
+
+    def _read(self, net: Net) -> None:
+        """HostRead: a byte stands on the bus while it is low."""
+        chip = self.chip
+        if net.value == 0:
+            self.legal = self._selected and self._strobe("hostread", "hostwrite")
+            if self.legal and chip.pins["hostcmd"].level == 1:
+                chip.finding("strobes", "hostread with hostcmd high: no transfer")
+                self.legal = False
+            if self.legal:
+                self._show((0xFF, self.read()), ACCESS_TICKS)
+        elif self.legal:
+            self.legal = False
+            self.rose_at = self.kernel.now
+            self._show(None, RELEASE_TICKS)
+            self.read_on()
+
+    def _show(self, level: tuple[int, int] | None, ticks: int) -> None:
+        """Put a byte on the bus, or let go of it, so many clocks from now."""
+        at = self.kernel.now + self.clock.ps(ticks)
+        driver = self.chip.bus_driver
+        before = driver.at(self.kernel.now)
+        driver.play(Wave(before, (at,), (level,)))
+
+    def _select(self, net: Net) -> None:
+        """HostSlct: high within 2 us of the last strobe of an operation."""
+        now, since = self.kernel.now, self.strobed_at
+        if net.value == 1 and since is not None:
+            self.strobed_at = None
+            if now - since > RELEASE_PS and self.chip.powered:
+                text = f"hostslct stays low for {(now - since) / NS / 1000:g} us behind a transfer; at most 2 us"
+                self.chip.finding("late-release", text)
+
+    # -------------------------------------------------------------------------------------------------------- transfers
+    def command(self, byte: int) -> None:
+        """A command byte has been written."""
+        if not self.ready:
+            self._early(f"command {byte:02x} written")
+            return
+        self._busy(lambda: self._begin_packet(byte))
+
+    def data(self, byte: int) -> None:
+        """A byte of a word has been written, the high one first."""
+        if not self.ready:
+            self._early(f"data {byte:02x} written")
+            return
+        self.bytes.append(byte)
+        if len(self.bytes) == 2:
+            word = self.bytes[0] << 8 | self.bytes[1]
+            self.bytes = []
+            self._busy(lambda: self._take(word))
+
+    def read(self) -> int:
+        """The byte that the host reads, the high one of a word first."""
+        if not self.ready:
+            self._early("data read")
+            return self.shown
+        if self.wanted and not self.half:
+            self.chip.finding("early-read", f"{self._name} waits for words; a word is read: 0000")
+        word = 0 if self.wanted or not self.answer else self.answer[0]
+        self.shown = word & 0xFF if self.half else word >> 8
+        return self.shown
+
+    def read_on(self) -> None:
+        """The byte has been read."""
+        if not self.ready:
+            return
+        self.half = not self.half
+        if not self.half:
+            self._busy(self._next)
+
+    def _next(self) -> None:
+        if self.answer and not self.wanted:
+            self.answer.popleft()
+
+    def _early(self, what: str) -> None:
+        self.chip.finding("busy-access", f"{what} while HostRdy is low: without effect")
+
+    def _busy(self, then: Callable[[], None]) -> None:
+        """HostRdy falls; what was asked for is done when it rises."""
+        generation = self.generation
+        self.ready = False
+        self.ready_driver.drive(0)
+        self.strobed_at = self.kernel.now
+        self.chip.idle = False
+
+        def serve() -> None:
+            if generation == self.generation:
+                self.chip.motion.catch_up()
+                self.ready = True
+                then()
+                if self.ready:  # unless that was a reset
+                    self.ready_driver.drive(1)
+                    self.chip.refresh_idle()
+
+        tick = self.clock.ticks_from(self.kernel.now) + SLICE_TICKS
+        self.kernel.call_at(self.clock.ps(tick), serve)
+
+    def open(self) -> None:
+        """HostRdy rises after reset."""
+        self.ready = True
+        self.ready_driver.drive(1)
+        self.chip.refresh_idle()
+
+    # ---------------------------------------------------------------------------------------------------------- packets
+    @property
+    def _name(self) -> str:
+        return "a packet" if self.row is None else self.row.name
+
+    def _begin_packet(self, code: int) -> None:
+        """A command byte begins a packet."""
+        if self.bytes:
+            self.chip.finding("odd-byte", f"one byte of a word, {self.bytes[0]:02x}, before command {code:02x}: dropped")
+            self.bytes = []
+        if self.wanted:
+            text = f"command {code:02x} while {self._name} waits for words: {self._name} is dropped"
+            self.chip.finding("aborted-packet", text)
+        self.half, self.words, self.wanted, self.code = False, [], 0, code
+        self.answer, self.silent = deque(), False
+        self.row = row = self.rows.get(code)
+        if row is None:
+            self._without_row(code)
+            return
+        self.wanted = sum(arg.size for arg in row.args) // 2
+        if not self.wanted:
+            self._perform()
+
+    def _without_row(self, code: int) -> None:
+        """A code that is no command of this part."""
+        if code in self.codes.illegal:
+            self.chip.finding("illegal-command", f"{code:02x} is no command of the {self.chip.sheet.part}: checksum 0")
+            self.silent, self.answer = True, deque([0])
+            return
+        if code not in self.codes.reserved and code not in self.codes.siblings:
+            self.chip.finding("undocumented-command", f"{code:02x} is not in the manual: no effect")
+        self.wanted, reads = self.codes.siblings.get(code, (0, 0))
+        if not self.wanted:
+            self._answer([0] * reads)
+
+    def _take(self, word: int) -> None:
+        """A word has been written."""
+        if not self.wanted:
+            if not self.silent:
+                self.chip.finding("extra-word", f"{word:04x} behind {self._name}, which takes no more words: dropped")
+            return
+        self.words.append(word)
+        self.wanted -= 1
+        if self.wanted:
+            return
+        if self.row is None:
+            self._answer([])
+        else:
+            self._perform()
+
+    def _perform(self) -> None:
+        """The packet is complete: the command acts."""
+        row = self.row
+        assert row is not None
+        generation = self.generation
+        data = b"".join(word.to_bytes(2, "big") for word in self.words)
+        found = self.chip.perform(row, int.from_bytes(data, "big"))
+        if generation != self.generation:
+            return  # a reset has left nothing to be read
+        if found is None:
+            self._answer([])
+            return
+        size = row.reads[0].size
+        value = found % (1 << 8 * size)
+        self._answer([value >> 16, value & 0xFFFF] if size == 4 else [value])
+
+    def _answer(self, words: list[int]) -> None:
+        """Words to be read, and the checksum behind them."""
+        self.answer = deque([*words, checksum(self.code, [*self.words, *words])])

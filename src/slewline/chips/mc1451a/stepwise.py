@@ -1,0 +1,88 @@
+"""The chipset's motion, one cycle at a time: the oracle of the fast path, slow and obvious.
+
+The fast path computes blocks of cycles ahead.  This twin works each cycle when it begins, one axis after the other
+(stepwise_axis.py), and looks at the pins then; it watches HOME and the encoder edge by edge (stepwise_inputs.py).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ...core.waits import until
+from .sheet import CYCLE_TICKS
+from .state import TRAPEZOIDAL, AxisState
+from .stepwise_axis import Course
+from .stepwise_inputs import Encoder, Filter
+
+if TYPE_CHECKING:
+    from .firmware import Chipset
+
+
+class Stepwise:
+    """Works every cycle of all axes."""
+
+    def __init__(self, chip: Chipset) -> None:
+        self.chip, self.kernel = chip, chip.kernel
+        self.running = False
+        self.origin = 0  # tick at which cycle 0 began
+        self.cycle = -1  # the last one that has begun
+        numbers = range(1, len(chip.axes) + 1)
+        self.homes = [Filter(chip, f"home{number}") for number in numbers]
+        self.encoders = [Encoder(chip, number) if chip.encoder else None for number in numbers]
+        self.courses: list[Course] = []
+
+    def start(self) -> None:
+        """Reset is over: cycle 0 begins."""
+        self.origin, self.cycle = self.chip.clock.ticks_from(self.kernel.now), -1
+        for home, encoder in zip(self.homes, self.encoders, strict=True):
+            home.begin()
+            if encoder is not None:
+                encoder.begin()
+        self.courses = [
+            Course(self, state, home, encoder)
+            for state, home, encoder in zip(self.chip.states, self.homes, self.encoders, strict=True)
+        ]
+        self.running = True
+        self.task = self.kernel.spawn(self.run(), f"{self.chip.name}: cycles")
+        self.catch_up()
+
+    async def run(self) -> None:
+        """Work each cycle when it begins."""
+        while True:
+            await until(self.kernel, self.begins(self.cycle + 1))
+            self.catch_up()
+
+    def begins(self, cycle: int) -> int:
+        """The instant at which a cycle begins."""
+        return self.chip.clock.ps(self.origin + CYCLE_TICKS * cycle)
+
+    def catch_up(self) -> None:
+        """Work the cycles that have begun by now."""
+        while self.running and self.begins(self.cycle + 1) <= self.kernel.now:
+            self.cycle += 1
+            for course in self.courses:
+                course.cycle(self.origin + CYCLE_TICKS * self.cycle)
+            self.chip.interrupt()
+            self.chip.refresh_idle()
+
+    def attend(self) -> None:
+        """A command has written something: a motor that was off ends its motion, even if it is on again in time."""
+        for course in self.courses:
+            course.was_off |= not course.state.motor_on
+
+    def declare(self, state: AxisState, value: int) -> None:
+        """The position becomes this, without a step; an axis in motion to a destination goes on to it from there."""
+        course = self.courses[state.number - 1]
+        course.relocate(value)
+        if course.mode == TRAPEZOIDAL:
+            course.landing = False
+        if self.chip.encoder:
+            state.actual = value
+
+    def stop(self) -> None:
+        """Reset, or no supply: no cycle begins, and no step is made after this instant."""
+        if self.running:
+            self.task.kill()
+            self.running = False
+            for course in self.courses:
+                course.cut()

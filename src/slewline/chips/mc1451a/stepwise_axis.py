@@ -1,0 +1,409 @@
+"""One axis of the slow twin.  `cycle` calls the methods of `Course` in the order of work.
+
+    T_n               T_n+1             T_n+2
+     |<-- 8192 clocks->|                 |
+    _|_________________|_________________|_      target: x at T_n; it moves by `velocity` from T_n to T_n+1,
+     x                 x + velocity              which is decided at T_n and evenly spread over the cycle
+
+PULSE shows the target: it rises half a step behind the last step that was made, and falls, which is the next step, a
+whole one behind it.  `lead` is how far the target is ahead of the steps made so far.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from ...core.net import Wave
+from ...core.train import Playing, StepTrain
+from . import sheet
+from .state import (
+    BREAKPOINT,
+    COMMAND_ERROR,
+    GEAR,
+    MOTION_COMPLETE,
+    MOTION_ERROR,
+    ONE,
+    S_CURVE,
+    TRAPEZOIDAL,
+    VELOCITY,
+    WRAPPED,
+    AxisState,
+)  # fmt: skip
+from .stepwise_inputs import LIMITS, Encoder, Filter, Switches
+from .stepwise_profile import SCurve, braked, contour, sign, trapezoid
+
+if TYPE_CHECKING:
+    from .stepwise import Stepwise
+
+CYCLE = sheet.CYCLE_TICKS
+REPORTED = range(-32768, 32768)  # position errors
+
+
+def signed(number: int, bits: int) -> int:
+    """A number in two's complement: what is beyond the ends of its range comes in again at the other end."""
+    half = 1 << (bits - 1)
+    return (number + half) % (2 * half) - half
+
+
+class Course:
+    """One axis, cycle by cycle."""
+
+    def __init__(self, motion: Stepwise, state: AxisState, home: Filter, encoder: Encoder | None) -> None:
+        self.motion, self.chip, self.state = motion, motion.chip, state
+        self.home, self.encoder, self.switches = home, encoder, Switches(motion.chip, state)
+        self.axis = self.chip.axes[state.number - 1]
+        # what the last cycle has seen of the settings, and what has become of them since
+        self.mode, self.high_speed = state.mode, state.high_speed
+        self.was_off = False
+        # the motion
+        self.landing = self.stopping = self.clamped = False
+        self.start = 0  # the start velocity in force
+        self.curve: SCurve | None = None
+        # electronic gear
+        self.suspended = self.backlogged = False
+        self.count = self.counts_used = 0  # encoder counts since reset
+        self.owed = 0  # by the gear: displacement yet to be made
+        # pulses
+        self.lead = 0  # the target is so far ahead of the steps made
+        self.pulse, self.direction = 0, 1  # the levels that have been put out or promised
+        self.steps: list[int] = []  # ticks of this cycle's steps
+        self.playing: Playing | None = None
+        self.over = False
+        # position error, in 1/256 count, and whole steps of the target that it does not count yet
+        self.error = self.gone = 0
+
+    def cycle(self, tick: int) -> None:
+        """Everything that is decided at the start of a cycle."""
+        self.arrive()
+        self.see_settings()
+        if self.state.update:
+            self.update()
+        self.look_at_limits()
+        self.choose_velocity()
+        self.make_pulses(tick)
+        self.compare_positions(tick)
+        self.test_breakpoint(tick)
+        self.show()
+
+    def event(self, bit: int) -> None:
+        """Set an event of the status word; motion complete does not exist in the gear."""
+        if bit != MOTION_COMPLETE or self.state.mode != GEAR:
+            self.state.events |= bit
+
+    def tell(self, what: Callable[[], object]) -> None:
+        """Tell the axis in the next round, when the step that is due at this very instant counts as made."""
+        self.chip.kernel.call_at(self.chip.kernel.now, lambda: None if self.over else what())
+
+    def finding(self, code: str, text: str) -> None:
+        """Keep what the host did wrong with this axis."""
+        self.chip.finding(code, f"axis {self.state.number}: {text}")
+
+    # ------------------------------------------------------------------------------------------------------ 0: arrive
+    def arrive(self) -> None:
+        """The target is where the last cycle was to bring it."""
+        state = self.state
+        self.lead += state.velocity - self.direction * ONE * len(self.steps)
+        self.steps = []
+        target = state.target + state.velocity
+        self.gone += (target >> 16) - (state.target >> 16)
+        state.target = signed(target, 47)
+        if state.target != target:
+            self.event(WRAPPED)
+        if self.landing:
+            self.rest(complete=True)
+
+    def rest(self, complete: bool) -> None:
+        """The motion is over."""
+        state = self.state
+        state.velocity = state.phase = 0
+        state.in_motion = self.landing = self.stopping = False
+        if complete:
+            self.event(MOTION_COMPLETE)
+
+    # ----------------------------------------------------------------------------------------------------- 1: updates
+    def see_settings(self) -> None:
+        """Take over what acts without an update: the motor, the pulse range, the profile mode."""
+        state = self.state
+        if self.was_off or not state.motor_on:
+            self.rest(complete=False)
+            self.suspended = True
+        self.was_off = False
+        if state.high_speed != self.high_speed:
+            self.high_speed = state.high_speed
+            self.clamped = False
+        if state.mode != self.mode:
+            self.change_mode()
+
+    def change_mode(self) -> None:
+        """Another profile mode: velocity contouring takes the axis over as it moves, the gear as it follows."""
+        state = self.state
+        if self.mode == GEAR or state.mode == GEAR:
+            self.rest(complete=False)
+            self.counts_used, self.owed = self.count, 0
+            self.suspended = not state.motor_on or self.switches.flagged
+        elif state.in_motion and state.mode != VELOCITY:
+            self.rest(complete=True)
+            self.finding("mode-in-motion", "profile mode changed in motion: it stops at once")
+        self.mode = state.mode
+        state.phase = 0
+
+    def update(self) -> None:
+        """What is buffered takes effect."""
+        state = self.state
+        if state.synch_prfl and self.encoder is not None:
+            self.relocate(state.actual)
+        self.copy_registers()
+        stop, smooth_stop = state.stop, state.smooth_stop
+        state.update = state.synch_prfl = state.smooth_stop = state.stop = False
+        self.stopping = self.clamped = False
+        if stop:
+            self.rest(complete=True)
+            self.suspended = True
+        elif state.mode == GEAR:
+            self.engage()
+        elif smooth_stop:
+            self.stop_smoothly()
+        elif not state.in_motion and state.motor_on:
+            self.set_out()
+
+    def relocate(self, position: int) -> None:
+        """The target becomes a position; no pulses, and no position error."""
+        self.state.target, self.lead = position * ONE, 0
+        self.error = self.gone = self.state.error = 0
+        self.state.motion_error = False
+        now = self.chip.kernel.now
+        made = sum(self.chip.clock.ps(step) <= now for step in self.steps)  # of this cycle, which began at `position`
+        self.tell(lambda: self.axis.load(position + self.direction * made))
+
+    def copy_registers(self) -> None:
+        """The buffered registers become the active ones; those that may not change in motion keep the old values."""
+        new, active = self.state.buffer, self.state.active
+        fixed: tuple[str, ...] = ()
+        if self.state.in_motion:
+            fixed = {TRAPEZOIDAL: ("acceleration",), S_CURVE: ("velocity", "max_acceleration", "jerk")}.get(
+                self.mode, ()
+            )
+        active.position = new.position
+        if any(getattr(new, name) != getattr(active, name) for name in fixed):
+            self.event(COMMAND_ERROR)
+            return
+        for name in ("velocity", "acceleration", "max_acceleration", "jerk", "ratio"):
+            setattr(active, name, getattr(new, name))
+
+    def engage(self) -> None:
+        """The gear follows (again), from the counts of now on."""
+        if self.suspended and self.state.motor_on and not self.switches.flagged:
+            self.suspended = False
+            self.counts_used = self.count
+
+    def stop_smoothly(self) -> None:
+        """Slow down; at rest, the stop is complete."""
+        if not self.state.in_motion:
+            self.rest(complete=True)
+        elif self.mode == S_CURVE and self.curve is not None:
+            self.curve.smooth_stop()
+        else:
+            self.stopping = True
+
+    def set_out(self) -> None:
+        """Start a motion from rest, if there is one to be made and nothing is in its way."""
+        state, active = self.state, self.state.active
+        velocity = self.greatest_velocity()
+        distance = active.position * ONE - state.target
+        if self.mode == VELOCITY:
+            distance = active.acceleration
+            no_start = distance == 0
+        elif self.mode == S_CURVE:
+            no_start = active.max_acceleration == 0 or active.jerk == 0
+        else:
+            no_start = active.acceleration == 0 and state.start_velocity == 0
+        if velocity == 0 or (distance == 0 and self.mode != VELOCITY):
+            self.rest(complete=True)
+        elif no_start:
+            self.finding("no-start", "acceleration or jerk is 0: no motion")
+        elif self.switches.flagged or self.switches.active(sign(distance)):
+            if self.mode != VELOCITY:
+                self.event(COMMAND_ERROR)
+        else:
+            state.in_motion = True
+            self.start = state.start_velocity
+            if self.mode == S_CURVE:
+                self.clamp()
+                self.curve = SCurve(distance, velocity, active.max_acceleration, active.jerk)
+            elif self.start >= active.velocity:
+                self.finding("start-velocity", "the start velocity is not below the maximum: no ramps")
+
+    def greatest_velocity(self) -> int:
+        """The maximum velocity, as far as the pulse range allows."""
+        return min(self.state.active.velocity, self.pulse_range())
+
+    def pulse_range(self) -> int:
+        """The greatest displacement of a cycle."""
+        return ONE * (sheet.HIGH_RANGE if self.high_speed else sheet.STANDARD_RANGE)
+
+    def clamp(self) -> None:
+        """Report a velocity above the pulse range, once for each update."""
+        if self.state.active.velocity > self.pulse_range() and not self.clamped:
+            self.finding("clamped", "the velocity is above the pulse range")
+            self.clamped = True
+
+    # ------------------------------------------------------------------------------------------------------ 2: limits
+    def look_at_limits(self) -> None:
+        """A switch that becomes active stops the axis."""
+        for way in self.switches.tripped():
+            self.event(LIMITS[way])
+            self.rest(complete=True)
+            self.suspended = True
+
+    # -------------------------------------------------------------------------------------------------- 3: trajectory
+    def choose_velocity(self) -> None:
+        """The displacement from here to the start of the next cycle."""
+        state = self.state
+        if self.mode == GEAR:
+            state.velocity = self.geared()
+        elif not state.in_motion:
+            state.velocity = 0
+        elif self.mode == S_CURVE and self.curve is not None:
+            state.velocity, state.phase = self.curve.step()
+            self.landing = self.curve.over
+        else:
+            self.clamp()
+            state.velocity = self.trapezoidal() if self.mode == TRAPEZOIDAL else self.contoured()
+
+    def trapezoidal(self) -> int:
+        """Toward the destination."""
+        state = self.state
+        most, acceleration, start = self.limits_of_speed()
+        distance = state.active.position * ONE - state.target
+        way = sign(state.velocity or distance)
+        speed = abs(state.velocity)
+        if self.stopping or most == 0:
+            return way * self.ended(braked(speed, acceleration, start))
+        speed, self.landing = trapezoid(speed, way * distance, most, acceleration, start)
+        return way * speed
+
+    def contoured(self) -> int:
+        """Toward the maximum velocity, in the direction of the acceleration."""
+        state = self.state
+        most, acceleration, start = self.limits_of_speed()
+        way, wanted = sign(state.velocity or state.active.acceleration), sign(state.active.acceleration)
+        speed = abs(state.velocity)
+        if self.stopping or most == 0:
+            return way * self.ended(braked(speed, acceleration, start))
+        if acceleration and way != wanted:
+            return way * braked(speed, acceleration, start)
+        return way * contour(speed, most, acceleration, start)
+
+    def limits_of_speed(self) -> tuple[int, int, int]:
+        """The maximum velocity, how much faster or slower in a cycle, and the least speed in force."""
+        most = self.greatest_velocity()
+        return most, abs(self.state.active.acceleration), min(self.start, most or self.start)
+
+    def ended(self, speed: int) -> int:
+        """The speed itself; a stop that has come to 0 is complete."""
+        if speed == 0:
+            self.rest(complete=True)
+        return speed
+
+    def geared(self) -> int:
+        """What the encoder has moved since the last cycle, times the ratio, as far as the pulse range allows."""
+        active = self.state.active
+        moved, self.counts_used = self.count - self.counts_used, self.count
+        self.owed += moved * active.ratio
+        if self.suspended or (self.owed and self.switches.active(sign(self.owed))):
+            self.owed = 0
+        most = self.pulse_range()
+        velocity = max(-most, min(self.owed, most))
+        self.owed -= velocity
+        if self.owed and not self.backlogged:
+            self.finding("gear-backlog", "the encoder is faster than the pulse range; the rest follows later")
+        self.backlogged = self.owed != 0
+        return velocity
+
+    # ------------------------------------------------------------------------------------------------------ 4: pulses
+    def make_pulses(self, tick: int) -> None:
+        """Promise the edges of this cycle: PULSE follows the target from half step to half step."""
+        velocity, drivers, number = self.state.velocity, self.chip.drivers, self.state.number
+        self.steps = []
+        if velocity == 0:
+            return
+        way = sign(velocity)
+        if way != self.direction:
+            self.direction = way
+            drivers[f"dir{number}"].drive(1 if way > 0 else 0)
+        before, edges = self.pulse, []
+        half = 1  # half steps from the last step made
+        while (distance := half * ONE // 2 - way * self.lead) <= abs(velocity):
+            level = half % 2
+            at = tick + max(-(-distance * CYCLE // abs(velocity)), 0)
+            if level != self.pulse:
+                edges.append((at, level))
+                self.pulse = level
+            if level == 0:
+                self.steps.append(at)
+            half += 1
+        if edges:
+            times = tuple(self.chip.clock.ps(at) for at, _ in edges)
+            drivers[f"pulse{number}"].play(Wave(before, times, tuple(level for _, level in edges)))
+        if self.steps:
+            self.tell(lambda: self.follow(way))
+
+    def follow(self, way: int) -> None:
+        """The position follows the steps of this cycle."""
+        runs = [(b - a, 1) for a, b in zip(self.steps, [*self.steps[1:], self.steps[-1] + 1], strict=True)]
+        self.playing = Playing(StepTrain(self.chip.clock, self.steps[0], runs))
+        self.axis.follow(self.playing, way)
+
+    # --------------------------------------------------------------------------------------------- 5: actual position
+    def compare_positions(self, tick: int) -> None:
+        """Read the encoder, and compare the actual position with the target."""
+        state = self.state
+        if self.encoder is None:
+            return
+        moved = self.encoder.counts(tick)
+        self.count += moved
+        state.actual = signed(state.actual + moved, 31)
+        self.error += 256 * moved - state.step_ratio * self.gone
+        self.gone = 0
+        state.error = self.error >> 8
+        reported = max(REPORTED[0], min(state.error, REPORTED[-1]))
+        was_wrong, state.motion_error = state.motion_error, state.step_ratio != 0 and abs(reported) > state.pos_err
+        if state.motion_error:
+            self.event(MOTION_ERROR)
+            if state.auto_stop and not was_wrong:
+                state.motor_on = False
+                self.was_off = True
+
+    # -------------------------------------------------------------------------------------------------- 6: breakpoint
+    def test_breakpoint(self, tick: int) -> None:
+        """A breakpoint whose condition is met is over, and an update waits for the next cycle."""
+        state = self.state
+        value = signed(state.comparison, 32)
+        self.home.look(tick)
+        met = {
+            "": False,
+            "time": self.motion.cycle % (1 << 32) == state.comparison,
+            "pos": state.target >> 16 >= value,
+            "neg": state.target >> 16 <= value,
+            "actl_pos": state.actual >= value,
+            "actl_neg": state.actual <= value,
+            "mtn_cmplt": bool(state.events & MOTION_COMPLETE),
+            "ext": self.home.level == 0,
+        }
+        if met[state.breakpoint]:
+            state.breakpoint = ""
+            self.event(BREAKPOINT)
+            state.update |= state.auto_update
+
+    # ------------------------------------------------------------------------------------------------------- 7: show
+    def show(self) -> None:
+        """AtRest; in the gear it is low while steps are made."""
+        rest = not self.steps if self.mode == GEAR else not self.state.in_motion
+        self.chip.drivers[f"atrest{self.state.number}"].drive(int(rest))
+
+    def cut(self) -> None:
+        """No step after this instant."""
+        self.over = True
+        if self.playing is not None:
+            self.playing.until = self.chip.kernel.now + 1

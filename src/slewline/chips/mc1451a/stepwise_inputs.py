@@ -1,0 +1,120 @@
+r"""The inputs of the slow twin: HOME and the encoder, behind filters and watched edge by edge, and the limit switches.
+
+        |<- 12 ->|           clocks
+pin   __/‾‾‾‾‾‾‾‾‾‾‾‾\_/‾\_____________
+seen  ___________/‾‾‾‾‾‾‾‾‾‾‾‾\_______    a look sees what was before it
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from ...core.net import Net
+from . import sheet
+from .state import NEGATIVE_LIMIT, POSITIVE_LIMIT, AxisState
+
+if TYPE_CHECKING:
+    from .firmware import Chipset
+
+DWELL = 20  # clocks of an encoder state at 1.25 Mcounts/s
+LIMITS = {1: POSITIVE_LIMIT, -1: NEGATIVE_LIMIT}  # events of the switches, by direction
+FORWARD = ((0, 0), (1, 0), (1, 1), (0, 1))  # the encoder's A and B in positive direction
+
+
+class Filter:
+    """An input behind its filter: a level counts when it has lasted for three clocks of 160 ns."""
+
+    def __init__(self, chip: Chipset, name: str) -> None:
+        self.chip, self.name = chip, name
+        chip.pins[name].net.watch(self.change)
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin anew: the present level counts, and nothing has been seen."""
+        self.level = self.raw = int(self.chip.pins[self.name].net.level or 0)
+        self.since = 0  # tick of the last change
+        self.edges: dict[int, int] = {}  # tick: level; what has come to count since the last look
+
+    def change(self, net: Net) -> None:
+        """The input changes at this instant."""
+        tick = self.chip.clock.ticks_until(net.kernel.now)
+        self.pass_time(tick)
+        self.raw, self.since = int(net.level or 0), tick
+
+    def pass_time(self, tick: int) -> None:
+        """What has lasted long enough by a tick counts."""
+        if self.raw != self.level and self.since + sheet.FILTER_TICKS <= tick:
+            self.level = self.raw
+            self.edges[self.since + sheet.FILTER_TICKS] = self.level
+
+    def look(self, tick: int) -> dict[int, int]:
+        """What has come to count since the last look, just before a tick."""
+        self.pass_time(tick - 1)
+        edges, self.edges = self.edges, {}
+        return edges
+
+
+class Encoder:
+    """A quadrature encoder behind its filters: four counts a period, up when A is ahead of B."""
+
+    def __init__(self, chip: Chipset, number: int) -> None:
+        self.chip, self.number = chip, number
+        self.a, self.b = Filter(chip, f"quada{number}"), Filter(chip, f"quadb{number}")
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin anew."""
+        self.a.begin()
+        self.b.begin()
+        self.state = self.a.level, self.b.level
+        self.since: int | None = None  # tick of the last change
+        self.fast = False
+
+    def counts(self, tick: int) -> int:
+        """Counts that have come in since the last time, just before a tick."""
+        a, b = self.a.look(tick), self.b.look(tick)
+        return sum(self.count(at, (a.get(at, self.state[0]), b.get(at, self.state[1]))) for at in sorted({*a, *b}))
+
+    def count(self, tick: int, state: tuple[int, int]) -> int:
+        """Count one change of the state."""
+        fast = self.since is not None and tick - self.since < DWELL
+        if fast and not self.fast:
+            self.chip.finding("encoder-fast", f"axis {self.number}: encoder faster than 1.25 Mcounts/s")
+        self.fast, self.since = fast, tick
+        moved = (FORWARD.index(state) - FORWARD.index(self.state)) % 4
+        self.state = state
+        if moved == 2:
+            self.chip.finding("encoder-illegal", f"axis {self.number}: A and B changed together; not counted")
+            return 0
+        return 1 if moved == 1 else -1
+
+
+class Switches:
+    """The limit switches of an axis.  They are looked at once in a cycle; directions are 1 and -1."""
+
+    def __init__(self, chip: Chipset, state: AxisState) -> None:
+        self.chip, self.state = chip, state
+        self.armed = {1: True, -1: True}  # the next active level trips
+
+    @property
+    def flagged(self) -> bool:
+        """Does the event of a switch bar the axis?"""
+        return bool(self.chip.limits_on and self.state.events & (POSITIVE_LIMIT | NEGATIVE_LIMIT))
+
+    def active(self, way: int) -> bool:
+        """Is the switch sensed, and active?"""
+        number = self.state.number
+        level = int(self.chip.pins[f"{'pos' if way > 0 else 'neg'}limit{number}"].net.level or 0)
+        low = self.chip.limit_sense >> (2 * (number - 1) + (way < 0)) & 1
+        return self.chip.limits_on and level != low
+
+    def tripped(self) -> Iterator[int]:
+        """Which switch becomes active; while one of them is in charge, the other one is not looked at."""
+        for way in (1, -1):
+            self.armed[way] |= not self.active(way)
+        for way in (1, -1):
+            other_in_charge = self.state.events & LIMITS[-way] or (self.active(-way) and not self.armed[-way])
+            if not other_in_charge and self.active(way) and self.armed[way]:
+                self.armed[way] = False
+                yield way

@@ -1,0 +1,329 @@
+"""Trains of cycles: a position that moves evenly within each cycle of a controller, and the steps that come of it.
+
+A chip that computes its trajectory once per cycle says how far the position is displaced in each one.  Steps fall where
+the position passes whole numbers, PULSE rises half a step earlier:
+
+    position                                       . 3        cycle i runs from i * 8192 ticks on and displaces d(i)
+                                        .    '
+                               .   '                          step k begins on the first tick with
+                        .  '                                      position >= k + 1        PULSE falls
+                    . '        2                                  position >= k + 1/2      PULSE rises
+            .   '                                             (counting steps from 0, as all trains do)
+    .  '        1
+    |      cycle 0     |      cycle 1     |      cycle 2
+
+What makes one train is one law for the displacements d(i), in one direction: constant or changing evenly (`Linear`),
+or an `SCurve`.  The train itself is asked rather than expanded, like any other.  All positions are integers, in 1/65536
+step, and every answer is exact.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator
+from functools import cache
+from typing import TYPE_CHECKING, Any, Protocol
+
+from .timebase import Clock
+from .train import Playing, Train
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+ONE = 1 << 16  # a step
+CYCLE = 8192  # ticks
+BLOCK = 1 << 15  # steps that are expanded at a time: they stay in the cache
+STRETCH = 1 << 10  # cycles that are expanded at a time where steps are rare
+EXACT = 1 << 61  # below it, a remainder and its neighbours fit into int64
+JERKS = (1, 0, -1, 0, -1, 0, 1)  # of the seven phases of an S-curve
+
+
+# --------------------------------------------------------------------------------------------------------------- laws
+class Law(Protocol):
+    """How far the position has come when a cycle begins: from 0 on, never back, at most 512 steps a cycle."""
+
+    @property
+    def steady(self) -> int:
+        """The displacement of every cycle, if it is always the same one; else 0."""
+
+    def travel(self, i: int) -> int:
+        """Distance before cycle i."""
+
+    def travels(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Distances before many cycles, any order: shape as `i`."""
+
+
+class Linear:
+    """Cycle i displaces by `speed + i * change`."""
+
+    __slots__ = ("change", "speed", "steady")
+
+    def __init__(self, speed: int, change: int = 0) -> None:
+        self.speed, self.change = speed, change
+        self.steady = 0 if change else speed
+
+    def travel(self, i: Any) -> Any:
+        """Distance before cycle i, or before each cycle of an array."""
+        return i * self.speed + i * (i - 1) // 2 * self.change
+
+    travels = travel
+
+
+class SCurve:
+    r"""A distance in seven phases of constant jerk: after k cycles, `distance * c(k) / whole` is covered, rounded down.
+
+        a    __                       phase     1   2   3   4   5   6   7
+            /  \                      cycles   n1  n2  n1  n4  n1  n2  n1
+           /    \____      _          jerk      1   0  -1   0  -1   0   1
+                     \    /
+                      \__/            in every cycle a += jerk, then v += a, then c += v
+
+    So c ends at n1 * (n1 + n2) * (2 * n1 + n2 + n4), which is `whole`.  A stop makes some of the `lengths` of the
+    phases shorter and leaves `whole` as it was.  `first` is the cycle of the curve with which the law begins.  The
+    distance is at most 2^47, which is 2^31 steps.
+    """
+
+    __slots__ = ("_table", "distance", "first", "phases", "start", "starts", "whole")
+    steady = 0
+
+    def __init__(self, distance: int, whole: int, lengths: tuple[int, ...], first: int = 0) -> None:
+        self.distance, self.whole, self.first = distance, whole, first
+        self.phases: list[tuple[int, int, int, int, int]] = []  # begin, then c, v and a there, jerk
+        begin = c = v = a = 0
+        for length, jerk in zip(lengths, JERKS, strict=True):
+            self.phases.append((begin, c, v, a, jerk))
+            c = _advanced(length, c, v, a, jerk)
+            v += length * a + length * (length + 1) // 2 * jerk
+            a += length * jerk
+            begin += length
+        self.starts = [phase[0] for phase in self.phases]
+        self._table: NDArray[np.int64] | None = None
+        self.start = self._covered(first)
+
+    def _covered(self, k: int) -> int:
+        """Distance after k cycles of the curve."""
+        begin, c, v, a, jerk = self.phases[bisect_right(self.starts, k) - 1]
+        here: int = _advanced(k - begin, c, v, a, jerk)
+        return self.distance * here // self.whole
+
+    def travel(self, i: int) -> int:
+        return self._covered(self.first + i) - self.start
+
+    def travels(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
+        import numpy as np
+
+        if self.whole >= EXACT:
+            return np.array([self.travel(cycle) for cycle in i.tolist()], np.int64)
+        if self._table is None:
+            self._table = np.array(self.phases, np.int64).T
+        k = i + self.first
+        begin, c, v, a, jerk = self._table[:, np.searchsorted(self._table[0], k, side="right") - 1]
+        c = _advanced(k - begin, c, v, a, jerk)
+        # As a float, distance * c / whole is wrong by less than 1/16, being at most 2^47.  So what is guessed here is
+        # right or one too small, and the remainder tells: its products wrap around, but it is less than 2^62 itself.
+        guess: NDArray[np.int64] = (c * (self.distance / self.whole) - 0.125).astype(np.int64)
+        guess += c * self.distance - guess * self.whole >= self.whole
+        return guess - self.start
+
+
+def _advanced(m: Any, c: Any, v: Any, a: Any, jerk: Any) -> Any:
+    """The c of an S-curve after m cycles of a phase; ints, or arrays of them."""
+    return c + m * v + m * (m + 1) * (3 * a + (m + 2) * jerk) // 6
+
+
+# -------------------------------------------------------------------------------------------------------------- train
+class CycleTrain(Train):
+    """The steps of a number of cycles that follow one law.
+
+    Args:
+        origin: the tick at which cycle 0 begins.
+        cycles: how many there are; OPEN at a constant speed that lasts.
+        lead: how far the position is beyond the last step when cycle 0 begins, counted in the direction of movement:
+            less than a step either way.
+        unit: what is counted; half a step for the edges of PULSE.
+    """
+
+    __slots__ = ("_near", "cycle", "cycles", "law", "lead", "unit")
+
+    def __init__(
+        self, clock: Clock, origin: int, law: Law, cycles: int, lead: int = 0, cycle: int = CYCLE, unit: int = ONE
+    ) -> None:
+        super().__init__(clock, origin)
+        self.law, self.cycles, self.lead, self.cycle, self.unit = law, cycles, lead, cycle, unit
+        self.steps = max((lead + law.travel(cycles)) // unit, 0)
+        self.length = cycles * cycle
+        self._near = (-1, 0, 0)  # a cycle, the distance before and after it: who asked for one asks for the next
+
+    @property
+    def halves(self) -> CycleTrain:
+        """The same movement in half steps: PULSE rises at even ones and falls at odd ones, counting from 0."""
+        return CycleTrain(self.clock, self.origin, self.law, self.cycles, self.lead, self.cycle, self.unit // 2)
+
+    def positions(self, i: int, j: int) -> NDArray[np.int64]:
+        """Positions at the begins of cycles i ... j-1: (n,) int64, in 1/65536 step, counted as `lead` is."""
+        import numpy as np
+
+        return self.lead + self.law.travels(np.arange(i, j))
+
+    # ------------------------------------------------------------------------------------------------------ questions
+    def begin(self, k: int) -> int:
+        distance = (k + 1) * self.unit - self.lead
+        if k >= self.steps:
+            return self.origin + self.length
+        if distance <= 0:  # the lead is more than half a step already
+            return self.origin
+        i, before, after = self._near
+        if not before < distance <= after:
+            i, before, after = self._enter(self._cycle(distance))
+        return self.origin + i * self.cycle - (before - distance) * self.cycle // (after - before)
+
+    def begun_by(self, tick: int) -> int:
+        i, part = divmod(tick - self.origin, self.cycle)
+        if i < 0:
+            return 0
+        if i >= self.cycles:
+            return self.steps
+        _, before, after = self._enter(i)
+        return max((self.lead + before + (after - before) * part // self.cycle) // self.unit, 0)
+
+    def begun_by_many(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+        import numpy as np
+
+        i, part = np.divmod(ticks, self.cycle)
+        i = np.clip(i, 0, self.cycles)
+        before = self.law.travels(i)
+        after = self.law.travels(np.minimum(i + 1, self.cycles))
+        n = (self.lead + before + (after - before) * part // self.cycle) // self.unit
+        return np.where(ticks < 0, 0, np.maximum(n, 0))
+
+    def _cycle(self, distance: int) -> int:
+        """The cycle that covers so much, more than 0: there is less before it."""
+        law = self.law
+        if law.steady:
+            return (distance - 1) // law.steady
+        return bisect_left(range(self.cycles), distance, key=law.travel) - 1
+
+    def _enter(self, i: int) -> tuple[int, int, int]:
+        """A cycle, and the distances before and after it."""
+        if self._near[0] != i:
+            self._near = (i, self.law.travel(i), self.law.travel(i + 1))
+        return self._near
+
+    # --------------------------------------------------------------------------------------------------------- arrays
+    def begin_ticks(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
+        import numpy as np
+
+        last = self.steps if last is None else min(last, self.steps)
+        out = np.empty(max(last - first, 0), np.int64)
+        for since, part in self._parts(first, out):
+            part += since
+        return out
+
+    def begins(
+        self, first: int = 0, last: int | None = None, out: NDArray[np.int64] | None = None
+    ) -> NDArray[np.int64]:
+        import numpy as np
+
+        last = self.steps if last is None else min(last, self.steps)
+        count = max(last - first, 0)
+        out = np.empty(count, np.int64) if out is None else out[:count]
+        for since, part in self._parts(first, out):
+            self.clock.ps_array(part, self.origin + since, part)
+        return out
+
+    def _parts(self, first: int, out: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.int64]]]:
+        """Fill in the begins from step `first` on, part by part; each counts ticks since a tick that comes with it.
+
+        Step number m of a part, counted from 1, begins on tick ceil(m * scale + rest), where both are fractions n/d, d
+        being the displacement of its cycle.  With 1 - 1/2d added, it is enough to cut off the decimals, and the sum is
+        at least 1/2d away from the next integer on both sides.  As floats, m * scale and rest are at most 2^45/d each,
+        besides whole ticks up to 2^23.  So what they lose in rounding is less than 2^-6/d + 2^-28, and 1/2d is more.
+        """
+        import numpy as np
+
+        if first == 0 and len(out) and self.lead >= self.unit:
+            out[0] = 0
+            yield 0, out[:1]
+            first, out = 1, out[1:]
+        parts = self._steady if self.law.steady else self._uneven
+        for count, since, scale, rest in parts(first, first + len(out)):
+            ticks = _counting()[:count] * scale
+            ticks += rest
+            np.copyto(out[:count], ticks, casting="unsafe")
+            yield since, out[:count]
+            out = out[count:]
+
+    def _steady(self, first: int, last: int) -> Iterator[tuple[int, int, Any, Any]]:
+        """Parts at constant speed: how many steps, since when they count, scale and rest."""
+        speed = self.law.steady
+        for a in range(first, last, BLOCK):
+            since, rest = divmod((a * self.unit - self.lead) * self.cycle, speed)
+            yield min(BLOCK, last - a), since, self.unit * self.cycle / speed, (rest - 0.5) / speed + 1
+
+    def _uneven(self, first: int, last: int) -> Iterator[tuple[int, int, Any, Any]]:
+        """The same of parts in which every cycle has its own speed: scale and rest of each step, as arrays."""
+        import numpy as np
+
+        end = self._cycle(last * self.unit - self.lead) + 1
+        for i in range(self._cycle((first + 1) * self.unit - self.lead), end, STRETCH):
+            position = self.positions(i, min(i + STRETCH, end) + 1)
+            begun = np.clip(position // self.unit, first, last)
+            counts = np.diff(begun)
+            displaced = np.maximum(np.diff(position), 1)  # a cycle at rest has no steps that would count this
+            p = 0
+            while p < len(counts):
+                q = int(np.searchsorted(begun, begun[p] + BLOCK, side="right")) - 1
+                scale = self.unit * self.cycle / displaced[p:q]
+                rest = ((begun[p] * self.unit - position[p:q]) * self.cycle - 0.5) / displaced[p:q]
+                rest += np.arange(1, (q - p) * self.cycle, self.cycle)
+                steps = counts[p:q]
+                yield int(begun[q] - begun[p]), (i + p) * self.cycle, np.repeat(scale, steps), np.repeat(rest, steps)
+                p = q
+
+
+@cache
+def _counting() -> NDArray[np.float64]:
+    """1, 2, 3 ... for a part of an expansion."""
+    import numpy as np
+
+    return np.arange(1, BLOCK + 1, dtype=np.float64)
+
+
+class SquareView:
+    """PULSE of a played train of cycles: high in the second half of each step.
+
+    `high`: the movement begins with PULSE high, a half step having been left open; so it stays until the first step.
+    """
+
+    __slots__ = ("halves", "high", "of")
+
+    def __init__(self, of: Playing, high: bool) -> None:
+        assert isinstance(of.train, CycleTrain)
+        self.of, self.high, self.halves = of, high, of.train.halves
+
+    @property
+    def until(self) -> int | None:
+        return self.of.until
+
+    def level(self, ps: int) -> int:
+        over = self.halves.begun(self.of.bounded(ps))
+        return over % 2 if over else int(self.high)
+
+    def after(self, ps: int) -> int | None:
+        halves = self.halves
+        k = max(halves.begun(ps), int(self.high))  # what is high does not rise
+        if k >= halves.steps:
+            return None
+        time = halves.clock.ps(halves.begin(k))
+        return time if self.of.until is None or time < self.of.until else None
+
+    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
+        import numpy as np
+
+        a = max(self.halves.begun(start), int(self.high))
+        times = self.halves.begins(a, self.halves.begun(self.of.bounded(stop)))
+        levels = np.empty(len(times), np.int8)
+        levels[::2], levels[1::2] = (a + 1) % 2, a % 2
+        return times, levels

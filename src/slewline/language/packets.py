@@ -1,0 +1,214 @@
+"""The packets of the MC1451A family: lines of a host script in, words out, and back.  No time, no pins.
+
+    SET_POS 12345             10  0000 3039     command byte; words, the high one first, each high byte first
+    set_vel $2C000            11  0002 C000     capitals do not count; hexadecimal behind $ or 0x
+    SET_ACC -127795           12  FFFE 0CCD     two's complement; $FFFE0CCD is the same number
+    GET_STATUS                31 [0300]         a word that the chipset returns
+    UPDATE                    1A
+
+Behind the last word the host may read a checksum: command byte and all words, added up, of which 16 bits are kept.
+Of what a host *sends*, `words` takes nothing that the manual does not allow; who wants to send other words makes them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+from fractions import Fraction
+
+from ..core.table import Arg, Bits, Row, Sheet
+from ..errors import UnknownName, UsageError
+from .dialects import Command
+from .lines import Refusal
+
+DIRECTS = ("wait", "expect")  # lines that begin so direct the host of a script, like those that begin with @
+WORD = 1 << 16
+_NUMBER = re.compile(r"([+-]?)(?:0[xX]|\$)([0-9a-fA-F]+)|[+-]?[0-9]+")
+LONGEST = 40  # characters of a number or a mnemonic that are looked at; no longer one is right
+
+
+# ------------------------------------------------------------------------------------------------------ words, checksum
+def words(row: Row, values: Sequence[int]) -> tuple[int, ...]:
+    """What a host writes behind the command byte.
+
+    Raises:
+        UsageError: too few values or too many, or one that is out of range; the message says what is allowed.
+    """
+    takes = " and ".join(arg.name for arg in row.args) or "no argument"
+    if len(values) != len(row.args):
+        raise UsageError(f"{row.name} takes {takes}, not {len(values)} values")
+    for arg, value in zip(row.args, values, strict=True):
+        if not isinstance(value, int) or isinstance(value, bool) or not arg.allows(value):
+            raise UsageError(f"{row.name} {arg.name} {value!r}: allowed {arg.low}..{arg.high} ({row.where})")
+    data = row.pack(values)[1:]
+    return tuple(int.from_bytes(data[at : at + 2], "big") for at in range(0, len(data), 2))
+
+
+def values(args: Iterable[Arg], found: Sequence[int]) -> tuple[int, ...]:
+    """The numbers in words that the chipset returned (`row.reads`), with their sign."""
+    data = b"".join(word.to_bytes(2, "big") for word in found)
+    result, at = [], 0
+    for arg in args:
+        result.append(arg.unpack(data[at : at + arg.size], "big"))
+        at += arg.size
+    return tuple(result)
+
+
+def counted(args: Iterable[Arg]) -> int:
+    """How many words hold these numbers."""
+    return sum(arg.size for arg in args) // 2
+
+
+def checksum(code: int, sent: Iterable[int]) -> int:
+    """The checksum of a packet: its command byte and all its words, written or returned."""
+    return (code + sum(sent)) % WORD
+
+
+# ------------------------------------------------------------------------------------------------- words about an axis
+def fields(word: int, bits: Iterable[Bits]) -> dict[str, int]:
+    """The fields of a status or mode word, by name."""
+    return {each.name: each.of(word) for each in bits}
+
+
+def shown(word: int, bits: Iterable[Bits]) -> str:
+    """A status or mode word as text: names of the bits that are 1, and fields with their numbers."""
+    found = [(each, each.of(word)) for each in bits]
+    return " ".join(f"{each.name}={value}" if each.width > 1 else each.name for each, value in found if value)
+
+
+def status_bit(sheet: Sheet, name: str) -> Bits:
+    """The bit of the status word that has this name.
+
+    Raises:
+        UnknownName: with the names there are.
+    """
+    bits = {each.name: each for each in (sheet.packets.status if sheet.packets else ()) if each.width == 1}
+    try:
+        return bits[name.lower()]
+    except KeyError:
+        close = "".join(f"{each}, perhaps? " for each in get_close_matches(name.lower(), bits, 1))
+        raise UnknownName(f"{sheet.part} has no status bit {name!r}; {close}allowed {', '.join(bits)}") from None
+
+
+# ------------------------------------------------------------------------------------------------------------- commands
+def row(sheet: Sheet, name: str) -> Row:
+    """The row of a command by its mnemonic; capitals do not count.
+
+    Raises:
+        UnknownName: the part has no such command; the message says what may be meant.
+    """
+    found = sheet.commands.by_form.get(name.upper())
+    if found is None:
+        stranger = _stranger(sheet, name)
+        raise UnknownName(f"{stranger.found}; {stranger.remedy}")
+    return found
+
+
+def command(sheet: Sheet, text: str) -> Command:
+    """A line as a command of this part: mnemonic and number.
+
+    Raises:
+        UsageError: it is none; the message says what would be one.
+    """
+    found = parse(sheet, text)
+    if isinstance(found, Refusal):
+        allowed = f": allowed {found.allowed}" if found.allowed else ""
+        raise UsageError(f"{found.found}{allowed}{f'; {found.remedy}' if found.remedy else ''}")
+    return found
+
+
+def parse(sheet: Sheet, text: str) -> Command | Refusal:
+    """The same, without raising: a line that is no command is a `Refusal`, with the place of what is wrong."""
+    name = "".join(text.split(maxsplit=1)[:1])
+    known = sheet.commands.by_form.get(name.upper())
+    if known is None:
+        return _stranger(sheet, name)
+    rest = text.lstrip()[len(name) :]
+    return _arguments(known, text, len(text) - len(rest.lstrip()))
+
+
+def spell(row: Row, values: Sequence[int]) -> str:
+    """A command as it is written."""
+    return " ".join([row.form, *(arg.spell(value) for arg, value in zip(row.args, values, strict=True))])
+
+
+def usage(row: Row) -> str:
+    """How a command is written: "SET_POS <position>"."""
+    return " ".join([row.form, *(f"<{arg.name}>" for arg in row.args)])
+
+
+def range_of(arg: Arg) -> str:
+    """The numbers that an argument may be, and what they count: "0..1073741823 (2^-16 steps/cycle)"."""
+    unit = f"2^-{arg.fraction} {arg.unit}" if arg.fraction else arg.unit
+    return f"{arg.low}..{arg.high}{f' ({unit})' if unit else ''}"
+
+
+def number(text: str, arg: Arg) -> int | None:
+    """A decimal or hexadecimal number; a hexadecimal one may be the two's complement of a negative one."""
+    match = _NUMBER.fullmatch(text)
+    if match is None:
+        return None
+    sign, digits = match.groups()
+    if len(text) > LONGEST:
+        return -arg.modulus if text[0] == "-" else arg.modulus
+    value = int(text) if digits is None else int(sign + digits, 16)
+    negative = arg.low < 0 and value > arg.high and arg.modulus // 2 <= value < arg.modulus
+    return value - arg.modulus if digits and negative else value
+
+
+def _arguments(row: Row, text: str, at: int) -> Command | Refusal:
+    """The number behind a mnemonic; it begins at character `at`."""
+    takes = row.args[0].name if row.args else "no argument"
+    found = text[at:].split()
+    if len(found) > len(row.args):
+        first = text.index(found[len(row.args)], at + sum(map(len, found[: len(row.args)])))
+        return _refusal("extra-argument", first, len(text), f"{row.name} with {text[first:]}", takes)
+    if len(found) < len(row.args):
+        return _refusal(
+            "missing-argument", len(text), len(text) + 1, f"{row.name} without {takes}", range_of(row.args[0])
+        )
+    if not found:
+        return Command(row, (), 0, b"", row.form)
+    arg, written = row.args[0], found[0]
+    value, end = number(written, arg), at + len(written)
+    says = f"{row.name} {arg.name} {written if len(written) <= LONGEST else f'{written[:LONGEST]}...'}"
+    if value is None:
+        return _refusal("bad-number", at, end, says, range_of(arg), _number_meant(arg, written))
+    if not arg.allows(value):
+        nearest = min(max(value, arg.low), arg.high)
+        return _refusal("range", at, end, says, range_of(arg), f"the nearest is {nearest}")
+    return Command(row, (value,), 0, b"", spell(row, (value,)))
+
+
+def _refusal(code: str, at: int, end: int, found: str, allowed: str = "", remedy: str = "") -> Refusal:
+    return Refusal(code, found, at, end, found, allowed, remedy)
+
+
+def _number_meant(arg: Arg, written: str) -> str:
+    """What somebody may have meant who wrote something that is no number."""
+    if re.fullmatch(r"[0-9a-fA-F]{1,8}[hH]?", written):
+        return f"hexadecimal is written 0x{written.rstrip('hH').upper()}"
+    if arg.fraction and re.fullmatch(r"[+-]?[0-9]{0,9}\.[0-9]{1,9}", written):
+        scaled = Fraction(written) * (1 << arg.fraction)
+        whole = "" if scaled.denominator == 1 else f"{float(scaled):.8g}, no whole number; the nearest is "
+        return f"{written} {arg.unit} is {whole}{round(scaled)}"
+    if re.fullmatch(r"[+-]?[0-9][0-9_,']*", written):
+        return "write digits, without anything between them"
+    return "write decimal digits, or hexadecimal ones behind 0x or $"
+
+
+def _stranger(sheet: Sheet, name: str) -> Refusal:
+    """A mnemonic that the part does not have; which one may be meant?"""
+    wanted, slips = name.upper(), sheet.packets.slips if sheet.packets else {}
+    tail = wanted.partition("_")[2] or wanted
+    close = get_close_matches(wanted, sheet.commands.by_form, 3, 0.75)
+    alike = [form for form in sheet.commands.by_form if tail and form.partition("_")[2] == tail]
+    if wanted in sheet.foreign:
+        remedy = "a part with more axes has this command"
+    elif meant := [slips[wanted]] if wanted in slips else close or alike:
+        remedy = f"write {' or '.join(meant)}"
+    else:
+        remedy = f"slewline describe {sheet.part} lists the commands"
+    shown = name if len(name) <= LONGEST else f"{name[:LONGEST]}..."
+    return _refusal("unknown-command", 0, len(name), f"{shown} is no command of the {sheet.part.upper()}", "", remedy)

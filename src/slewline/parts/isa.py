@@ -1,0 +1,129 @@
+"""The ISA board of the chipset's application note: its host port as I/O addresses of a PC.
+
+    base + 0   data, read and write     + 2   command, write     + 4   bit 7: HostRdy, read     + 8   reset, write
+
+    clocks     |  0  |  1  |  2  |  3  |  4  |  5  |            of the bus, 8 MHz
+    address    ---<================================>            selects the port, and is HostCmd (A1)
+    IOW, IOR   ‾‾‾‾‾‾\\_______________________/‾‾‾‾‾‾
+    HostWrite  ‾‾‾‾‾‾‾‾‾‾‾‾\\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾            the PAL cuts it short, so that data are held behind it
+    HostRead   ‾‾‾‾‾‾\\_______________________/‾‾‾‾‾‾            the PC takes the byte at its end
+
+The board decodes ten address lines.  It takes sixteen addresses; those without a function read FF and take nothing, and
+the other bits of the status float and read 1.  RESET of the bus resets the chipset, too.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+from ..core.kernel import Kernel
+from ..core.net import Net
+from ..core.waits import until
+from ..errors import UsageError
+from .caller import Caller, Errand
+
+CLOCK_PS = 125_000
+CYCLE = 6  # clocks; the strobes of the bus last from clock 1 to the end of clock 4, HostWrite is low in clock 2
+RESET_PS = 2_000_000  # the chipset wants 1 us; the strobe of the bus alone would be too short
+DATA, COMMAND, STATUS, RESET = 0, 2, 4, 8  # offsets from the base
+BASES = range(0x300, 0x400, 0x10)
+DECODED = 0x3FF
+FLOATING, HOSTRDY = 0xFF, 0x80
+
+
+class Isa(Caller):
+    """An interface board in a PC.
+
+    Args:
+        base: the first of its addresses; its two select lines give 0x340, 0x350, 0x370 and 0x390.
+    """
+
+    wiring = MappingProxyType(
+        {name: name for name in ("hostdata", "hostslct", "hostcmd", "hostread", "hostwrite", "hostrdy", "reset")}
+    )
+
+    def __init__(self, kernel: Kernel, name: str, *, base: int = 0x340) -> None:
+        super().__init__(kernel, name)
+        if base not in BASES:
+            raise UsageError(f"{name}: base {base!r}; allowed {BASES[0]:#x} to {BASES[-1]:#x} in steps of 0x10")
+        self.base = base
+        self.add_bus("hostdata", "data bus of the chipset")
+        for pin in ("hostslct", "hostread", "hostwrite", "reset"):
+            self.add_pin(pin, "out", f"{pin} of the chipset", initial=1)
+        self.add_pin("hostcmd", "out", "hostcmd of the chipset: address line A1", initial=0)
+        self.add_pin("hostrdy", "in", "hostrdy of the chipset", pull=1)
+        self.add_pin("reset_drv", "in", "RESET of the bus, high active", pull=0)
+        self.reset_until = 0  # a write to base + 8 holds the chipset in reset so long
+
+    def rewired(self) -> None:
+        self.pin("reset_drv").net.watch(self._put_reset)
+        self._put_reset()
+
+    def _put_reset(self, _net: Net | None = None) -> None:
+        held = self.high("reset_drv") or self.kernel.now < self.reset_until
+        self.drivers["reset"].drive(0 if held else 1)
+
+    # ------------------------------------------------------------------------------------ what a program on the PC does
+    def out(self, port: int, byte: int, timeout: str = "5 s") -> None:
+        """Write a byte to an I/O address: OUT port, byte."""
+        self.fetch(self.cycle(port, byte), timeout)
+
+    def inp(self, port: int, timeout: str = "5 s") -> int:
+        """Read a byte from an I/O address: IN port."""
+        byte: int = self.fetch(self.cycle(port), timeout)
+        return byte
+
+    def cycle(self, port: int, byte: int | None = None) -> Errand:
+        """Queue a bus cycle: a write, or without a byte a read."""
+        for number, most in ((port, 0xFFFF), (byte or 0, 0xFF)):
+            if not isinstance(number, int) or not 0 <= number <= most:
+                raise UsageError(f"{self.name}: {number!r}; allowed 0..{most:#x}")
+        self.input("cycle", port, byte)
+        if byte is None:
+            return self.errand(f"in {port:#x}", lambda: self.read(port))
+        return self.errand(f"out {port:#x}, {byte:#04x}", lambda: self.write(port, byte))
+
+    # ------------------------------------------------------------------------------------------------------ bus cycles
+    async def write(self, port: int, byte: int) -> None:
+        """A write cycle, now."""
+        offset = self._offset(port)
+        if offset in (DATA, COMMAND):
+            self._select(command=int(offset == COMMAND))
+            self.drivers["hostdata"].wave(None, (self._clock(1), self._clock(5)), ((0xFF, byte), None))
+            self._low("hostwrite", 2, 3)
+        elif offset == RESET:
+            self.reset_until = self._clock(1) + RESET_PS
+            self.kernel.call_at(self._clock(1), self._put_reset)
+            self.kernel.call_at(self.reset_until, self._put_reset)
+        await until(self.kernel, self._clock(CYCLE))
+
+    async def read(self, port: int) -> int:
+        """A read cycle, now."""
+        offset, end = self._offset(port), self._clock(CYCLE)
+        if offset == DATA:
+            self._select(command=0)
+            self._low("hostread", 1, 5)
+        await until(self.kernel, self._clock(5))
+        byte = FLOATING
+        if offset == DATA:
+            byte = self.byte("hostdata")
+        elif offset == STATUS and not self.high("hostrdy"):
+            byte &= ~HOSTRDY
+        await until(self.kernel, end)
+        return byte
+
+    def _offset(self, port: int) -> int:
+        """The address within the board; another number, if it is not one of its addresses."""
+        return (port & DECODED) - self.base
+
+    def _clock(self, number: int) -> int:
+        return self.kernel.now + number * CLOCK_PS
+
+    def _select(self, command: int) -> None:
+        """The address is on the bus from the middle of clock 0 to the end of the cycle."""
+        times = self.kernel.now + CLOCK_PS // 2, self._clock(CYCLE)
+        self.drivers["hostslct"].wave(1, times, (0, 1))
+        self.drivers["hostcmd"].wave(0, times, (command, 0))
+
+    def _low(self, pin: str, first: int, last: int) -> None:
+        self.drivers[pin].wave(1, (self._clock(first), self._clock(last)), (0, 1))

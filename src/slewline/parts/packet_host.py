@@ -1,0 +1,291 @@
+"""The host computer of a chipset that takes packets: a command byte, words to it or from it, a checksum.
+
+    host.command("SET_POS", 12345)          10  0000 3039  -> checksum 3049, which is compared
+    host.query("GET_STATUS")                31             -> 0300, checksum 0331
+
+A packet is over when HostRdy is high again behind its last word.  The host remembers the current axis, so that axis(2)
+sends SET_2 only if the current one is another.  A checksum that does not fit is raised where somebody waits for the
+packet, and is a finding of the host in any case.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ..core.kernel import Kernel
+from ..core.timebase import picoseconds
+from ..core.waits import until
+from ..errors import ChecksumError, UsageError
+from ..language import packets
+from ..language.source import host_lines
+from .caller import Caller, Errand
+from .packet_port import (
+    GAP_PS,
+    LOW_PS,
+    UNKNOWN,
+    Packet,
+    PacketPort,
+    Strobes,
+    operations,
+    packet_of,
+)
+from .part import served
+from .worker import as_bytes
+
+if TYPE_CHECKING:
+    from ..core.chip import Chip
+
+POLL = "1 ms"  # a host that waits for a status bit asks so often
+USUAL = Strobes()
+
+
+class Result(NamedTuple):
+    """What a command of a script returned."""
+
+    axis: int
+    command: str
+    value: int
+
+
+class PacketHost(Caller):
+    """A host computer on the host port of one chipset, or of several that share its data bus.
+
+    `received` are all words that it has read, `results` what the commands of a script returned.
+    """
+
+    def __init__(self, kernel: Kernel, name: str, chips: Sequence[Chip], delay_ps: int = 0) -> None:
+        super().__init__(kernel, name)
+        self.chips = {chip.name: chip for chip in chips}
+        self.ports = {chip.name: PacketPort(kernel, chip, name, delay_ps) for chip in chips}
+        self.port = next(iter(self.ports.values()))
+        self.received: list[int] = []
+        self.results: list[Result] = []
+        self.on_event: Callable[[str], object] | None = None  # a transcript
+
+    @property
+    def chip(self) -> Chip:
+        """The chip that it speaks to."""
+        return self.chips[self.port.chip]
+
+    def to(self, chip: str | Chip) -> PacketHost:
+        """From now on, speak to this chip."""
+        self.port = served(self.name, self.ports, chip)
+        return self
+
+    def axis(self, number: int) -> AxisView:
+        """A view whose commands are for one axis: it becomes the current one first, unless it is."""
+        self._check_axis(number)
+        return AxisView(self, number)
+
+    def _check_axis(self, number: int) -> None:
+        axes = self.port.sheet.axes
+        if number not in range(1, axes + 1):
+            raise UsageError(f"{self.name}: axis {number!r}; {self.port.chip} ({self.port.sheet.part}) has 1..{axes}")
+
+    def rest(self) -> None:
+        for port in self.ports.values():
+            port.rest()
+
+    # ------------------------------------------------------------------------------------------------------ packets
+    def command(self, name: str, *values: int, axis: int = UNKNOWN, timeout: str = "5 s") -> int | None:
+        """Send a command and check the checksum; returns what the command returns, if it returns anything.
+
+        Args:
+            name: the mnemonic.
+            values: what the command takes, in its own units.
+            axis: becomes the current axis first, unless it is; 0: whichever is current.
+
+        Raises:
+            ChecksumError: the checksum does not fit, or the chipset does not know the command.
+            Timeout: HostRdy stays low.
+        """
+        row = packets.row(self.port.sheet, name)
+        found = self.fetch(self._queue(packet_of(row, values), axis), timeout)
+        return packets.values(row.reads, found)[0] if row.reads else None
+
+    def query(self, name: str, axis: int = UNKNOWN, timeout: str = "5 s") -> int:
+        """The same for a command that returns something."""
+        if not packets.row(self.port.sheet, name).reads:
+            raise UsageError(f"{self.name}: {name} returns nothing, so there is no query; send it with command()")
+        return self.command(name, axis=axis, timeout=timeout)  # type: ignore[return-value]
+
+    def packet(
+        self, code: int, *words: int, reads: int = 0, checksum: bool = True, axis: int = UNKNOWN, timeout: str = "5 s"
+    ) -> tuple[int, ...]:
+        """Send any packet: a code, and words behind it; returns the words that are read behind those."""
+        found: tuple[int, ...] = self.fetch(self._queue(Packet(code, words, reads, checksum), axis), timeout)
+        return found
+
+    def send(self, data: str | bytes, axis: int = UNKNOWN) -> None:
+        """Queue packets: text is commands, one a line; bytes are a code and the bytes of its words, as they are."""
+        if isinstance(data, str):
+            for command in [packets.command(self.port.sheet, line) for _, _, line in host_lines(data)]:
+                self._queue(packet_of(command.row, command.values), axis)
+            return
+        for part, is_command in operations(as_bytes(self.name, data)):
+            self.strobe(self.port.chip, part, is_command, *USUAL)
+
+    def wait(self, bit: str, timeout: str = "60 s", every: str | int = POLL, axis: int = UNKNOWN) -> int:
+        """Ask for the status word until a bit of it is 1, or, with "!" before its name, 0; returns the word.
+
+        Args:
+            bit: "motion_complete", "!in_motion" ...
+            every: pause between two questions.
+        """
+        packets.status_bit(self.port.sheet, bit.removeprefix("!"))
+        word: int = self.fetch(self.poll(self.port.chip, axis, bit, picoseconds(every)), timeout)
+        return word
+
+    def _queue(self, packet: Packet, axis: int) -> Errand:
+        return self.perform(self.port.chip, axis, *packet)
+
+    # ---------------------------------------------------------------------------------------------- single operations
+    def write_command(self, byte: int, timeout: str = "5 s", **how: Any) -> None:
+        """Write a command byte and nothing else; the call ends with the strobe, not with the busy time behind it.
+
+        Args:
+            how: low, gap: times of the strobes; ready=False: strobe without looking at HostRdy.
+        """
+        self._write(self._bytes(byte, 1), True, timeout, how)
+
+    def write_byte(self, byte: int, timeout: str = "5 s", **how: Any) -> None:
+        """Write half of a data word."""
+        self._write(self._bytes(byte, 1), False, timeout, how)
+
+    def write_word(self, word: int, timeout: str = "5 s", **how: Any) -> None:
+        """Write a data word."""
+        self._write(self._bytes(word, 2), False, timeout, how)
+
+    def read_byte(self, timeout: str = "5 s", **how: Any) -> int:
+        """Read half of a data word."""
+        return self._read(1, timeout, how)
+
+    def read_word(self, timeout: str = "5 s", **how: Any) -> int:
+        """Read a data word."""
+        return self._read(2, timeout, how)
+
+    def _write(self, data: bytes, command: bool, timeout: str, how: dict[str, Any]) -> None:
+        self.fetch(self.strobe(self.port.chip, data, command, *self._how(**how)), timeout)
+
+    def _read(self, number: int, timeout: str, how: dict[str, Any]) -> int:
+        return int.from_bytes(self.fetch(self.sample(self.port.chip, number, *self._how(**how)), timeout), "big")
+
+    def _how(self, low: str | int = LOW_PS, gap: str | int = GAP_PS, ready: bool = True) -> Strobes:
+        how = Strobes(picoseconds(low), picoseconds(gap), ready)
+        if not (how.low_ps and how.gap_ps):
+            raise UsageError(f"{self.name}: low {low!r}, gap {gap!r}; allowed more than 0")
+        return how
+
+    def _bytes(self, number: int, size: int) -> bytes:
+        if not isinstance(number, int) or not 0 <= number < 1 << 8 * size:
+            raise UsageError(f"{self.name}: {number!r}; allowed 0..{(1 << 8 * size) - 1}")
+        return number.to_bytes(size, "big")
+
+    # ------------------------------------------------------------------------ the queue, which is what a journal keeps
+    def perform(self, chip: str, axis: int, code: int, words: Sequence[int], reads: int, checked: bool) -> Errand:
+        """Queue a packet."""
+        port, packet = served(self.name, self.ports, chip), Packet(code, tuple(words), reads, checked)
+        for number, size in ((code, 1), *((word, 2) for word in words)):
+            self._bytes(number, size)
+        if axis != UNKNOWN:
+            self._check_axis(axis)
+        self.input("perform", chip, axis, code, list(words), reads, checked)
+        return self.errand(f"{packet.spelled(port.sheet)} to {chip}", lambda: self.exchange(port, packet, axis))
+
+    def strobe(self, chip: str, data: Sequence[int], command: bool, low_ps: int, gap_ps: int, ready: bool) -> Errand:
+        """Queue a write operation."""
+        port, data = served(self.name, self.ports, chip), bytes(data)
+        self.input("strobe", chip, data, command, low_ps, gap_ps, ready)
+
+        async def action() -> None:
+            port.axis = UNKNOWN if command else port.axis
+            await port.write(data, command, Strobes(low_ps, gap_ps, ready))
+
+        return self.errand(f"{data.hex()} to {chip}", action)
+
+    def sample(self, chip: str, number: int, low_ps: int, gap_ps: int, ready: bool) -> Errand:
+        """Queue a read operation."""
+        port = served(self.name, self.ports, chip)
+        self.input("sample", chip, number, low_ps, gap_ps, ready)
+        return self.errand(f"a word from {chip}", lambda: self.read(port, number, Strobes(low_ps, gap_ps, ready)))
+
+    def poll(self, chip: str, axis: int, bit: str, every_ps: int) -> Errand:
+        """Queue questions for the status word until a bit is as it should be."""
+        port = served(self.name, self.ports, chip)
+        self.input("poll", chip, axis, bit, every_ps)
+        return self.errand(f"{bit} of {chip}", lambda: self.until_status(port, bit, every_ps, axis))
+
+    # ------------------------------------------------------------------------------------------------ the host's task
+    async def exchange(self, port: PacketPort, packet: Packet, axis: int = UNKNOWN) -> tuple[int, ...]:
+        """A packet, now: the words that are read, without the checksum."""
+        if axis not in (UNKNOWN, port.axis):
+            await self.exchange(port, packet_of(packets.row(port.sheet, f"SET_{axis}")))
+        await port.write(bytes([packet.code]), True, USUAL)
+        for word in packet.words:
+            await port.write(word.to_bytes(2, "big"), False, USUAL)
+        found = tuple([int.from_bytes(await self.read(port, 2, USUAL), "big") for _ in range(packet.reads)])
+        port.note_axis(packet.code, found)
+        checksum = int.from_bytes(await self.read(port, 2, USUAL), "big") if packet.checked else None
+        await port.ready()
+        if checksum is not None:
+            self._check(port, packet, found, checksum)
+        return found
+
+    def _check(self, port: PacketPort, packet: Packet, found: tuple[int, ...], checksum: int) -> None:
+        expected = packets.checksum(packet.code, (*packet.words, *found))
+        if checksum == expected:
+            return
+        port.axis = UNKNOWN
+        why = "0 is the answer to an illegal command" if checksum == 0 else "a byte was garbled; send the packet again"
+        returned = f" returned {' '.join(f'{word:04x}' for word in found)}," if found else ""
+        sent = f"{packet.spelled(port.sheet)} to {port.chip}"
+        wrong = f"{sent}:{returned} checksum {checksum:04x}, expected {expected:04x}; {why}"
+        self.finding("checksum", wrong)
+        raise ChecksumError(f"{self.name}: {wrong}")
+
+    async def read(self, port: PacketPort, number: int, how: Strobes) -> bytes:
+        """A read operation, now; a word is kept."""
+        data = await port.read(number, how)
+        if number == 2:
+            self.received.append(int.from_bytes(data, "big"))
+        return data
+
+    async def until_status(self, port: PacketPort, bit: str, every_ps: int, axis: int = UNKNOWN) -> int:
+        """Ask for the status word, now, until a bit is as it should be."""
+        field, wanted = packets.status_bit(port.sheet, bit.removeprefix("!")), not bit.startswith("!")
+        question = packet_of(packets.row(port.sheet, "GET_STATUS"))
+        while True:
+            (word,) = await self.exchange(port, question, axis)
+            if field.of(word) == wanted:
+                return word
+            await until(self.kernel, self.kernel.now + every_ps)
+
+
+class AxisView:
+    """A host that speaks for one axis."""
+
+    def __init__(self, host: PacketHost, number: int) -> None:
+        self.host, self.number = host, number
+
+    def command(self, name: str, *values: int, timeout: str = "5 s") -> int | None:
+        """PacketHost.command, for this axis."""
+        return self.host.command(name, *values, axis=self.number, timeout=timeout)
+
+    def query(self, name: str, timeout: str = "5 s") -> int:
+        """PacketHost.query, for this axis."""
+        return self.host.query(name, axis=self.number, timeout=timeout)
+
+    def packet(
+        self, code: int, *words: int, reads: int = 0, checksum: bool = True, timeout: str = "5 s"
+    ) -> tuple[int, ...]:
+        """PacketHost.packet, for this axis."""
+        return self.host.packet(code, *words, reads=reads, checksum=checksum, axis=self.number, timeout=timeout)
+
+    def send(self, data: str) -> None:
+        """PacketHost.send of commands, for this axis."""
+        self.host.send(data, axis=self.number)
+
+    def wait(self, bit: str, timeout: str = "60 s", every: str | int = POLL) -> int:
+        """PacketHost.wait, for this axis."""
+        return self.host.wait(bit, timeout, every, axis=self.number)

@@ -1,0 +1,344 @@
+"""Trains of cycles against plain loops: tick by tick where they are short, cycle by cycle where they are long."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from random import Random
+
+import numpy as np
+import pytest
+from promises import bounds, check_promise
+
+from slewline.core.axis import Axis
+from slewline.core.cycles import BLOCK, CYCLE, EXACT, ONE, STRETCH, CycleTrain, Linear, SCurve, SquareView
+from slewline.core.kernel import Kernel
+from slewline.core.timebase import Clock
+from slewline.core.train import OPEN, Playing, StepTrain
+
+CRYSTALS = [25_000_000, 24_999_999, 6_700_000, 20_480_000]
+TOP = 512 * ONE
+MHZ25 = Clock(25_000_000)
+
+
+# ------------------------------------------------------------------------------------------------------------ the loops
+def linear(speed: int, change: int, cycles: int) -> list[int]:
+    """Displacements that change evenly."""
+    return [speed + i * change for i in range(cycles)]
+
+
+def shape(lengths: tuple[int, ...]) -> list[int]:
+    """Positions of an S-curve of jerk 1 after 0, 1, 2 ... cycles, by doing what its definition says."""
+    out, position, speed, acceleration = [0], 0, 0, 0
+    for length, jerk in zip(lengths, (1, 0, -1, 0, -1, 0, 1), strict=True):
+        for _ in range(length):
+            acceleration += jerk
+            speed += acceleration
+            position += speed
+            out.append(position)
+    return out
+
+
+def full(n1: int, n2: int, n4: int) -> tuple[int, tuple[int, ...]]:
+    """What the shape ends at, and the lengths of its phases."""
+    return n1 * (n1 + n2) * (2 * n1 + n2 + n4), (n1, n2, n1, n4, n1, n2, n1)
+
+
+def curved(distance: int, whole: int, lengths: tuple[int, ...], first: int, cycles: int) -> list[int]:
+    """Displacements of an S-curve."""
+    at = [distance * c // whole for c in shape(lengths)[first : first + cycles + 1]]
+    return np.diff(np.array(at, object)).tolist()
+
+
+def tick_by_tick(displacements: list[int], lead: int, cycle: int, unit: int) -> list[int]:
+    """Ticks, since the begin of cycle 0, on which the position is first at or beyond 1, 2, 3 ... units."""
+    out = [0] * (lead >= unit)
+    begin = lead
+    for i, displaced in enumerate(displacements):
+        for tick in range(cycle + 1):
+            while begin * cycle + displaced * tick >= (len(out) + 1) * unit * cycle:
+                out.append(i * cycle + tick)
+        begin += displaced
+    return out
+
+
+def cycle_by_cycle(displacements: list[int], lead: int, cycle: int, unit: int) -> list[int]:
+    """The same, by one division a step."""
+    out = [0] * (lead >= unit)
+    begin = lead
+    for i, displaced in enumerate(displacements):
+        while (missing := (len(out) + 1) * unit - begin) <= displaced:
+            out.append(i * cycle - -missing * cycle // displaced)
+        begin += displaced
+    return out
+
+
+def short_trains(cycle: int, clock: Clock = MHZ25, number: int = 30):
+    """Short trains of every law, with their displacements."""
+    random = Random(cycle)
+    for n in range(number):
+        lead = random.choice([0, 1, -1, ONE // 2, 40_000, ONE - 1, 1 - ONE, random.randrange(1 - ONE, ONE)])
+        cycles = random.randrange(0, 9)
+        if n % 3 == 2:
+            whole, lengths = full(random.randrange(1, 3), random.randrange(3), random.randrange(3))
+            first = random.randrange(sum(lengths))
+            cycles = random.randrange(sum(lengths) - first + 1)
+            distance = random.choice([random.randrange(10 * ONE), 7 * ONE, whole * 99, whole * 9999 + 1])
+            law, displaced = SCurve(distance, whole, lengths, first), curved(distance, whole, lengths, first, cycles)
+        else:
+            speed = random.choice([0, 1, ONE, 3 * ONE - 1, random.randrange(5 * ONE)])
+            change = 0 if n % 3 else random.choice([ONE // 3, 1, -1, -(speed // 8), -ONE])
+            if change == -ONE:
+                speed, lead = max(cycles - 1, 0) * ONE, 0  # the last cycle stands still, and on a step
+            else:
+                change = max(change, -(speed // max(cycles, 1)))
+            law, displaced = Linear(speed, change), linear(speed, change, cycles)
+        origin = random.choice([0, 1, 10**6, 10**12 + 3])
+        yield random, CycleTrain(clock, origin, law, cycles, lead, cycle), displaced
+
+
+# ------------------------------------------------------------------------------------------------------------ questions
+@pytest.mark.parametrize("cycle", [16, 61])
+def test_every_question_is_answered_as_by_counting_tick_by_tick(cycle):
+    for random, whole_steps, displaced in short_trains(cycle):
+        for train in (whole_steps, whole_steps.halves):
+            ticks = tick_by_tick(displaced, train.lead, cycle, train.unit)
+            begins, end = [train.origin + tick for tick in ticks], train.origin + len(displaced) * cycle
+            assert (train.steps, train.origin + train.length) == (len(ticks), end)
+            assert [train.begin(k) for k in range(train.steps)] == begins
+            assert [train.begin(train.steps + n) for n in (0, 1, 9)] == [end] * 3
+            asked = list(range(train.origin - 3, end + 40))
+            random.shuffle(asked)
+            expected = [bisect_right(begins, tick) for tick in asked]
+            for tick, begun in zip(asked, expected, strict=True):
+                assert train.begun_by(tick) == begun
+                assert train.begin(begun) == (begins[begun] if begun < len(begins) else end)  # the next one
+                assert begun == 0 or train.begin(begun - 1) == begins[begun - 1]
+            assert train.begun_by_many(np.array(asked) - train.origin).tolist() == expected
+            for first in range(train.steps + 2):
+                for last in [None, *range(train.steps + 3)]:
+                    assert train.begin_ticks(first, last).tolist() == ticks[first:last]
+
+
+@pytest.mark.parametrize("hz", CRYSTALS)
+def test_instants_are_those_of_the_ticks_under_any_crystal(hz):
+    clock = Clock(hz)
+    for _, train, _ in short_trains(CYCLE, clock):
+        instants = [clock.ps(train.begin(k)) for k in range(train.steps)]
+        for first in range(train.steps + 1):
+            assert train.begins(first).tolist() == instants[first:]
+        asked = [ps + d for ps in instants for d in (-1, 0, 1)] + [clock.ps(train.origin + train.length)]
+        expected = [bisect_right(instants, ps) for ps in asked]
+        assert [train.begun(ps) for ps in asked] == expected
+        assert train.begun_many(np.array(asked, np.int64)).tolist() == expected
+        assert train.window(0, train.steps).tolist() == instants
+
+
+def long_trains():
+    """Speeds at both ends of what there is, leads at both ends, and ramps between them over many parts of an array."""
+    random = Random(5)
+    for speed in (1, 2, ONE - 1, ONE, ONE + 1, 20_467_547, TOP - 1, TOP):
+        cycles = min(2 * BLOCK * ONE // speed, 3 * STRETCH)
+        for lead in (0, ONE - 1, 1 - ONE, random.randrange(ONE)):
+            yield Linear(speed), linear(speed, 0, cycles), lead
+    for speed, change, cycles in (
+        (0, TOP // 200, 200),
+        (TOP, -TOP // 171, 171),
+        (0, 1, 3000),
+        (3000, -1, 3000),
+        (1 << 22, -4096, 1024),
+        (4095, 4097, 1500),
+        (1, 333, 2 * STRETCH),
+    ):
+        yield Linear(speed, change), linear(speed, change, cycles), random.randrange(1 - ONE, ONE)
+    for n1, n2, n4, distance in ((50, 0, 0, 40_000 * ONE), (40, 30, 99, 77_777_777_777), (800, 1, 7, 3 * ONE + 1)):
+        whole, lengths = full(n1, n2, n4)
+        first, cycles = 7, sum(lengths) - 7
+        displaced = curved(distance, whole, lengths, first, cycles)
+        yield SCurve(distance, whole, lengths, first), displaced, random.randrange(1 - ONE, ONE)
+
+
+def test_long_trains_are_expanded_exactly():
+    random = Random(6)
+    for law, displaced, lead in long_trains():
+        for train in (one := CycleTrain(MHZ25, 12_345, law, len(displaced), lead), one.halves):
+            ticks = cycle_by_cycle(displaced, lead, CYCLE, train.unit)
+            assert train.begin_ticks().tolist() == ticks
+            for k in (random.randrange(train.steps) for _ in range(10 if ticks else 0)):
+                assert train.begin(k) == 12_345 + ticks[k]
+                assert (train.begun_by(12_344 + ticks[k]), train.begun_by(12_345 + ticks[k])) == (
+                    bisect_right(ticks, ticks[k] - 1),
+                    bisect_right(ticks, ticks[k]),
+                )
+                last = random.randrange(k, train.steps + 1)
+                assert train.begin_ticks(k, last).tolist() == ticks[k:last]
+                assert train.begins(k, k + 9).tolist() == [MHZ25.ps(12_345 + tick) for tick in ticks[k : k + 9]]
+
+
+def test_positions_stand_at_the_begins_of_cycles():
+    for law, displaced, lead in long_trains():
+        train = CycleTrain(MHZ25, 0, law, len(displaced), lead)
+        expected = [lead, *(lead + np.cumsum(displaced)).tolist()]
+        assert train.positions(0, len(displaced) + 1).tolist() == expected
+        assert train.positions(5, 5).tolist() == []
+        assert train.positions(5, 77).tolist() == expected[5:77]
+
+
+@pytest.mark.parametrize("hz", CRYSTALS)
+@pytest.mark.parametrize("speed", [1, 20_467_547, TOP - 1, TOP])
+def test_a_speed_without_end_is_exact_after_a_hundred_days(hz, speed):
+    train = CycleTrain(Clock(hz), 77, Linear(speed), OPEN, 65_000)
+    first = train.begun_by(9 * 10**6 * hz)  # 104 days
+    assert first > 100
+    ticks = [-(-((k + 1) * ONE - 65_000) * CYCLE // speed) for k in range(first, first + 1000)]
+    assert [train.begin(k) for k in range(first, first + 1000)] == [77 + tick for tick in ticks]
+    assert train.begin_ticks(first, first + 1000).tolist() == ticks
+    near = [ps for k in range(first - 100, first + 1) if (ps := train.clock.ps(train.begin(k))) < 9 * 10**18]
+    assert train.begins(first - 100, first - 100 + len(near)).tolist() == near
+    assert train.begun_many(np.array(near)).tolist() == list(range(first - 99, first - 99 + len(near)))
+    assert train.steps > train.begun(1 << 80) > first + 10**6
+
+
+@pytest.mark.parametrize("speed", [1, 3, 7, 1021, ONE + 1, 1_000_003, TOP - 3])
+def test_rounding_up_is_exact_at_every_speed(speed):
+    steps = BLOCK + 1000
+    ticks = [-(-((k + 1) * ONE + 12_345) * CYCLE // speed) for k in range(steps)]
+    train = CycleTrain(MHZ25, 0, Linear(speed), OPEN, -12_345)
+    assert train.begin_ticks(0, steps).tolist() == ticks
+    assert train.begin_ticks(500, steps).tolist() == ticks[500:]
+
+
+def test_what_stands_still_takes_no_steps():
+    for law in (Linear(0), SCurve(0, *full(3, 2, 1))):
+        train = CycleTrain(MHZ25, 5, law, 9, ONE - 1)
+        assert (train.steps, train.begin(0), train.begun(10**15)) == (0, 5 + 9 * CYCLE, 0)
+        assert train.begins().tolist() == []
+        assert train.positions(0, 10).tolist() == [ONE - 1] * 10
+
+
+def test_begins_go_into_a_buffer():
+    for train in (CycleTrain(MHZ25, 9, Linear(0, 9999), 500, 777), StepTrain(MHZ25, 9, ((8192, 900), (77, 2000)))):
+        buffer = np.full(3000, -1)
+        found = train.begins(300, 1900, buffer)
+        assert found.base is buffer and np.array_equal(found, train.begins(300, 1900))
+        assert np.array_equal(buffer[:1600], found) and (buffer[1600:] == -1).all()
+
+
+# ------------------------------------------------------------------------------------------------------------- S-curves
+def test_an_s_curve_follows_its_definition():
+    random = Random(8)
+    for _ in range(100):
+        numbers = random.randrange(1, 30), random.randrange(30), random.randrange(30)
+        whole, lengths = full(*numbers)
+        assert shape(lengths)[-1] == whole
+        if random.randrange(2):  # a stop shortens some phases
+            lengths = full(*(random.randrange(number + 1) for number in numbers))[1]
+        cycles = sum(lengths)
+        first = random.randrange(cycles + 1)
+        distance = random.choice([random.randrange(1 << 47), whole * 5, whole * 5 + 1, whole * 5 - 1, 3])
+        law = SCurve(distance, whole, lengths, first)
+        positions = [distance * c // whole for c in shape(lengths)[first:]]
+        expected = [position - positions[0] for position in positions]
+        assert [law.travel(i) for i in range(len(expected))] == expected
+        asked = np.array(random.sample(range(len(expected)), len(expected)))
+        assert law.travels(asked).tolist() == [expected[i] for i in asked]
+
+
+@pytest.mark.parametrize(
+    ("n1", "n2", "n4"),
+    [
+        (1, 0, 0),
+        (1_040_000, 100, 0),  # 2^61.0, but still below
+        (1_048_576, 0, 0),  # 2^61
+        (1_300_000, 0, 5_000_000),
+        (65_536, 3_000_000, 1_000_000),
+        (1_000, 2_000, 4_000_000),
+    ],
+)
+def test_long_s_curves_are_exact_where_products_overflow(n1, n2, n4):
+    random = Random(n1)
+    whole, lengths = full(n1, n2, n4)
+    cycles = sum(lengths)
+    for distance in (1 << 47, (1 << 47) - 1, random.randrange(1 << 47), whole, whole * 3 + 1, 1):
+        if distance > 1 << 47:
+            continue
+        law = SCurve(distance, whole, lengths)
+        asked = [0, 1, cycles // 2, cycles - 1, cycles, *(random.randrange(cycles) for _ in range(2000))]
+        assert law.travels(np.array(asked)).tolist() == [law.travel(i) for i in asked]
+        assert law.travel(cycles) == distance
+        i = random.randrange(1, cycles)
+        train = CycleTrain(MHZ25, 0, law, cycles)
+        assert train.begun_by(i * CYCLE) == law.travel(i) // ONE
+    assert (whole < EXACT) is (n1 not in (1_048_576, 1_300_000))
+
+
+# ---------------------------------------------------------------------------------------------------------------- PULSE
+@pytest.mark.parametrize("high", [False, True])
+@pytest.mark.parametrize("hz", [10**12, 7 * 10**10])
+def test_pulse_is_high_in_the_second_half_of_each_step(hz, high):
+    clock = Clock(hz)
+    for random, train, displaced in short_trains(16, clock, 24):
+        train = CycleTrain(clock, 5, train.law, train.cycles, train.lead, 16)
+        halves = [clock.ps(5 + tick) for tick in tick_by_tick(displaced, train.lead, 16, ONE // 2)]
+        end = train.origin + train.length
+
+        def plain(ps, halves=halves):
+            over = bisect_right(halves, ps)
+            return int(high) if over == 0 else over % 2
+
+        for until in bounds(random, [5, end], clock):
+            check_promise(SquareView(Playing(train, until), high), 0, clock.ps(end) + 5, plain, until)
+
+
+def test_pulse_at_top_speed_changes_every_8_ticks():
+    view = SquareView(Playing(CycleTrain(MHZ25, 100, Linear(TOP), OPEN)), False)
+    times, levels = view.edges(0, MHZ25.ps(100 + 10 * CYCLE))
+    assert times.tolist() == [MHZ25.ps(100 + 8 * n) for n in range(1, 10 * CYCLE // 8 + 1)]
+    assert levels.tolist() == [1, 0] * (10 * CYCLE // 16)
+
+
+# ------------------------------------------------------------------------------------------------------------- the axis
+def test_an_axis_follows_trains_of_cycles_to_and_fro():
+    random = Random(9)
+    for _ in range(8):
+        kernel = Kernel()
+        axis = Axis(kernel, range(-100, 100), 90)
+        past: list[tuple[int, int, int]] = []  # instant, direction, register
+        position = 90
+        for n in range(12):
+            sign, cycles = random.choice([1, -1]), random.randrange(1, 5)
+            speed = random.choice([random.randrange(9 * ONE), 3 * ONE])  # often the last step ends the train
+            train = CycleTrain(MHZ25, n * 4 * CYCLE, Linear(speed, -(speed // 5)), cycles, random.randrange(ONE))
+            if speed == 3 * ONE:
+                train = CycleTrain(MHZ25, n * 4 * CYCLE, Linear(speed), 4)
+            until = random.choice([None, MHZ25.ps(train.origin + random.randrange(4 * CYCLE))])
+            axis.follow(Playing(train, until), sign)
+            for k in range(train.steps):
+                if until is None or MHZ25.ps(train.begin(k)) < until:
+                    position = (position + sign + 100) % 200 - 100
+                    past.append((MHZ25.ps(train.begin(k)), sign, position))
+            kernel.now = kernel.seen = MHZ25.ps((n + 1) * 4 * CYCLE)
+            if random.randrange(3) == 0:
+                position = random.randrange(-100, 100)
+                axis.load(position)
+                if past and past[-1][0] == kernel.now:
+                    past[-1] = (*past[-1][:2], position)
+        check_past(axis, past, random)
+
+
+def check_past(axis: Axis, past: list[tuple[int, int, int]], random: Random) -> None:
+    """What an axis tells about windows of its past."""
+    buffer = np.empty(len(past), np.int64)
+    instants = [0, axis.kernel.now, *(ps + d for ps, _, _ in past for d in (-1, 0, 1))]
+    for _ in range(80):
+        start, stop = sorted(random.sample(instants, 2))
+        inside = [entry for entry in past if start <= entry[0] <= stop]
+        steps = axis.steps(start, stop)
+        found = zip(steps.times_ps.tolist(), steps.directions.tolist(), steps.positions.tolist(), strict=True)
+        assert list(found) == inside
+        assert (steps.times_ps.dtype, steps.directions.dtype, steps.positions.dtype) == (np.int64, np.int8, np.int64)
+        assert axis.count(start, stop) == len(inside)
+        assert axis.times(start, stop).tolist() == [ps for ps, _, _ in inside]
+        assert axis.times(start, stop, buffer).tolist() == buffer[: len(inside)].tolist() == [ps for ps, _, _ in inside]
+    assert [axis.position_at(ps) for ps, _, _ in past] == [register for _, _, register in past]
+    asked = np.array([ps for ps, _, _ in past])
+    assert axis.positions_at(asked).tolist() == [register for _, _, register in past]
