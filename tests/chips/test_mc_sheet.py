@@ -282,7 +282,7 @@ def test_levels_and_supply_stand_in_the_notes():
     assert NOTES["input levels"].startswith("high from 2.0 V (CLKIN 3.0 V, RESET 4.0 V), low up to 0.8 V")
 
 
-# ----------------------------------------------------------------------------------------------------- a part on a bench
+# ---------------------------------------------------------------------------------------------------- a part on a bench
 @each
 @pytest.mark.fact("PMD-PIN-2", "PMD-PIN-3", "PMD-PIN-4", "PMD-UND-HOME-OPEN", "PMD-VRSN-4")
 def test_a_part_on_a_bench_is_that_of_its_sheet(part):

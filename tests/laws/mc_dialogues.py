@@ -28,6 +28,7 @@ ORIGIN = 25  # the clock at which cycle 0 begins: the end of the power-up reset
 LOW = 2  # clocks of a strobe, and between two
 WORD = SLICE + 4 * LOW  # from HostRdy high to HostRdy high again
 ONE = 1 << 16
+HIGHEST = 512 * ONE  # steps in a cycle
 QUADRATURE = ((0, 0), (1, 0), (1, 1), (0, 1))
 
 CODE = {row.name: row.code for row in sheet_of("mc1451a").commands}

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..core.chip import Chip
+from ..core.chip import Chip, OneAxis
 from ..core.kernel import Kernel
 from ..core.net import Bus, Net
 from ..core.pin import Terminal
@@ -143,7 +143,7 @@ class Recording:
         first, last = self._window(start, stop)
         save_steps(path, [(chip.name, n, axis.steps(first, last)) for chip, n, axis in self._chip_axes()])
 
-    def _chip_axes(self) -> Iterator[tuple[Chip, int, Chip]]:
+    def _chip_axes(self) -> Iterator[tuple[Chip, int, OneAxis]]:
         """Every axis of every chip, with its number."""
         for chip in self.chips.values():
             for number in range(1, chip.sheet.axes + 1):
@@ -191,10 +191,10 @@ class Recording:
                 chip.name if len(chip.axes) == 1 else f"{chip.name} {n}",
                 axis.steps(first, last),
                 *axis.parameters(),
-                before=chip.axes[n - 1].position_at(max(first - 1, 0)),
+                before=axis.motor.position_at(max(first - 1, 0)),
             )
             for chip, n, axis in self._chip_axes()
-            if n == 1 or chip.axes[n - 1].count(first, last)
+            if n == 1 or axis.motor.count(first, last)
         ]
         traces = [
             Trace.of(name, net, self.recorder, *self._window_of({name: net}, start, stop)) for name, net in nets.items()

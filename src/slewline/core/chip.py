@@ -37,20 +37,92 @@ class Finding:
 
 
 class ReachesCondition(Condition):
-    def __init__(self, chip: Chip, position: int) -> None:
-        if not isinstance(position, int) or position not in chip.axes[0].positions:
-            allowed = chip.axes[0].positions
-            raise UsageError(f"{chip.name}: position {position!r}; allowed {allowed[0]}..{allowed[-1]}")
-        self.chip, self.position, self.text = chip, position, f"{chip.name} at position {position}"
+    def __init__(self, of: OneAxis, position: int) -> None:
+        allowed = of.motor.positions
+        if not isinstance(position, int) or position not in allowed:
+            raise UsageError(f"{of.name}: position {position!r}; allowed {allowed[0]}..{allowed[-1]}")
+        self.motor, self.position, self.text = of.motor, position, f"{of.name} at position {position}"
 
     def met(self) -> bool:
-        return self.chip.position == self.position
+        return self.motor.position == self.position
 
     def when(self) -> int | None:
-        return self.chip.axes[0].arrives(self.position)
+        return self.motor.arrives(self.position)
 
 
-class Chip:
+class OneAxis:
+    """One axis of a chip as our user sees it; a chip as a whole is its own axis 1."""
+
+    kernel: Kernel
+    name: str
+
+    @property
+    def motor(self) -> Axis:
+        """Where the motor of this axis is, and has been."""
+        raise NotImplementedError
+
+    @property
+    def position(self) -> int:
+        """The position register, exact at this instant, also in mid-move."""
+        return self.motor.position
+
+    @property
+    def travel(self) -> int:
+        """Steps clockwise minus steps counter-clockwise since the beginning, without wrap-around."""
+        return self.motor.travel
+
+    def steps(self, start: str | int | None = None, stop: str | int | None = None) -> Steps:
+        """Steps at start <= t <= stop; from the beginning, and up to now, by default."""
+        now = self.kernel.now
+        return self.motor.steps(
+            0 if start is None else picoseconds(start), now if stop is None else min(picoseconds(stop), now)
+        )
+
+    def position_at(self, times_ps: Sequence[int] | NDArray[np.int64] | int) -> NDArray[np.int64] | int:
+        """The position register at instants of the past: an int for one, (n,) int64 for an array of picoseconds."""
+        if isinstance(times_ps, int):
+            if times_ps > self.kernel.now:
+                raise UsageError(
+                    f"{self.name}: {readable(times_ps)} is still to come; it is {readable(self.kernel.now)}"
+                )
+            return self.motor.position_at(times_ps)
+        return self.motor.positions_at(times_ps)
+
+    def reaches(self, position: int) -> Condition:
+        """Condition: the position register has this value."""
+        return ReachesCondition(self, position)
+
+    @property
+    def registers(self) -> dict[str, int]:
+        """The manual's registers, by name in lower case."""
+        return {}
+
+    def parameters(self) -> tuple[dict[str, float], dict[str, object]]:
+        """What a plot names: rates in steps/s ("R = 80" -> 5978.0), and further parameters ("S" -> 200)."""
+        return {}, {}
+
+
+class AxisOfChip(OneAxis):
+    """An axis of a chip that has several."""
+
+    def __init__(self, chip: Chip, number: int) -> None:
+        self.chip, self.number, self.kernel = chip, number, chip.kernel
+        self.name = f"{chip.name} axis {number}"
+
+    @property
+    def motor(self) -> Axis:
+        return self.chip.axes[self.number - 1]
+
+    @property
+    def registers(self) -> dict[str, int]:
+        return self.chip.registers_of(self.number)
+
+    def __repr__(self) -> str:
+        return f"<{self.name}>"
+
+
+
+class Chip(OneAxis):
     """A part on a bench.  Subclasses bring a sheet and `run()`, the firmware."""
 
     sheet: Sheet
@@ -127,33 +199,6 @@ class Chip:
             raise UnknownName(f"{self.name} ({self.sheet.part}) has no pin {name!r}; its pins: {names}") from None
 
     @property
-    def position(self) -> int:
-        """The position register, exact at this instant, also in mid-move."""
-        return self.axes[0].position
-
-    @property
-    def travel(self) -> int:
-        """Steps clockwise minus steps counter-clockwise since the beginning, without wrap-around."""
-        return self.axes[0].travel
-
-    def steps(self, start: str | int | None = None, stop: str | int | None = None) -> Steps:
-        """Steps at start <= t <= stop; from the beginning, and up to now, by default."""
-        now = self.kernel.now
-        return self.axes[0].steps(
-            0 if start is None else picoseconds(start), now if stop is None else min(picoseconds(stop), now)
-        )
-
-    def position_at(self, times_ps: Sequence[int] | NDArray[np.int64] | int) -> NDArray[np.int64] | int:
-        """The position register at instants of the past: an int for one, (n,) int64 for an array of picoseconds."""
-        if isinstance(times_ps, int):
-            if times_ps > self.kernel.now:
-                raise UsageError(
-                    f"{self.name}: {readable(times_ps)} is still to come; it is {readable(self.kernel.now)}"
-                )
-            return self.axes[0].position_at(times_ps)
-        return self.axes[0].positions_at(times_ps)
-
-    @property
     def moving(self) -> bool:
         """Is a motor in motion?"""
         return any(axis.moving for axis in self.axes)
@@ -167,24 +212,20 @@ class Chip:
         """Outputs that show every step of a motor."""
         return []
 
-    def reaches(self, position: int) -> Condition:
-        """Condition: the position register has this value."""
-        return ReachesCondition(self, position)
-
-    def axis(self, number: int) -> Chip:
-        """Axis 1 ... of the chip; a part with one motor is its own axis 1."""
-        if number != 1:
-            raise UnknownName(f"{self.name} ({self.sheet.part}) has one axis, number 1; not {number}")
-        return self
-
     @property
-    def registers(self) -> dict[str, int]:
-        """The manual's registers, by name in lower case."""
-        return {}
+    def motor(self) -> Axis:
+        return self.axes[0]
 
-    def parameters(self) -> tuple[dict[str, float], dict[str, object]]:
-        """What a plot names: rates in steps/s ("R = 80" -> 5978.0), and further parameters ("S" -> 200)."""
-        return {}, {}
+    def axis(self, number: int) -> OneAxis:
+        """Axis 1 ... of the chip; a part with one motor is its own axis 1."""
+        if isinstance(number, bool) or number not in range(1, len(self.axes) + 1):
+            has = "one axis, number 1" if len(self.axes) == 1 else f"axes 1 to {len(self.axes)}"
+            raise UnknownName(f"{self.name} ({self.sheet.part}) has {has}; not {number}")
+        return self if len(self.axes) == 1 else AxisOfChip(self, number)
+
+    def registers_of(self, number: int) -> dict[str, int]:
+        """The registers of one axis, of a chip that has several."""
+        raise NotImplementedError
 
     @property
     def program(self) -> bytes:

@@ -53,6 +53,12 @@ class Law(Protocol):
     def travels(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
         """Distances before many cycles, any order: shape as `i`."""
 
+    def velocity(self, i: int) -> int:
+        """The displacement of cycle i; what a curve has to round is left out of it, so that it changes evenly."""
+
+    def velocities(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
+        """The same of many cycles, any order: shape as `i`."""
+
 
 class Linear:
     """Cycle i displaces by `speed + i * change`."""
@@ -68,6 +74,12 @@ class Linear:
         return i * self.speed + i * (i - 1) // 2 * self.change
 
     travels = travel
+
+    def velocity(self, i: Any) -> Any:
+        """The displacement of cycle i, or of each cycle of an array."""
+        return self.speed + i * self.change
+
+    velocities = velocity
 
 
 class SCurve:
@@ -110,21 +122,46 @@ class SCurve:
     def travel(self, i: int) -> int:
         return self._covered(self.first + i) - self.start
 
+    def velocity(self, i: int) -> int:
+        """`distance * v / whole` of cycle i, rounded down."""
+        k = self.first + i
+        begin, _, v, a, jerk = self.phases[bisect_right(self.starts, k) - 1]
+        m = k - begin + 1
+        return self.distance * (v + m * a + m * (m + 1) // 2 * jerk) // self.whole
+
+    def velocities(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
+        import numpy as np
+
+        if self.whole >= EXACT:
+            return np.array([self.velocity(cycle) for cycle in i.tolist()], np.int64)
+        k, (begin, _, v, a, jerk) = self._phases_of(i)
+        m = k - begin + 1
+        return self._shared(v + m * a + m * (m + 1) // 2 * jerk)
+
     def travels(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
         import numpy as np
 
         if self.whole >= EXACT:
             return np.array([self.travel(cycle) for cycle in i.tolist()], np.int64)
+        k, (begin, c, v, a, jerk) = self._phases_of(i)
+        return self._shared(_advanced(k - begin, c, v, a, jerk)) - self.start
+
+    def _phases_of(self, i: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Cycles of the curve, and for each its phase: begin, then c, v and a there, jerk."""
+        import numpy as np
+
         if self._table is None:
             self._table = np.array(self.phases, np.int64).T
         k = i + self.first
-        begin, c, v, a, jerk = self._table[:, np.searchsorted(self._table[0], k, side="right") - 1]
-        c = _advanced(k - begin, c, v, a, jerk)
-        # As a float, distance * c / whole is wrong by less than 1/16, being at most 2^47.  So what is guessed here is
-        # right or one too small, and the remainder tells: its products wrap around, but it is less than 2^62 itself.
-        guess: NDArray[np.int64] = (c * (self.distance / self.whole) - 0.125).astype(np.int64)
+        return k, self._table[:, np.searchsorted(self._table[0], k, side="right") - 1]
+
+    def _shared(self, c: NDArray[np.int64]) -> NDArray[np.int64]:
+        """`distance * c / whole`, rounded down, for c from 0 to `whole`."""
+        # As a float it is wrong by less than 1/16, being at most 2^47.  So what is guessed here is right or one too
+        # small, and the remainder tells: its products wrap around, but it is less than 2^62 itself.
+        guess: NDArray[np.int64] = (c * (self.distance / self.whole) - 0.125).astype("int64")
         guess += c * self.distance - guess * self.whole >= self.whole
-        return guess - self.start
+        return guess
 
 
 def _advanced(m: Any, c: Any, v: Any, a: Any, jerk: Any) -> Any:

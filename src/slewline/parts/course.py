@@ -291,9 +291,11 @@ class Channel:
         return self.levels[self.course.at(ps) % 4]
 
     def after(self, ps: int) -> int | None:
-        here = self.level(ps)
-        time = self.course.after(ps)
-        while time is not None and self.level(time) == here:
+        """The next edge, or where to look for it: the counts of a shaft that is too fast may jump for ever."""
+        here, time = self.level(ps), self.course.after(ps)
+        for _ in self.levels:
+            if time is None or self.level(time) != here:
+                break
             time = self.course.after(time)
         return time
 

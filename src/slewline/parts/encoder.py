@@ -32,7 +32,7 @@ class Shaft(Part):
     """A shaft with an encoder; `to` wires A and B to the encoder inputs of an axis."""
 
     wiring = MappingProxyType({"a": "quada1", "b": "quadb1"})
-    verbs = ("push",)
+    verbs: tuple[str, ...] = ("push",)
 
     def __init__(self, kernel: Kernel, name: str, axis: int, course: Course) -> None:
         super().__init__(kernel, name)
@@ -145,12 +145,14 @@ class Encoder(Shaft):
     def block(self) -> None:
         """The shaft stands still: steps are lost."""
         self.input("block")
-        self._loosen(BLOCKED)
+        self._turn(self.kernel.seen)
+        self._slacken(BLOCKED)
 
     def free(self) -> None:
         """The shaft follows again, from where it is."""
         self.input("free")
-        self._loosen(0)
+        self._turn(self.kernel.seen)
+        self._slacken(0)
 
     def slip(self, counts: int) -> None:
         """The shaft does not follow the next steps, so many counts long, whatever their direction."""
@@ -158,10 +160,10 @@ class Encoder(Shaft):
         if counts < 0:
             raise UsageError(f"{self.name}: slips {counts} counts; allowed 0 and more (push turns the shaft)")
         self.input("slip", counts)
-        self._loosen(self._course.slack + counts * self._course.steps)
-
-    def _loosen(self, slack: int) -> None:
         self._turn(self.kernel.seen)
+        self._slacken(self._course.slack + counts * self._course.steps)
+
+    def _slacken(self, slack: int) -> None:
         self._course = replace(self._course, slack=slack)
         self.kernel.settle()
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..core.chip import Finding
 from ..core.kernel import Kernel
@@ -36,7 +36,7 @@ class Part:
     """A part on a bench.  Subclasses make their pins in the constructor and react to nets by observers or tasks."""
 
     wiring: Mapping[str, str] = MappingProxyType({})
-    verbs: ClassVar[tuple[str, ...]] = ()
+    verbs: tuple[str, ...] = ()
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         self.kernel, self.name = kernel, name

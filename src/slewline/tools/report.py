@@ -8,7 +8,7 @@ from typing import Any
 
 from ..bench import Bench
 from ..bench.stage import Computer
-from ..core.chip import Chip, Finding
+from ..core.chip import Chip, Finding, OneAxis, OneAxis
 from ..core.timebase import PS_PER_S, readable
 from ..parts.packet_host import PacketHost
 from .transcript import counted
@@ -70,10 +70,10 @@ def finding_object(found: Finding) -> dict[str, Any]:
     return {"time_ps": found.time_ps, "source": found.source, "code": found.code, "text": found.text}
 
 
-def steps_object(bench: Bench, chip: Chip) -> dict[str, Any]:
+def steps_object(bench: Bench, axis: OneAxis) -> dict[str, Any]:
     """How many steps there were, and how close together."""
     count, first, last, shortest = 0, None, None, None
-    for times in _windows(bench, chip):
+    for times in _windows(bench, axis):
         gaps = [int((times[1:] - times[:-1]).min())] if len(times) > 1 else []
         gaps += [int(times[0]) - last] if last is not None else []
         shortest = min([*gaps, *([] if shortest is None else [shortest])], default=None)
@@ -82,9 +82,9 @@ def steps_object(bench: Bench, chip: Chip) -> dict[str, Any]:
     return {"count": count, "first_ps": first, "last_ps": last, "min_interval_ps": shortest}
 
 
-def _windows(bench: Bench, chip: Chip) -> Iterator[Any]:
+def _windows(bench: Bench, axis: OneAxis) -> Iterator[Any]:
     for start in range(0, bench.now_ps + 1, WINDOW_PS):
-        times = chip.steps(start, start + WINDOW_PS - 1).times_ps
+        times = axis.steps(start, start + WINDOW_PS - 1).times_ps
         if len(times):
             yield times
 

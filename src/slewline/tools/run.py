@@ -208,8 +208,8 @@ class Run:
 def read(text: str, file: str, sheet: Sheet) -> tuple[Script, dict[str, int]]:
     """The script of a program file, and the straps that it needs.
 
-    The bytes of a .hex file go to a chip in binary mode; a module on a serial line runs at its highest rate and without
-    checksums.
+    The bytes of a .hex file go to a chip in binary mode, to a chipset packet by packet; a module on a serial line runs
+    at its highest rate and without checksums.
     """
     from ..bench.script import read_script
 
@@ -217,9 +217,22 @@ def read(text: str, file: str, sheet: Sheet) -> tuple[Script, dict[str, int]]:
     straps = port.fastest | ({port.checksum_pin: 0} if port.checksum_pin else {}) if port is not None else {}
     if not file.lower().endswith(".hex"):
         return read_script(text, file), straps
-    lines = (line.split(";", 1)[0].strip() for line in text.splitlines())
+    lines = [line.split(";", 1)[0].strip() for line in text.splitlines()]
+    if sheet.in_packets:
+        lines = packets_of(lines, sheet)
     script = read_script("\n".join(line and f"@bytes {line}" for line in lines), file)
-    return script, straps or {"ascii_binary": 0}
+    return script, straps or ({"ascii_binary": 0} if sheet.in_letters else {})
+
+
+def packets_of(lines: list[str], sheet: Sheet) -> list[str]:
+    """The bytes of these lines, a packet a line; lines that hold something else stay as they are."""
+    from ..language.disassemble import instructions
+
+    try:
+        data = bytes.fromhex(" ".join(lines))
+    except ValueError:
+        return lines
+    return [instruction.data.hex(" ") for instruction in instructions(data, sheet)]
 
 
 def show(ps: int, who: str, kind: str, text: str) -> None:

@@ -1,8 +1,8 @@
 """What the chipset is: reset, supply, the port, the cycles, and six parts that differ in axes and encoder inputs.
 
-    RESET    ‾‾\\____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾       1 us at least; RESET as a command does the same at once
-    cycle            |  0  |  1  | ...  |  9  | 10  |           327.68 us each, from the end of reset on
-    HostRdy  ‾‾\\______________________________/‾‾‾‾‾‾‾‾‾‾       after ten cycles
+RESET    ‾‾\\____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾       1 us at least; RESET as a command does the same at once
+cycle            |  0  |  1  | ...  |  9  | 10  |           327.68 us each, from the end of reset on
+HostRdy  ‾‾\\______________________________/‾‾‾‾‾‾‾‾‾‾       after ten cycles
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Chipset(Instructions):
         else:
             self._power_up()
 
-    # -------------------------------------------------------------------------------------------------- supply and reset
+    # ------------------------------------------------------------------------------------------------- supply and reset
     def power(self, on: bool) -> None:
         """Switch the supply.  A bare part comes up with the end of a power-up reset; else RESET says when."""
         self.check_switch(on)
@@ -144,7 +144,7 @@ class Chipset(Instructions):
         self.kernel.call_at(self.clock.ps(self.origin), start)
         self.kernel.call_at(self.clock.ps(self.origin + READY_TICKS), ready)
 
-    # ----------------------------------------------------------------------------------------------------------- at work
+    # ---------------------------------------------------------------------------------------------------------- at work
     def perform(self, row: Row, value: int) -> int | None:
         """A packet is complete: do what it says; the registers show the present cycle.  Returns what is to be read."""
         handler = self.handlers[row.code]

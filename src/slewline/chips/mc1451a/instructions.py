@@ -1,7 +1,7 @@
 """The commands of the chipset, in the order of the manual: what each does to the registers, or reads there.
 
-A handler is named after its row.  It gets the number that the host has written (words put together, unsigned) if its row
-has one, and returns the number to be read, if its row has one.  `self.state` is the current axis.
+A handler is named after its row.  It gets the number that the host has written (words put together, unsigned) if its
+row has one, and returns the number to be read, if its row has one.  `self.state` is the current axis.
 """
 
 from __future__ import annotations
@@ -279,4 +279,3 @@ class Instructions(Registers):
 
     def do_get_time(self) -> int:
         return self.motion.cycle % (1 << 32)
-

@@ -5,8 +5,9 @@
     HostRead   ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\\_/‾\\_/‾‾‾‾‾‾‾‾‾‾‾      the checksum
     HostRdy    ‾‾‾‾‾‾‾\\_________/‾‾‾‾‾‾‾‾\\_________/‾‾‾‾‾‾\\_________/‾‾      low for a slice of 81.92 us
 
-What a byte or a word does is done at the end of the slice: a command without data acts then, one with data when its last
-word is in; what is to be read is frozen then.  A command byte begins a new packet, whatever has become of the old one.
+What a byte or a word does is done at the end of the slice: a command without data acts then, one with data when its
+last word is in; what is to be read is frozen then.  A command byte begins a new packet, whatever has become of the old
+one.
 """
 
 from __future__ import annotations
@@ -207,7 +208,9 @@ class Port:
     def _begin_packet(self, code: int) -> None:
         """A command byte begins a packet."""
         if self.bytes:
-            self.chip.finding("odd-byte", f"one byte of a word, {self.bytes[0]:02x}, before command {code:02x}: dropped")
+            self.chip.finding(
+                "odd-byte", f"one byte of a word, {self.bytes[0]:02x}, before command {code:02x}: dropped"
+            )
             self.bytes = []
         if self.wanted:
             text = f"command {code:02x} while {self._name} waits for words: {self._name} is dropped"

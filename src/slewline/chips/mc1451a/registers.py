@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from ...core.axis import Axis
 from ...core.chip import Chip
 from ...core.kernel import Kernel
-from ...errors import UsageError
 from .state import AxisState, saturated
+
+if TYPE_CHECKING:
+    from .cycles import ChipsetAxis
 
 POSITIONS = range(-(1 << 30), 1 << 30)
 
@@ -78,10 +80,15 @@ class Registers(Chip):
         """The registers of axis 1, named after the commands that write and read them."""
         return self.registers_of(1)
 
+    def axis(self, number: int) -> ChipsetAxis:
+        """Axis 1, 2 ... of the chipset."""
+        from .cycles import ChipsetAxis
+
+        super().axis(number)
+        return ChipsetAxis(self, number)
+
     def registers_of(self, number: int) -> dict[str, int]:
         """The registers of an axis."""
-        if not 1 <= number <= len(self.states):
-            raise UsageError(f"{self.name}: axis {number!r}; allowed 1..{len(self.states)}")
         self.motion.catch_up()
         state = self.states[number - 1]
         buffer = state.buffer

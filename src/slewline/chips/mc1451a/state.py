@@ -77,7 +77,11 @@ class AxisState:
     def mode_word(self) -> int:
         """The mode word."""
         return (
-            self.auto_stop << 7 | self.high_speed << 9 | (not self.auto_update) << 10 | self.mode << 11 | self.phase << 13
+            self.auto_stop << 7
+            | self.high_speed << 9
+            | (not self.auto_update) << 10
+            | self.mode << 11
+            | self.phase << 13
         )
 
     def clear(self, mask: int) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from ...core.waits import until
 from .sheet import CYCLE_TICKS
-from .state import TRAPEZOIDAL, AxisState
+from .state import AxisState
 from .stepwise_axis import Course
 from .stepwise_inputs import Encoder, Filter
 
@@ -25,7 +25,7 @@ class Stepwise:
         self.chip, self.kernel = chip, chip.kernel
         self.running = False
         self.origin = 0  # tick at which cycle 0 began
-        self.cycle = -1  # the last one that has begun
+        self.begun = 0  # cycles since then, the present one included
         numbers = range(1, len(chip.axes) + 1)
         self.homes = [Filter(chip, f"home{number}") for number in numbers]
         self.encoders = [Encoder(chip, number) if chip.encoder else None for number in numbers]
@@ -33,7 +33,7 @@ class Stepwise:
 
     def start(self) -> None:
         """Reset is over: cycle 0 begins."""
-        self.origin, self.cycle = self.chip.clock.ticks_from(self.kernel.now), -1
+        self.origin, self.begun = self.chip.clock.ticks_from(self.kernel.now), 0
         for home, encoder in zip(self.homes, self.encoders, strict=True):
             home.begin()
             if encoder is not None:
@@ -46,10 +46,15 @@ class Stepwise:
         self.task = self.kernel.spawn(self.run(), f"{self.chip.name}: cycles")
         self.catch_up()
 
+    @property
+    def cycle(self) -> int:
+        """The present cycle; 0 before there is one."""
+        return max(self.begun - 1, 0)
+
     async def run(self) -> None:
         """Work each cycle when it begins."""
         while True:
-            await until(self.kernel, self.begins(self.cycle + 1))
+            await until(self.kernel, self.begins(self.begun))
             self.catch_up()
 
     def begins(self, cycle: int) -> int:
@@ -58,8 +63,8 @@ class Stepwise:
 
     def catch_up(self) -> None:
         """Work the cycles that have begun by now."""
-        while self.running and self.begins(self.cycle + 1) <= self.kernel.now:
-            self.cycle += 1
+        while self.running and self.begins(self.begun) <= self.kernel.now:
+            self.begun += 1
             for course in self.courses:
                 course.cycle(self.origin + CYCLE_TICKS * self.cycle)
             self.chip.interrupt()
@@ -72,10 +77,7 @@ class Stepwise:
 
     def declare(self, state: AxisState, value: int) -> None:
         """The position becomes this, without a step; an axis in motion to a destination goes on to it from there."""
-        course = self.courses[state.number - 1]
-        course.relocate(value)
-        if course.mode == TRAPEZOIDAL:
-            course.landing = False
+        self.courses[state.number - 1].relocate(value)
         if self.chip.encoder:
             state.actual = value
 
@@ -83,6 +85,6 @@ class Stepwise:
         """Reset, or no supply: no cycle begins, and no step is made after this instant."""
         if self.running:
             self.task.kill()
-            self.running = False
+            self.running, self.begun = False, 0
             for course in self.courses:
                 course.cut()

@@ -59,6 +59,7 @@ class Course:
         # the motion
         self.landing = self.stopping = self.clamped = False
         self.start = 0  # the start velocity in force
+        self.displacement = 0  # of this cycle: the velocity, but for what an S-curve rounds
         self.curve: SCurve | None = None
         # electronic gear
         self.suspended = self.backlogged = False
@@ -103,9 +104,9 @@ class Course:
     def arrive(self) -> None:
         """The target is where the last cycle was to bring it."""
         state = self.state
-        self.lead += state.velocity - self.direction * ONE * len(self.steps)
+        self.lead += self.displacement - self.direction * ONE * len(self.steps)
         self.steps = []
-        target = state.target + state.velocity
+        target = state.target + self.displacement
         self.gone += (target >> 16) - (state.target >> 16)
         state.target = signed(target, 47)
         if state.target != target:
@@ -116,7 +117,7 @@ class Course:
     def rest(self, complete: bool) -> None:
         """The motion is over."""
         state = self.state
-        state.velocity = state.phase = 0
+        self.displacement = state.velocity = state.phase = 0
         state.in_motion = self.landing = self.stopping = False
         if complete:
             self.event(MOTION_COMPLETE)
@@ -265,11 +266,13 @@ class Course:
         elif not state.in_motion:
             state.velocity = 0
         elif self.mode == S_CURVE and self.curve is not None:
-            state.velocity, state.phase = self.curve.step()
+            self.displacement, state.velocity, state.phase = self.curve.step()
             self.landing = self.curve.over
+            return
         else:
             self.clamp()
             state.velocity = self.trapezoidal() if self.mode == TRAPEZOIDAL else self.contoured()
+        self.displacement = state.velocity
 
     def trapezoidal(self) -> int:
         """Toward the destination."""
@@ -324,7 +327,7 @@ class Course:
     # ------------------------------------------------------------------------------------------------------ 4: pulses
     def make_pulses(self, tick: int) -> None:
         """Promise the edges of this cycle: PULSE follows the target from half step to half step."""
-        velocity, drivers, number = self.state.velocity, self.chip.drivers, self.state.number
+        velocity, drivers, number = self.displacement, self.chip.drivers, self.state.number
         self.steps = []
         if velocity == 0:
             return

@@ -68,8 +68,8 @@ class Encoder:
         self.a.begin()
         self.b.begin()
         self.state = self.a.level, self.b.level
-        self.since: int | None = None  # tick of the last change
-        self.fast = False
+        self.since = -DWELL  # tick of the last change
+        self.fast = False  # until a state lasts twice as long as it must
 
     def counts(self, tick: int) -> int:
         """Counts that have come in since the last time, just before a tick."""
@@ -78,10 +78,10 @@ class Encoder:
 
     def count(self, tick: int, state: tuple[int, int]) -> int:
         """Count one change of the state."""
-        fast = self.since is not None and tick - self.since < DWELL
-        if fast and not self.fast:
+        lasted, self.since = tick - self.since, tick
+        if lasted < DWELL and not self.fast:
             self.chip.finding("encoder-fast", f"axis {self.number}: encoder faster than 1.25 Mcounts/s")
-        self.fast, self.since = fast, tick
+        self.fast = lasted < DWELL or (self.fast and lasted < 2 * DWELL)
         moved = (FORWARD.index(state) - FORWARD.index(self.state)) % 4
         self.state = state
         if moved == 2:

@@ -111,8 +111,8 @@ class SCurve:
         """How far the axis has come."""
         return sign(self.distance) * (abs(self.distance) * self.way // self.whole)
 
-    def step(self) -> tuple[int, int]:
-        """Work a cycle: the displacement in it, and its phase."""
+    def step(self) -> tuple[int, int, int]:
+        """Work a cycle: the displacement in it, its velocity rounded down, and its phase."""
         phase, end = 0, 0
         while self.cycle >= end:
             end += self.lengths[phase]
@@ -122,7 +122,8 @@ class SCurve:
         self.velocity += self.acceleration
         self.way += self.velocity
         self.cycle += 1
-        return self.gone - before, phase
+        speed = abs(self.distance) * self.velocity // self.whole
+        return self.gone - before, sign(self.distance) * speed, phase
 
     def smooth_stop(self) -> None:
         """Phases that gain speed or keep it last no longer than they have lasted; braking mirrors what was gained."""

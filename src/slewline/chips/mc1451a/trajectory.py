@@ -15,13 +15,13 @@ Positions and displacements are in 1/65536 step.
 from __future__ import annotations
 
 from bisect import bisect_left
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ...core.cycles import CycleTrain, Law, Linear, SCurve, SquareView
-from ...core.train import OPEN, Playing
+from ...core.train import Playing
 from .enc import FilteredInput, QuadratureCounter
 from .profile import Limits, Phases, Run, brake, contour, s_curve, trapezoid
-from .sheet import CYCLE_TICKS, HIGH_RANGE, STANDARD_RANGE
+from .sheet import HIGH_RANGE, STANDARD_RANGE
 from .state import (
     BREAKPOINT,
     COMMAND_ERROR,
@@ -47,6 +47,18 @@ NEVER = 1 << 80
 HALF = ONE // 2
 RANGE = 1 << 47  # of the target: 2^31 steps
 COUNTS_PER_CYCLE = 8192 // 12 + 1  # the filter lets no more pass
+
+
+class Past(NamedTuple):
+    """From cycle `first` on the target goes as a law says, from `x0` in cycle `since`; without a law it stays there."""
+
+    first: int
+    since: int
+    x0: int
+    sign: int
+    law: Law | None
+    phases: Phases | None
+    done: int
 
 
 class Trajectory:
@@ -83,6 +95,7 @@ class Trajectory:
         self.x0 = 0  # target at the start of the run; not wrapped within it
         self.turn = 0  # how often the run has wrapped
         self.lead, self.high = 0, False  # target minus emitted position, and PULSE, at the start of the run
+        self.past = [Past(0, 0, 0, 1, None, None, 0)]
         self.surplus = 0  # of the lead: what the pulses of this cycle have, but the target no longer
         self.playing: Playing | None = None
         self.fresh = False  # decide anew in step 3, run or no run
@@ -108,7 +121,7 @@ class Trajectory:
             return
         i = n - self.since
         going = min(i, self.cycles - 1)
-        state.velocity = self.sign * (law.travel(going + 1) - law.travel(going))
+        state.velocity = self.sign * law.velocity(going)
         if isinstance(law, SCurve):
             state.phase = self.phases.phase(self.done + going)
         self._show(self.x0 + self.sign * law.travel(i))
@@ -188,10 +201,20 @@ class Trajectory:
         self.lead = self.sign * rest - self.surplus
         self.law, self.surplus = None, 0
         self._base()
+        self.remember(n)
         if self.playing is not None:
             self.playing.until = self.kernel.now + 1
             self.pulse.renew()
             self.playing = None
+
+    def remember(self, n: int) -> None:
+        """Keep what begins with cycle n, for who asks later."""
+        curve = self.law is not None and self.aim == "curve"
+        entry = Past(n, self.since, self.x0, self.sign, self.law, self.phases if curve else None, self.done)
+        if self.past[-1].first == n:
+            self.past[-1] = entry
+        else:
+            self.past.append(entry)
 
     def _base(self) -> None:
         """Count from the target as it is, which lies within its range."""
@@ -263,7 +286,6 @@ class Trajectory:
                 self.done += n - self.since
             self.cut(n)
             self.declare(n, self.state.actual)
-            self.x0 = self.state.target
             self.fresh = self.state.in_motion
 
     def declare(self, n: int, value: int) -> None:
@@ -272,12 +294,14 @@ class Trajectory:
         state.target = value * ONE
         if law is None:
             self.lead = 0
+            self._base()
         else:
             travelled = law.travel(n - self.since)
             y = self.sign * self.lead + travelled
             self.surplus = self.sign * (y - max(y // ONE, 0) * ONE)
             self.x0, self.turn = value * ONE - self.sign * travelled, 0
             self.fresh = True
+        self.remember(n)
         self.whole, self.error8, self.state.error = value, 0, 0
         if self.encoder is not None:
             self.offset += value - state.actual
@@ -398,7 +422,9 @@ class Trajectory:
         velocity = self.state.active.velocity
         if velocity > range_ and not self.clamped:
             self.clamped = True
-            text = f"axis {self.state.number}: {velocity / ONE:.2f} steps/cycle; the pulse range ends at {range_ // ONE}"
+            text = (
+                f"axis {self.state.number}: {velocity / ONE:.2f} steps/cycle; the pulse range ends at {range_ // ONE}"
+            )
             self.chip.finding("clamped", text)
         return min(velocity, range_)
 
@@ -463,16 +489,15 @@ class Trajectory:
         self.cut(n)
         self.sign, self.law = sign, law
         self.since, self.cycles, self.landing = n, run.cycles, run.landing
-        self.sync(n)
+        self._move(n)
+        self.remember(n)
         if run.speed or isinstance(law, SCurve):
             self.kernel.call_at(self.kernel.now, self.play)
 
     def play(self) -> None:
         """Promise the pulses of the run."""
         assert self.law is not None
-        train = CycleTrain(
-            self.chip.clock, self.motion.tick(self.since), self.law, self.cycles, self.sign * self.lead
-        )
+        train = CycleTrain(self.chip.clock, self.motion.tick(self.since), self.law, self.cycles, self.sign * self.lead)
         self.playing = Playing(train)
         self.axis.follow(self.playing, self.sign)
         if self.dir.next != int(self.sign > 0):
@@ -551,7 +576,7 @@ class Trajectory:
     def horizon(self, n: int) -> int:
         """The next cycle in which something is to be decided, if no input departs and no command comes."""
         state = self.state
-        if state.update or not state.motor_on and self.law is not None:
+        if state.update or (not state.motor_on and self.law is not None):
             return n + 1
         due = NEVER if self.law is None else self.since + self.cycles
         if self.law is not None:

@@ -1,0 +1,118 @@
+"""What the tests of motion ask of a chipset of the MC1451A family besides: what it shows in every cycle.
+
+    rig = mover("mc1451a", "dir1")
+    n = rig.begin(*T1)
+    rig.trace(2)                      # [Look(pos=0, vel=0x400, status=0x700, phase=0), ...]: cycles n and n + 1
+    rig.heeds(n + 500, "STOP", "UPDATE")     # so that cycle n + 500 is the first to heed the last command
+
+Times are cycles, and clocks within a cycle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import groupby, pairwise
+from typing import Any, NamedTuple
+
+from mc import Rig
+
+IN_MOTION = 0x400
+
+
+class Look(NamedTuple):
+    """What the registers of an axis show in a cycle."""
+
+    pos: int  # target position
+    vel: int  # target velocity: the displacement of this cycle
+    status: int
+    phase: int
+
+
+class Mover(Rig):
+    """A chipset, and its registers cycle by cycle."""
+
+    def __init__(
+        self,
+        part: str,
+        record: tuple[str, ...],
+        straps: Mapping[str, int],
+        options: Mapping[str, object],
+        shafts: Mapping[str, Mapping[str, Any]],
+    ) -> None:
+        super().__init__(part, tuple(dict.fromkeys(("atrest1", *record))), straps, options)
+        self.shafts = {kind: self.bench.part(kind, to=self.x, **how) for kind, how in shafts.items()}
+
+    # ---------------------------------------------------------------------------------------------------------- time
+    def heeds(self, cycle: int, *commands: str) -> None:
+        """Give commands, so that this cycle is the first to heed the last one; time passes up to its begin."""
+        *before, last = commands
+        self.do(*before)
+        now, begun = self.bench.now_ps, self.at(cycle - 1)
+        assert now <= begun, f"{now - begun} ps late for cycle {cycle}"
+        self.to(cycle - 1)
+        self.do(last)
+        self.to(cycle)
+
+    # ----------------------------------------------------------------------------------------------------- registers
+    def shows(self, name: str, axis: int = 1) -> int:
+        """A register as it is now, without a word over the port."""
+        return self.x.axis(axis).registers[name]
+
+    def look(self, axis: int = 1) -> Look:
+        """This cycle."""
+        shown = self.x.axis(axis).registers
+        return Look(shown["trgt_pos"], shown["trgt_vel"], shown["status"], shown["mode"] >> 13)
+
+    def trace(self, cycles: int, axis: int = 1) -> list[Look]:
+        """This cycle, which begins now, and those behind it; time passes up to the begin of the next one."""
+        found = []
+        for cycle in range(self.cycle, self.cycle + cycles):
+            self.to(cycle)
+            found.append(self.look(axis))
+        self.next()
+        return found
+
+    def speeds(self, axis: int = 1, most: int = 100_000) -> list[int]:
+        """The displacements of this cycle, which begins now, and of all others up to the end of the motion."""
+        found = []
+        while (look := self.look(axis)).status & IN_MOTION:
+            found.append(look.vel)
+            assert len(found) < most, "it does not end"
+            self.next()
+        return found
+
+    # --------------------------------------------------------------------------------------------------------- steps
+    def ticks(self, cycle: int = 0, axis: int = 1) -> list[int]:
+        """When the steps came, from a cycle on: clocks since its begin."""
+        clock, begun = self.x.clock, self.x.origin + 8192 * cycle
+        return [clock.ticks_until(time) - begun for time in self.pulses(self.at(cycle), axis)]
+
+    def counts(self, cycle: int, axis: int = 1) -> list[int]:
+        """How many steps came in each cycle, from one on up to the present one."""
+        found = [0] * (self.cycle - cycle + 1)
+        for tick in self.ticks(cycle, axis):
+            found[(tick - 1) // 8192] += 1  # the step with which a cycle ends belongs to it
+        return found
+
+    def moves(self, cycle: int = 0, axis: int = 1) -> list[int]:
+        """Steps in one direction before the other one: +500, -380 ..."""
+        ways = self.x.axis(axis).steps(self.at(cycle)).directions.tolist()
+        return [sum(run) for _, run in groupby(ways)]
+
+
+def differences(numbers: list[int]) -> list[int]:
+    """From each number to the next."""
+    return [after - before for before, after in pairwise(numbers)]
+
+
+def mover(
+    part: str,
+    *record: str,
+    straps: Mapping[str, int] | None = None,
+    options: Mapping[str, object] | None = None,
+    **shafts: Mapping[str, Any],
+) -> Mover:
+    """A chipset that is ready; AtRest 1 and the pins named are recorded: mover("mc1451a-e", encoder={"counts": 400})."""
+    rig = Mover(part, record, straps or {}, options or {}, shafts)
+    rig.bench.run_until(rig.x.pin("hostrdy").is_(1))
+    return rig

@@ -1,0 +1,114 @@
+"""An MC1451A leaves the same edges, words and findings cycle by cycle as in blocks of them, whatever happens when."""
+
+from __future__ import annotations
+
+from collections import Counter
+from random import Random
+
+import pytest
+
+from .dialogues import differences
+from .digests import digests
+from .mc_dialogues import CYCLE, HIGHEST, ONE, READY, Dialogue, Maker, made, play
+
+KINDS = {
+    "tie": 50_000,
+    "limit": 20_000,
+    "home": 10_000,
+    "encoder": 5_000,
+    "reset": 500,
+    "RESET": 500,
+    "SET_ACTL_POS": 5_000,
+    "SMOOTH_STOP": 5_000,
+    "SYNCH_PRFL": 5_000,
+    "MTR_OFF": 3_000,
+}
+
+
+def explained(dialogue: Dialogue, found: list[str]) -> str:
+    return f"{found[:3]}\n  {dialogue}"
+
+
+def compared(dialogue: Dialogue, shuffle: int | None = None) -> Dialogue:
+    """Play a dialogue both ways and assert that nothing differs."""
+    found = differences(play(dialogue), play(dialogue, stepwise=True, shuffle=shuffle))
+    assert not found, explained(dialogue, found)
+    return dialogue
+
+
+@pytest.mark.parametrize("block", range(5))
+def test_fast_path_and_twin_agree(block: int) -> None:
+    for seed in range(block * 20, block * 20 + 20):
+        compared(made(seed), shuffle=seed)
+
+
+@pytest.mark.parametrize("block", range(2))
+def test_shuffled_ties_change_nothing(block: int) -> None:
+    for seed in range(1000 + block * 10, 1000 + block * 10 + 10):
+        dialogue = made(seed)
+        plain = play(dialogue)
+        for shuffle in (1, 2):
+            assert not differences(plain, play(dialogue, shuffle=shuffle)), explained(dialogue, [f"shuffle {shuffle}"])
+
+
+def long_move(seed: int) -> Dialogue:
+    """A move of some thousand cycles, with an update on the way, which may change something."""
+    rnd = Random(seed)
+    dialogue = Dialogue(seed, "mc1151a", 25_000_000)
+    maker = Maker(dialogue, rnd)
+    maker.send("SET_OUTPUT_HIGH")
+    velocity = rnd.choice((ONE // 3, ONE, 7 * ONE + 5, 16 * ONE, rnd.randrange(1, HIGHEST)))
+    ramp = max(velocity // rnd.randrange(50, 1000), 1)
+    maker.send("SET_VEL", velocity)
+    maker.send("SET_ACC", ramp)
+    maker.send("SET_MAX_ACC", min(ramp, 32767))
+    maker.send("SET_JERK", (min(ramp, 32767) << 16) // rnd.randrange(1, 300))
+    maker.send("SET_START_VEL", rnd.choice((0, velocity // 10)))
+    maker.send("SET_POS", rnd.choice((1, -1)) * rnd.randrange(1, 3000 * velocity // ONE + 2))
+    if rnd.random() < 0.5:
+        maker.send("SET_PRFL_S_CRV")
+    maker.send("UPDATE", None, maker.free + rnd.randrange(5 * CYCLE))
+    maker.send("SET_POS", rnd.choice((1, -1)) * rnd.randrange(1, 3000 * velocity // ONE + 2))
+    maker.send("SET_VEL", rnd.choice((velocity, velocity, velocity // 2, velocity * 3 // 2)))
+    maker.send("UPDATE", None, maker.free + rnd.randrange(2000 * CYCLE))
+    dialogue.cycles = maker.free // CYCLE + 4000
+    return dialogue
+
+
+def test_long_moves_agree() -> None:
+    for seed in range(10):
+        compared(long_move(seed))
+
+
+def test_hash_seeds_change_nothing() -> None:
+    one = digests("mc_dialogues", "1", 20_000, 20_010)
+    assert one == digests("mc_dialogues", "2", 20_000, 20_010)
+    assert all(fast == slow for fast, slow in (line.split() for line in one.splitlines()))
+
+
+def test_the_port_is_ready_when_the_dialogues_reckon_with_it() -> None:
+    dialogue = Dialogue(0, "mc1151a", 25_000_000, cycles=20)
+    maker = Maker(dialogue, Random(0))
+    for name in ("SET_VEL", "UPDATE", "GET_TRGT_POS"):
+        maker.send(name, 1)
+    played = play(dialogue)
+    assert not played.chip.findings
+    assert played.traces()["hostrdy"][0][0] == 40_000 * (READY + 25)
+    assert played.chip.port.ready and len(played.read) % 2 == 0
+
+
+@pytest.mark.long
+@pytest.mark.timeout(20_000)
+def test_a_hundred_thousand_dialogues_agree() -> None:
+    counted: Counter[str] = Counter()
+    for seed in range(100_000, 200_000):
+        counted.update(compared(made(seed), shuffle=seed).kinds)
+    print(dict(counted))
+    assert all(counted[kind] >= wanted for kind, wanted in KINDS.items()), counted
+
+
+@pytest.mark.long
+@pytest.mark.timeout(3000)
+def test_a_thousand_long_moves_agree() -> None:
+    for seed in range(100, 1100):
+        compared(long_move(seed))

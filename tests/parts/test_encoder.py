@@ -1,0 +1,401 @@
+"""Encoders: counts follow the steps, whatever drives PULSE, and a shaft may be blocked, slip or be turned by hand."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from random import Random
+
+import pytest
+
+from slewline.core.cycles import CycleTrain, Linear, SCurve, SquareView
+from slewline.core.kernel import Kernel
+from slewline.core.net import Driver, Net, Wave
+from slewline.core.reading import Reading
+from slewline.core.timebase import Clock
+from slewline.core.train import OPEN, Playing, PulseView, StepTrain, StrobeView
+from slewline.parts.encoder import Encoder
+
+US, MS = 1_000_000, 1_000_000_000
+END = 3 * MS  # of a story
+CLOCK = Clock(25_000_000)
+LEVELS = ((0, 0), (1, 0), (1, 1), (0, 1))  # A and B, by the count
+
+
+class Rig:
+    """An encoder, and a chip's outputs on its inputs."""
+
+    def __init__(self, **options):
+        self.kernel = Kernel()
+        self.encoder = Encoder(self.kernel, "enc", **options)
+        self.pulse, self.dir = (Driver(self.encoder.pin(name).net, "chip") for name in ("pulse", "dir"))
+        self.pulse.drive(1)
+        self.dir.drive(1)
+        self.kernel.settle()
+        self.readings = {name: Reading(self.encoder.pin(name)) for name in "ab"}
+        self.encoder.rewired()
+        self.kernel.settle()
+
+    def steps(self, interval_us, count=OPEN):
+        """Steps from now on, the first one now."""
+        train = StepTrain(CLOCK, CLOCK.ticks_from(self.kernel.now), [(25 * interval_us, count)])
+        self.pulse.play(PulseView(Playing(train), 10))
+        self.kernel.settle()
+
+    def step(self, forward=True):
+        """A step by levels, now."""
+        self.dir.drive(int(forward))
+        for level in (1, 0):
+            self.pulse.drive(level)
+            self.kernel.settle()
+
+    def run(self, ps):
+        self.kernel.run(self.kernel.now + ps)
+
+    def edges(self):
+        """Edges of A and B up to now, since the last question: (instant, pin, level)."""
+        found = []
+        for name, reading in self.readings.items():
+            times, levels = reading.edges_until(self.kernel.seen)
+            found += [(int(time), name, int(level)) for time, level in zip(times, levels, strict=True)]
+        return sorted(found)
+
+
+def shown(timeline):
+    """Edges of A and B from counts: (instant, count), ascending; of equal instants the last one counts."""
+    edges, before = [], 0
+    for time, count in dict(timeline).items():
+        for name, was, now in zip("ab", LEVELS[before % 4], LEVELS[count % 4], strict=True):
+            if was != now:
+                edges.append((time, name, now))
+        before = count
+    return edges
+
+
+# ------------------------------------------------------------------------------------------------------------ following
+def test_counts_are_the_steps_made_times_the_ratio_rounded_down():
+    rig = Rig()
+    steps = 0
+    for forward, number in ((True, 40), (False, 100), (True, 61)):
+        for _ in range(number):
+            rig.step(forward)
+            steps += 1 if forward else -1
+            rig.run(10 * US)
+            assert rig.encoder.counts == steps * 4000 // 12800
+    assert steps == 1
+
+
+def test_a_count_follows_its_step_by_the_lag_and_a_is_ahead_of_b():
+    rig = Rig(counts=1, steps=1, lag="3 us")
+    for n in range(1, 6):
+        rig.kernel.run(n * 10 * US)
+        rig.step()
+    rig.run(1 * MS)
+    assert rig.edges() == [
+        (13 * US, "a", 1), (23 * US, "b", 1), (33 * US, "a", 0), (43 * US, "b", 0), (53 * US, "a", 1),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+def test_dir_and_reverse_turn_the_count_round(reverse):
+    rig = Rig(counts=1, steps=1, reverse=reverse)
+    for forward in (False, False, True, False):
+        rig.step(forward)
+        rig.run(5 * US)
+    assert rig.encoder.counts == (2 if reverse else -2)
+
+
+def test_the_direction_is_that_of_the_fall():
+    rig = Rig(counts=1, steps=1)
+    found = []
+    for pulse, direction in ((1, 0), (1, 1), (0, 1), (0, 0), (1, 0), (1, 1), (0, 0), (1, 0), (0, 1)):
+        rig.pulse.drive(pulse)
+        rig.dir.drive(direction)  # takes effect together with PULSE
+        rig.kernel.settle()
+        rig.run(2 * US)
+        found.append(rig.encoder.counts)
+    assert found == [0, 0, 1, 1, 1, 1, 0, 0, 1]
+
+
+def test_while_pulse_follows_a_train_no_step_is_an_event():
+    rig = Rig(counts=3, steps=7)
+    rig.steps(10)
+    rig.run(1000 * MS)
+    assert rig.kernel.next_time() is None
+    assert rig.encoder.counts == 100_000 * 3 // 7
+    changes = [-(-j * 7 // 3) for j in range(1, 100_000 * 3 // 7 + 1)]  # the step that makes each count
+    assert rig.edges() == shown([((k - 1) * 10 * US + US, j) for j, k in enumerate(changes, 1)])
+
+
+def test_a_watched_channel_wakes_at_its_own_edges_only():
+    rig = Rig()
+    rig.steps(10)
+    seen = []
+    rig.encoder.pin("a").net.watch(lambda net: seen.append((rig.kernel.now, net.level)))
+    rig.run(100 * MS)
+    assert seen == [(time, level) for time, name, level in rig.edges() if name == "a"]
+    assert len(seen) == 10_000 * 4000 // 12800 // 2 + 1
+
+
+def test_a_bound_that_moves_moves_what_a_watcher_of_the_encoder_waits_for():
+    rig = Rig(counts=1, steps=1)
+    rig.steps(10)
+    playing = rig.pulse.promise.of
+    seen = []
+    for name in "ab":
+        rig.encoder.pin(name).net.watch(lambda net: seen.append(rig.kernel.now))
+    rig.run(5 * US)
+    for until in (10 * US, 25 * US, 60 * US):
+        playing.until = until
+        rig.pulse.renew()
+        rig.kernel.run(until)
+    assert seen == [1 * US, 11 * US, 21 * US, 31 * US, 41 * US, 51 * US]
+    assert rig.encoder.counts == 6
+
+
+def test_counts_of_a_step_of_several_follow_each_other():
+    rig = Rig(counts=1000, steps=200, lag="1 us")
+    rig.kernel.run(10 * US)
+    rig.step()
+    rig.kernel.run(100 * US)
+    assert rig.edges() == shown([(11 * US + n * 800_000, n + 1) for n in range(5)])
+    rig.step()
+    rig.kernel.run(102 * US)  # on its way, the next step takes it further
+    rig.step()
+    rig.kernel.run(200 * US)
+    assert (
+        rig.edges()
+        == shown(
+            [
+                (0, 5),
+                *((101 * US + n * 800_000, 6 + n) for n in range(3)),
+                *((103 * US + n * 800_000, 11 + n) for n in range(5)),
+            ]
+        )[1:]
+    )
+    assert rig.encoder.counts == 15
+
+
+# -------------------------------------------------------------------------------------------- blocked, slipping, pushed
+def test_a_blocked_shaft_loses_steps_and_follows_from_where_it_is():
+    rig = Rig()
+    rig.steps(10)
+    rig.run(99 * US)  # 10 steps
+    rig.encoder.block()
+    rig.run(1000 * US)
+    assert rig.encoder.counts == 10 * 4000 // 12800 == 3
+    assert rig.kernel.next_time() is None
+    assert rig.encoder.pin("a").net.promise.after(rig.kernel.now) is None  # and nothing will come
+    rig.encoder.free()
+    rig.run(10 * MS)
+    assert rig.encoder.counts == 1010 * 4000 // 12800
+
+
+def test_a_slip_loses_exactly_so_many_counts_in_either_direction():
+    rig = Rig(counts=4000, steps=12800)
+    rig.encoder.slip(5)
+    rig.steps(10)
+    rig.run(3199 * US)  # 320 steps, 100 counts
+    assert rig.encoder.counts == 95
+    rig.encoder.slip(10)
+    rig.encoder.slip(20)
+    rig.dir.drive(0)
+    rig.kernel.settle()
+    rig.run(3200 * US)
+    assert rig.encoder.counts == 95 - 70
+
+
+def test_a_push_turns_the_shaft_one_count_after_the_other():
+    rig = Rig()
+    rig.kernel.run(10 * US)
+    rig.encoder.push(3)
+    assert not rig.encoder.idle
+    assert rig.encoder.waiting == "enc: 2 counts by hand"
+    rig.run(1 * MS)
+    assert rig.edges() == [(11 * US, "a", 1), (13 * US, "b", 1), (15 * US, "a", 0)]
+    rig.encoder.push(-5)
+    rig.run(3 * US)
+    rig.encoder.push(2)
+    rig.run(1 * MS)
+    assert (rig.encoder.counts, rig.encoder.idle) == (0, True)
+    assert rig.encoder.waiting == "enc: nothing"
+
+
+def test_a_blocked_shaft_can_be_pushed_while_the_motor_runs():
+    rig = Rig(counts=1, steps=1)
+    rig.steps(7)
+    rig.encoder.block()
+    rig.run(100 * US)
+    rig.encoder.push(4)
+    rig.run(100 * US)
+    assert rig.encoder.counts == 5  # the first step was before the block
+
+
+# ----------------------------------------------------------------------------------------------------------- at random
+class Naive:
+    """A shaft that makes one step after the other; `timeline` is what its outputs show: (instant, count)."""
+
+    def __init__(self, counts, steps, lag, reverse):
+        self.counts, self.steps, self.lag, self.reverse = counts, steps, lag, reverse
+        self.place = self.slack = 0
+        self.timeline = [(0, 0)]
+
+    def fall(self, ps, forward):
+        way = 1 if forward != self.reverse else -1
+        lost = min(self.slack, self.counts)
+        self.slack -= lost
+        old = self.place // self.steps
+        self.place += way * (self.counts - lost)
+        new = self.place // self.steps
+        if new != old:
+            self.timeline = [entry for entry in self.timeline if entry[0] < ps + self.lag]
+            for n, count in enumerate(range(old + way, new + way, way)):
+                self.timeline.append((ps + self.lag + n * 800_000, count))
+
+    def push(self, ps, way):
+        self.place += way * self.steps
+        due = ps + self.lag
+        over = bisect_right(self.timeline, due, key=lambda entry: entry[0])
+        later = [(time, count + way) for time, count in self.timeline[over:]]
+        self.timeline = [*self.timeline[:over], (due, self.timeline[over - 1][1] + way), *later]
+
+
+RATIOS = [(4000, 12800), (1, 1), (3, 7), (7, 3), (20, 1), (1, 30), (999, 1000)]
+
+
+class Story:
+    """What happens to a motor and its shaft, the same for every rig: drives of PULSE, DIR, and a user's hands."""
+
+    def __init__(self, seed):
+        random = Random(seed)
+        counts, steps = random.choice(RATIOS)
+        lag = random.choice([1, 1 * US, 1 * US + 7, 30 * US, 400 * US])
+        self.options = {"counts": counts, "steps": steps, "lag": lag, "reverse": random.random() < 0.3}
+        self.drives, self.hands = [], []
+        for _ in range(random.randrange(1, 12)):
+            kind = random.choice([self.train, self.train, self.cycles, self.curve, self.level, self.dir, self.bound])
+            at, chance = (
+                random.choice([40_000 * random.randrange(1, 50_000), random.randrange(1, 2 * MS)]),
+                random.random(),
+            )
+            self.drives.append((at, kind, chance))
+        for _ in range(random.randrange(6)):
+            verb, number = random.choice([("block",) * 2, ("free",) * 2, ("slip", random.randrange(9)), ("push", 0)])
+            self.hands.append((random.randrange(1, 2 * MS), verb, number))
+
+    def tell(self, kernel, pulse, direction):
+        """Let it happen on two wires."""
+        self.views = {}
+        for at, kind, chance in self.drives:
+            kernel.call_at(at, lambda kind=kind, chance=chance: kind(kernel.now, pulse, direction, Random(chance)))
+
+    def play(self, pulse, view, now, random):
+        view.of.until = random.choice([None, now + random.randrange(1, 800 * US)])
+        self.views[pulse] = view
+        pulse.play(view)
+
+    def train(self, now, pulse, direction, random):
+        runs = [(random.randrange(30, 1500), random.choice([1, 5, 200])) for _ in range(3)] + [
+            (25, random.choice([1, OPEN]))
+        ]
+        playing = Playing(StepTrain(CLOCK, CLOCK.ticks_from(now) + random.randrange(-30, 30), runs))
+        self.play(pulse, random.choice([PulseView, StrobeView])(playing, 12), now, random)
+
+    def cycles(self, now, pulse, direction, random):
+        law = Linear(random.randrange(1, 300 << 16), random.randrange(1, 1 << 16))
+        self.cycle_train(now, pulse, law, random.randrange(1, 6), random)
+
+    def curve(self, now, pulse, direction, random):
+        n1, n2, n4 = 1, random.randrange(2), random.randrange(2)
+        whole = n1 * (n1 + n2) * (2 * n1 + n2 + n4)
+        law = SCurve(random.randrange(1, 200 << 16), whole, (n1, n2, n1, n4, n1, n2, n1))
+        self.cycle_train(now, pulse, law, 4 * n1 + 2 * n2 + n4, random)
+
+    def cycle_train(self, now, pulse, law, cycles, random):
+        train = CycleTrain(CLOCK, CLOCK.ticks_from(now), law, cycles, random.randrange(-65535, 65536))
+        self.play(pulse, SquareView(Playing(train), random.random() < 0.5), now, random)
+
+    def level(self, now, pulse, direction, random):
+        pulse.drive(random.choice([0, 1]))
+
+    def dir(self, now, pulse, direction, random):
+        times = (now + random.randrange(1, 200 * US), now + 300 * US)
+        direction.play(Wave(random.choice([0, 1]), times, random.choice([(0, 1), (1, 0)])))
+
+    def bound(self, now, pulse, direction, random):
+        view = self.views.get(pulse)
+        if view is not None and pulse.promise is view and (view.of.until is None or view.of.until >= now):
+            view.of.until = now + random.randrange(1, 400 * US)
+            pulse.renew()
+
+    def edges(self):
+        """The edges of the two wires, seen by somebody who watches: (instant, wire, level)."""
+        kernel = Kernel()
+        pulse, direction = Net(kernel, "pulse"), Net(kernel, "dir")
+        seen = []
+        drivers = [Driver(net, "chip") for net in (pulse, direction)]
+        for driver in drivers:
+            driver.drive(1)
+        kernel.settle()
+        for wire, net in enumerate((direction, pulse)):
+            net.watch(lambda net, wire=wire: seen.append((kernel.now, wire, net.level)))
+        self.tell(kernel, *drivers)
+        kernel.run(END)
+        return sorted(seen)
+
+    def pushes(self):
+        """The single counts of the pushes, one after the other: instants."""
+        found = []
+        for at in sorted(at for at, verb, _ in self.hands if verb == "push"):
+            first = at if not found else max(at, found[-1] + 2 * US)
+            found += [first + n * 2 * US for n in range(7)]
+        return found
+
+    def naive(self):
+        shaft, forward = Naive(**self.options), True
+        events = [(at, 0, verb, number) for at, verb, number in self.hands if verb != "push"]
+        events += [(at, 0, "push", 7) for at in self.pushes()]
+        events += [(time, 1 + wire, "", level) for time, wire, level in self.edges()]
+        for time, kind, verb, number in sorted(events):
+            if kind == 1:
+                forward = number == 1
+            elif kind == 2:
+                if number == 0:
+                    shaft.fall(time, forward)
+            elif verb == "push":
+                shaft.push(time, 1)
+            else:
+                shaft.slack = {"block": 1 << 99, "free": 0}.get(verb, shaft.slack)
+                shaft.slack += number * shaft.steps if verb == "slip" else 0
+        return [edge for edge in shown(shaft.timeline) if edge[0] <= END]
+
+    def rig(self, by_edges, watched, seed):
+        """The edges of the encoder's outputs."""
+        rig, random, found, seen = Rig(**self.options), Random(seed), [], []
+        for at, verb, number in self.hands:
+            arguments = {"slip": (number,), "push": (7,)}.get(verb, ())
+            rig.kernel.call_at(at, lambda verb=verb, arguments=arguments: getattr(rig.encoder, verb)(*arguments))
+        if by_edges:
+            for time, wire, level in self.edges():
+                driver = rig.pulse if wire else rig.dir
+                rig.kernel.call_at(time, lambda driver=driver, level=level: driver.drive(level))
+        else:
+            self.tell(rig.kernel, rig.pulse, rig.dir)
+        for name in "ab" if watched else "":
+            rig.encoder.pin(name).net.watch(lambda net, name=name: seen.append((rig.kernel.now, name, net.level)))
+        for at in sorted(random.sample(range(1, END), random.choice([0, 1, 30]))):
+            rig.kernel.run(at)
+            found += rig.edges()
+        rig.kernel.run(END)
+        found += rig.edges()
+        assert not watched or sorted(seen) == sorted(found)
+        return sorted(found)
+
+
+@pytest.mark.parametrize("seed", range(300))
+def test_promised_steps_and_single_edges_turn_the_shaft_as_one_step_after_the_other_does(seed):
+    story = Story(seed)
+    expected = story.naive()
+    assert story.rig(False, False, seed) == expected
+    assert story.rig(True, False, seed) == expected
+    if seed % 3 == 0:
+        assert story.rig(False, True, seed) == expected
