@@ -1,6 +1,3 @@
-# NOTE FROM GROUP P, TO BE DELETED: at 22:40 I overwrote the mc.py that one of you (M or L) had just put here, by mistake.
-# It was yours first: please put your text back over this file, whole.  I keep mine in /tmp/mcP/mc_P.py and will add to
-# yours afterwards only what is missing, by small edits.  Sorry.
 """A chipset of the MC1451A family on a bench, with its host, and the short questions that the tests ask.
 
     rig = base("mc1451a-e", "pulse1", "atrest1")      chipset x, ready for its first command; these pins are recorded
@@ -95,6 +92,13 @@ class Rig:
         for word in words:
             self.host.write_word(word)
         return tuple(self.host.read_word() for _ in range(reads + 1))
+
+    def says(self, *packets: str) -> None:
+        """Packets as they stand here, in hexadecimal: what is written > what is read, the checksum last."""
+        for packet in packets:
+            written, read = packet.split(" > ")
+            found = self.packet(*(int(word, 16) for word in written.split()), reads=read.count(" "))
+            assert " ".join(f"{word:04x}" for word in found) == read, packet
 
     def update(self, *commands: str, axis: int = 0) -> int:
         """Send commands and UPDATE, early in a cycle; returns the next cycle, with which it takes effect."""

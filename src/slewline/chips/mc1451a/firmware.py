@@ -21,7 +21,7 @@ from .port import Port
 from .sheet import CLKOUT_TICKS, POWER_UP_RESET_PS, TIMES
 
 RESET_TICKS, READY_TICKS = TIMES["reset"].ticks, TIMES["reset_cycles"].ticks
-READS = ("GET", "SET_1", "SET_2", "SET_3", "SET_4", "SET_I")  # commands that change nothing a cycle looks at
+SELECTS = ("SET_1", "SET_2", "SET_3", "SET_4", "SET_I")  # like every GET, they change nothing that a cycle looks at
 
 
 class Chipset(Instructions):
@@ -75,7 +75,8 @@ class Chipset(Instructions):
             self.kernel.settle()
 
     def _power_up(self) -> None:
-        self.powered, self.up_ps = True, self.kernel.now
+        self.powered = True
+        self.up_ps = self.fell_ps = self.kernel.now
         period = StepTrain(self.clock, self.clock.ticks_from(self.kernel.now) + 1, ((CLKOUT_TICKS, OPEN),))
         self.drivers["clkout"].play(PulseView(Playing(period), CLKOUT_TICKS // 2))
         self._clear()
@@ -149,7 +150,7 @@ class Chipset(Instructions):
         """A packet is complete: do what it says; the registers show the present cycle.  Returns what is to be read."""
         handler = self.handlers[row.code]
         found: int | None = handler(value) if row.args else handler()
-        if not row.name.startswith(READS):
+        if not row.name.startswith("GET") and row.name not in SELECTS:
             self.motion.attend()
         return found
 

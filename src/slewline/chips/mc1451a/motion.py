@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING
 
 from ...core.kernel import Call
 from ...core.net import Net
+from .horizon import NEVER
 from .sheet import CYCLE_TICKS
 from .state import POSITIVE_LIMIT, AxisState
-from .trajectory import NEVER, Trajectory
+from .trajectory import Trajectory
 
 if TYPE_CHECKING:
     from .firmware import Chipset

@@ -89,7 +89,7 @@ class Course:
 
     def event(self, bit: int) -> None:
         """Set an event of the status word; motion complete does not exist in the gear."""
-        if bit != MOTION_COMPLETE or self.state.mode != GEAR:
+        if bit != MOTION_COMPLETE or self.mode != GEAR:
             self.state.events |= bit
 
     def tell(self, what: Callable[[], object]) -> None:

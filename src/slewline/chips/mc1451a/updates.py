@@ -1,0 +1,194 @@
+"""What begins and ends the motions of an axis: updates, settings that act at once, stops."""
+
+from __future__ import annotations
+
+from .profile import s_curve
+from .pulses import Pulses
+from .sheet import HIGH_RANGE, STANDARD_RANGE
+from .state import (
+    COMMAND_ERROR,
+    GEAR,
+    MOTION_COMPLETE,
+    NEGATIVE_LIMIT,
+    ONE,
+    POSITIVE_LIMIT,
+    S_CURVE,
+    TRAPEZOIDAL,
+    VELOCITY,
+)
+
+
+class Updates(Pulses):
+    """One axis, and what the host tells it to do."""
+
+    def settings(self, n: int) -> None:
+        """What commands have set at once: profile mode, motor, pulse range."""
+        state = self.state
+        if self.was_off or not state.motor_on:
+            self.was_off = False
+            if state.in_motion or self.law is not None:
+                self.halt(n, complete=False)
+            self.suspended = True
+        if state.mode != self.mode:
+            self.enter(n, state.mode)
+        if state.in_motion and self.top != self.limits.velocity and self.aim != "curve":
+            self.fresh = True
+
+    def enter(self, n: int, mode: int) -> None:
+        """Another profile mode."""
+        state, before = self.state, self.mode
+        if mode in (TRAPEZOIDAL, S_CURVE) and before != GEAR and state.in_motion:
+            self.chip.finding("mode-in-motion", f"axis {state.number}: profile mode changed in motion: stopped at once")
+            self.halt(n)
+        elif mode == GEAR or before == GEAR:
+            self.halt(n, complete=False)
+        self.mode = mode
+        if mode == GEAR:
+            self.followed, self.backlog, self.suspended = self.counts, 0, not state.motor_on
+        elif mode == VELOCITY and state.in_motion:
+            self.aim, self.fresh = "contour", True
+
+    def update(self, n: int) -> None:
+        """The buffered registers and actions take effect, in this order."""
+        state = self.state
+        state.update = self.clamped = False
+        if state.synch_prfl:
+            self.synchronise(n)
+        self.copy()
+        stop, smooth_stop = state.stop, state.smooth_stop
+        state.stop = state.smooth_stop = state.synch_prfl = False
+        self.suspended = not state.motor_on
+        if stop:
+            self.halt(n)
+            self.suspended = True
+            self.followed, self.backlog = self.counts, 0
+        elif self.mode == GEAR:
+            if self.chip.limits_on and state.events & (POSITIVE_LIMIT | NEGATIVE_LIMIT):
+                self.suspended = True
+        elif smooth_stop:
+            self.slow_down(n)
+        elif state.motor_on:
+            self.start()
+
+    def synchronise(self, n: int) -> None:
+        """The target becomes the actual position; no pulse, and the speed stays."""
+        if self.encoder is not None:
+            if self.aim == "curve" and self.law is not None:
+                self.done += n - self.since
+            self.cut(n)
+            self.declare(n, self.state.actual)
+            self.fresh = self.state.in_motion
+
+    def copy(self) -> None:
+        """Buffer to active registers.  What may not change in motion is a command error; the destination may."""
+        state = self.state
+        new, old = state.buffer, state.active
+        wrong = state.in_motion and (
+            (self.mode == TRAPEZOIDAL and new.acceleration != old.acceleration)
+            or (
+                self.mode == S_CURVE
+                and (new.velocity, new.max_acceleration, new.jerk) != (old.velocity, old.max_acceleration, old.jerk)
+            )
+        )
+        if wrong:
+            state.events |= COMMAND_ERROR
+            old.position = new.position
+        else:
+            state.active = new.copy()
+
+    def slow_down(self, n: int) -> None:
+        """A smooth stop."""
+        if not self.state.in_motion:
+            self.complete()
+        elif self.aim == "curve":
+            done = self.done + n - self.since
+            stopped = self.phases.stopped(done)
+            if stopped != self.phases:
+                self.phases, self.fresh = stopped, True
+        else:
+            self.aim, self.fresh = "stop", True
+
+    def start(self) -> None:
+        """An update lets the axis move, or go on."""
+        state = self.state
+        if self.mode == S_CURVE and state.in_motion:
+            return  # the profile in progress ends first
+        active = state.active
+        acceleration = active.max_acceleration if self.mode == S_CURVE else active.acceleration
+        distance = acceleration if self.mode == VELOCITY else active.position * ONE - state.target
+        nowhere = self.mode != VELOCITY and not distance
+        if not state.in_motion:
+            if not active.velocity or nowhere:
+                state.events |= MOTION_COMPLETE
+                return
+            if self.powerless(acceleration):
+                text = f"axis {state.number}: without acceleration{' and jerk' * (self.mode == S_CURVE)} nothing starts"
+                self.chip.finding("no-start", text)
+                return
+            if self.refused(distance):
+                return
+            self.start_velocity = state.start_velocity
+            if self.mode != S_CURVE and self.start_velocity >= active.velocity:
+                text = f"axis {state.number}: the start velocity is not below the maximum: no ramps"
+                self.chip.finding("start-velocity", text)
+        state.in_motion = True
+        self.aim = {TRAPEZOIDAL: "point", VELOCITY: "contour", S_CURVE: "curve"}[self.mode]
+        self.fresh = True
+        if self.mode == S_CURVE:
+            self.begin_curve(distance)
+
+    def powerless(self, acceleration: int) -> bool:
+        """Can nothing set the axis in motion?"""
+        if self.mode == S_CURVE:
+            return not (acceleration and self.state.active.jerk)
+        return not acceleration and (self.mode == VELOCITY or not self.state.start_velocity)
+
+    def refused(self, distance: int) -> bool:
+        """Does a limit switch forbid the move?  In the point-to-point modes that is a command error."""
+        state = self.state
+        tripped = state.events & (POSITIVE_LIMIT | NEGATIVE_LIMIT)
+        ahead = POSITIVE_LIMIT if distance > 0 else NEGATIVE_LIMIT
+        if not self.chip.limits_on or not (tripped or self.motion.active(state.number, ahead)):
+            return False
+        if self.mode != VELOCITY:
+            state.events |= COMMAND_ERROR
+        return True
+
+    def begin_curve(self, distance: int) -> None:
+        """Plan an S-curve."""
+        active = self.state.active
+        self.sign = 1 if distance > 0 else -1
+        self.phases = s_curve(abs(distance), self.top, active.max_acceleration, active.jerk)
+        self.done = 0
+
+    @property
+    def top(self) -> int:
+        """The maximum velocity, as far as the pulse range allows."""
+        range_ = (HIGH_RANGE if self.state.high_speed else STANDARD_RANGE) * ONE
+        velocity = self.state.active.velocity
+        if velocity > range_ and not self.clamped:
+            self.clamped = True
+            text = (
+                f"axis {self.state.number}: {velocity / ONE:.2f} steps/cycle; the pulse range ends at {range_ // ONE}"
+            )
+            self.chip.finding("clamped", text)
+        return min(velocity, range_)
+
+    def halt(self, n: int, complete: bool = True) -> None:
+        """Stop at once, where the axis is."""
+        self.cut(n)
+        if complete and self.mode != GEAR:
+            self.complete()
+        else:
+            self.rest()
+
+    def complete(self) -> None:
+        """A motion has come to its end."""
+        self.rest()
+        self.state.events |= MOTION_COMPLETE
+
+    def rest(self) -> None:
+        """Speed zero from now on."""
+        self.state.velocity = self.state.phase = 0
+        self.state.in_motion = False
+        self.aim = ""
