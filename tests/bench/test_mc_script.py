@@ -129,6 +129,7 @@ def test_bytes_go_out_as_they_are():
         "bytes 10 00 00",
         "GET_VEL -> 180224",
     ]
+    assert [result.axis for result in played.host.results] == [1, 2, 1, 1]
 
 
 def test_pins_and_positions_as_with_other_chips():

@@ -116,7 +116,13 @@ class Rig:
 
     def status(self, axis: int = 0) -> int:
         """The status word, asked for over the port."""
-        return self.host.query("GET_STATUS", axis=axis)
+        word = self.host.query("GET_STATUS", axis=axis)
+        assert word & 0xCA00 == 0x0200  # the axis is on; bits 11, 14 and 15 stay 0
+        return word
+
+    def shows(self, name: str, axis: int = 1) -> int:
+        """A register as it is now, without a word over the port."""
+        return self.x.axis(axis).registers[name]
 
     @property
     def codes(self) -> list[str]:

@@ -54,10 +54,6 @@ class Mover(Rig):
         self.to(cycle)
 
     # ----------------------------------------------------------------------------------------------------- registers
-    def shows(self, name: str, axis: int = 1) -> int:
-        """A register as it is now, without a word over the port."""
-        return self.x.axis(axis).registers[name]
-
     def look(self, axis: int = 1) -> Look:
         """This cycle."""
         shown = self.x.axis(axis).registers

@@ -7,13 +7,15 @@ from random import Random
 
 import pytest
 
+import slewline
 from slewline.core.cycles import CycleTrain, Linear, SCurve, SquareView
 from slewline.core.kernel import Kernel
 from slewline.core.net import Driver, Net, Wave
 from slewline.core.reading import Reading
 from slewline.core.timebase import Clock
 from slewline.core.train import OPEN, Playing, PulseView, StepTrain, StrobeView
-from slewline.parts.encoder import Encoder
+from slewline.parts.course import Channel, Course, Falls
+from slewline.parts.encoder import Encoder, Quadrature
 
 US, MS = 1_000_000, 1_000_000_000
 END = 3 * MS  # of a story
@@ -399,3 +401,149 @@ def test_promised_steps_and_single_edges_turn_the_shaft_as_one_step_after_the_ot
     assert story.rig(True, False, seed) == expected
     if seed % 3 == 0:
         assert story.rig(False, True, seed) == expected
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_level_after_and_edges_of_a_channel_agree(seed):
+    random = Random(seed)
+    drive = Falls(PulseView(Playing(StepTrain(CLOCK, 3, [(random.randrange(2, 40), 9), (30, OPEN)])), 1))
+    drive.of.until = random.choice([None, 40_000 * random.randrange(400)])
+    counts, steps = random.choice(RATIOS)
+    coming = ([10_000, 90_000, 1_700_000], [8, 9, 8])
+    course = Course(
+        counts, steps, 50_000, drive, since=0, sign=random.choice([1, -1]), place=8 * steps + random.randrange(steps),
+        slack=random.choice([0, steps // 2, 7 * steps]), before=7, coming=coming,
+    )  # fmt: skip
+    for channel in (Channel(course, levels) for levels in zip(*LEVELS, strict=True)):
+        instants = range(0, 12_000_000, 10_000)  # everything happens then
+        levels = [channel.level(ps) for ps in instants]
+        edges = [ps for ps, was, now in zip(instants[1:], levels, levels[1:], strict=False) if was != now]
+        assert edges
+        times, shown_levels = channel.edges(instants[0], instants[-1])
+        assert [int(time) for time in times] == edges
+        assert [int(level) for level in shown_levels] == [channel.level(ps) for ps in edges]
+        for start in random.sample(instants, 20):
+            stop = random.choice(instants)
+            assert [int(time) for time in channel.edges(start, stop)[0]] == [ps for ps in edges if start < ps <= stop]
+            following = next((ps for ps in edges if ps > start), 12_000_000)
+            looked_for = min(channel.after(start) or 12_000_000, 12_000_000)
+            assert looked_for == following or (counts > steps and start < looked_for < following)
+
+
+# -------------------------------------------------------------------------------------------------- turned by a machine
+def turned(**options):
+    kernel = Kernel()
+    shaft = Quadrature(kernel, "master", **options)
+    kernel.settle()
+    return kernel, shaft, {name: Reading(shaft.pin(name)) for name in "ab"}
+
+
+@pytest.mark.parametrize("rate", [3, 1_250_000, -999_983])
+def test_a_shaft_that_a_machine_turns_makes_a_count_every_so_often_without_drift(rate):
+    kernel, shaft, _ = turned()
+    kernel.run(7 * MS + 1)
+    shaft.run(rate)
+    start, way = kernel.now, 1 if rate > 0 else -1
+    for ps in (1, 333_333_333_333, 333_333_333_334, 10 * 10**12):
+        kernel.run(start + ps)
+        assert shaft.counts == way * (((ps + 1) * abs(rate) - 1) // 10**12)  # count n comes n/rate later, rounded down
+    assert kernel.next_time() is None
+
+
+def test_a_machine_changes_speed_turns_back_and_stops_and_the_counts_go_on_from_there():
+    kernel, shaft, readings = turned()
+    told = []
+    for rate in (1_000_000, 500_000, -2_000_000, 0, 1_000_000):
+        shaft.run(rate)
+        kernel.run(kernel.now + 4 * US)
+        told.append(shaft.counts)
+    assert told == [4, 6, -2, -2, 2]
+    shaft.push(-3)
+    kernel.run(kernel.now + 10 * US)
+    assert shaft.counts == 2 + 10 - 3
+    edges = sorted(time for reading in readings.values() for time in reading.edges_until(kernel.now)[0])
+    assert edges[:6] == [1 * US, 2 * US, 3 * US, 4 * US, 6 * US, 8 * US]
+    assert edges[6:14] == [8 * US + n * 500_000 for n in range(1, 9)]
+    assert edges[14] == 17 * US
+
+
+# ----------------------------------------------------------------------------------------------------------- on a bench
+def story_on_a_bench(bench):
+    x = bench.add("cy525", name="x")
+    enc = bench.part("encoder", name="enc", counts=100, steps=200, lag="20 us")
+    bench.wire("x.pulse", "enc.pulse")
+    bench.wire("x.direction", "enc.dir")
+    host = bench.host(x)
+    bench.record("enc.a", "enc.b")
+    host.send("A 0\rF 10\rR 127\rS 240\rZ 1\rN 2001\rG\r-\rN 301\rG\r")
+    return x, enc
+
+
+def test_an_encoder_follows_a_chip_through_ramps_and_back():
+    bench = slewline.Bench()
+    x, enc = story_on_a_bench(bench)
+    bench.run_until(x.reaches(1000))
+    bench.run("20 us")
+    assert enc.counts == 500
+    bench.run_until_idle()
+    assert x.position == 1700
+    assert enc.counts == 850
+    steps = x.steps()
+    counts = [
+        (int(time) + 20 * US, int(position) // 2)
+        for time, position in zip(steps.times_ps, steps.positions, strict=True)
+    ]
+    found = []
+    for name in "ab":
+        times, levels = bench.edges(f"enc.{name}")
+        found += [(int(time), name, int(level)) for time, level in zip(times, levels, strict=True)]
+    assert sorted(found) == shown(counts)
+
+
+def test_what_a_user_does_to_a_shaft_is_in_the_journal(tmp_path):
+    journal = tmp_path / "journal"
+    bench = slewline.Bench(journal=journal)
+    x, enc = story_on_a_bench(bench)
+    master = bench.part("quadrature", name="master")
+    bench.run_until(x.reaches(100))
+    enc.block()
+    bench.run("1 ms")
+    enc.push(20)
+    master.run(-12_345)
+    bench.run("10 ms")
+    enc.free()
+    enc.slip(3)
+    bench.run_until_idle()
+    counts = enc.counts, master.counts
+    bench.journal.close()
+    again = slewline.replay(journal)
+    assert (again["enc"].counts, again["master"].counts) == counts
+    assert counts[0] not in (850, 847)
+    assert counts[1] < -1000
+
+
+@pytest.mark.parametrize("axis", [1, 4])
+def test_the_standard_wiring_is_that_of_the_axis(axis):
+    bench = slewline.Bench()
+    wiring = dict(bench.part("encoder", axis=axis).wiring)
+    assert wiring == {"pulse": f"pulse{axis}", "dir": f"dir{axis}", "a": f"quada{axis}", "b": f"quadb{axis}"}
+    assert dict(bench.part("quadrature", axis=axis).wiring) == {"a": f"quada{axis}", "b": f"quadb{axis}"}
+
+
+def test_mistakes_are_refused_with_what_is_allowed():
+    bench = slewline.Bench()
+    with pytest.raises(slewline.UsageError, match=r"encoder: axis 5; allowed 1 to 4"):
+        bench.part("encoder", axis=5)
+    with pytest.raises(
+        slewline.UsageError, match=r"encoder: counts 0, steps 12800, lag '1 us'; allowed 1, 1, 1 ps and"
+    ):
+        bench.part("encoder", counts=0)
+    with pytest.raises(slewline.UsageError, match=r"lag 0; allowed 1, 1, 1 ps and more"):
+        bench.part("encoder", lag=0)
+    enc, master = bench.part("encoder", name="enc"), bench.part("quadrature", name="master")
+    with pytest.raises(slewline.UsageError, match=r"enc: 0.5 counts; expected a whole number"):
+        enc.push(0.5)
+    with pytest.raises(slewline.UsageError, match=r"enc: slips -1 counts; allowed 0 and more \(push turns the shaft\)"):
+        enc.slip(-1)
+    with pytest.raises(slewline.UsageError, match=r"master: True counts"):
+        master.run(True)

@@ -193,16 +193,17 @@ def test_reset_leaves_no_checksum_and_is_over_when_the_chipset_is_ready(desk):
 
 # --------------------------------------------------------------------------------------------------------------- axes
 def commands(desk):
-    """The command bytes since the last question."""
-    host, found = desk.host, []
-    original, host.exchange = host.exchange, None
+    """The codes of the packets that go out from now on."""
+    host, codes = desk.host, []
+    exchange = host.exchange
 
-    async def exchange(port, packet, axis=0):
-        found.append(packet.code)
-        return await original(port, packet, axis)
+    async def noted(port, packet, axis=0):
+        found = await exchange(port, packet, axis)
+        codes.append(packet.code)
+        return found
 
-    host.exchange = exchange
-    return found
+    host.exchange = noted
+    return codes
 
 
 def test_a_view_selects_its_axis_only_if_another_one_is_current(desk):
@@ -241,6 +242,17 @@ def test_the_host_knows_what_changes_the_current_axis(desk, change):
     change(desk)
     desk.host.axis(2).command("SET_POS", 22)
     assert [desk.x.axis(n).registers["pos"] for n in (1, 2)] == [0, 22]
+
+
+def test_the_host_knows_the_axis_that_single_operations_have_set(desk):
+    codes = commands(desk)
+    desk.host.write_command(0x03)
+    desk.host.axis(3).command("SET_POS", 3)
+    desk.host.write_command(0x01, ready=False)  # perhaps not taken
+    desk.host.axis(3).command("SET_VEL", 3)
+    assert codes == [0x10, 0x03, 0x11]
+    registers = desk.x.axis(3).registers
+    assert (registers["pos"], registers["vel"]) == (3, 3)
 
 
 def test_the_interrupting_axis_becomes_the_current_one(desk):
@@ -295,6 +307,7 @@ def test_words_may_go_in_halves_with_hostslct_high_between_them(desk):
     host.write_command(0x6C)
     assert (host.read_byte(), host.read_byte()) == (0x5C, 0x11)
     assert desk.x.registers["vel"] == 0x2C000 and desk.x.findings == []
+    assert host.received == [0xC013]  # whole words
 
 
 @pytest.mark.fact("PMD-HOST-15")
@@ -367,6 +380,14 @@ def test_a_chipset_that_is_never_ready_is_a_timeout_and_later_the_host_goes_on(d
     reset.drive(1)
     desk.host.command("SET_POS", 6)
     assert desk.x.registers["pos"] == 6
+
+
+def test_a_call_that_gives_up_in_a_strobe_lets_go_of_the_lines(desk):
+    with pytest.raises(slewline.Timeout):
+        desk.host.write_word(0, low="20 us", timeout="10 us")
+    desk.bench.run(0)
+    lines = ("hostslct", "hostwrite", "hostdata0")
+    assert [desk.x.pin(line).level for line in lines] == [1, 1, None]
 
 
 def test_a_call_that_gives_up_leaves_what_was_queued_before_it(desk):

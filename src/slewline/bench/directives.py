@@ -13,7 +13,7 @@ from ..errors import UnknownName, UsageError
 from ..language import packets
 from ..parts.host import Host
 from ..parts.packet_host import POLL, USUAL
-from ..parts.packet_port import UNKNOWN, operations
+from ..parts.packet_port import operations
 from .stage import Act, Fits, Queue, Stage, answers, asking, meaning, returned, sending
 
 if TYPE_CHECKING:
@@ -342,9 +342,9 @@ def _expect(rest: str) -> Reading:
 async def _packet(stage: Stage, chip: Chip, data: bytes) -> None:
     """Bytes as they are: a command byte, and words behind it."""
     port = stage.packet_port(chip)
-    port.axis = UNKNOWN
     for part, command in operations(data):
         await port.write(part, command, USUAL)
+    port.note_axis(data[0])
     await port.ready()
 
 

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..core.chip import Chip, OneAxis
+from ..core.chip import AxisInCycles, Chip, OneAxis
 from ..core.kernel import Kernel
 from ..core.net import Bus, Net
 from ..core.pin import Terminal
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 Time = str | int
 FilePath = str | Path
 SLICE_PS = 100_000_000_000  # while a VCD file is streamed, time passes in slices of 100 ms
-QUIET = ("clk15",)  # clocks are recorded only when asked for by name
+QUIET = ("clk15", "clkout")  # clocks are recorded only when asked for by name
 
 
 class Recording:
@@ -179,16 +179,22 @@ class Recording:
         start: Time | None = None,
         stop: Time | None = None,
     ) -> None:
-        """Draw velocity and position of all chips with their parameters named, and recorded pins below (SVG or PNG)."""
+        """Draw the motions of all chips, and recorded pins below (SVG or PNG).
+
+        Velocity and position with the parameters named; of chips that decide in cycles, acceleration and jerk as well.
+        """
         from ..record.plots import Motion, Trace, plot
+        from .profiles import profile_of
 
         if not self.chips:
             raise UnknownName("the bench has no chip to plot")
         first, last = self._window(start, stop)
         nets = self._chosen(pins) if pins is not None else dict(self.recorded)
         motions = [
-            Motion(
-                chip.name if len(chip.axes) == 1 else f"{chip.name} {n}",
+            profile_of(axis, first, last)
+            if isinstance(axis, AxisInCycles) and axis.keeps_cycles
+            else Motion(
+                axis.name,
                 axis.steps(first, last),
                 *axis.parameters(),
                 before=axis.motor.position_at(max(first - 1, 0)),

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from .cycles import Cycles
+
 
 @dataclass(frozen=True, slots=True)
 class Finding:
@@ -120,6 +122,18 @@ class AxisOfChip(OneAxis):
     def __repr__(self) -> str:
         return f"<{self.name}>"
 
+
+class AxisInCycles(AxisOfChip):
+    """An axis whose controller decides in cycles; it can be asked for them afterwards."""
+
+    @property
+    def keeps_cycles(self) -> bool:
+        """Can it, as this chip is set up?"""
+        raise NotImplementedError
+
+    def cycles(self, start: str | int | None = None, stop: str | int | None = None) -> Cycles:
+        """Cycles that begin at start <= t <= stop; all of them by default."""
+        raise NotImplementedError
 
 
 class Chip(OneAxis):

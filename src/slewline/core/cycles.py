@@ -21,6 +21,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -37,6 +38,40 @@ BLOCK = 1 << 15  # steps that are expanded at a time: they stay in the cache
 STRETCH = 1 << 10  # cycles that are expanded at a time where steps are rare
 EXACT = 1 << 61  # below it, a remainder and its neighbours fit into int64
 JERKS = (1, 0, -1, 0, -1, 0, 1)  # of the seven phases of an S-curve
+
+
+# ------------------------------------------------------------------------------------------------------------- answers
+@dataclass(frozen=True)
+class Cycles:
+    """Cycles of an axis, so many per second: their numbers, the instants of their begins in ps, the targets there in
+    1/65536 step, target velocities in 1/65536 step per cycle, and the phases of S-curves (0: none).
+
+    All (n,); int64, phases int8.
+    """
+
+    per_second: float
+    numbers: NDArray[np.int64]
+    times_ps: NDArray[np.int64]
+    targets: NDArray[np.int64]
+    velocities: NDArray[np.int64]
+    phases: NDArray[np.int8]
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    @property
+    def accelerations(self) -> NDArray[np.int64]:
+        """Changes of velocity from each cycle to the next: (n-1,) int64."""
+        import numpy as np
+
+        return np.diff(self.velocities)
+
+    @property
+    def jerks(self) -> NDArray[np.int64]:
+        """Changes of acceleration from each cycle to the next: (n-2,) int64."""
+        import numpy as np
+
+        return np.diff(self.velocities, 2)
 
 
 # --------------------------------------------------------------------------------------------------------------- laws

@@ -216,8 +216,10 @@ class Quadrature(Shaft):
         """Turn at so many counts/s from now on, less than 0: backwards; 0: stop."""
         self._check(rate)
         self.input("run", rate)
-        now = self.kernel.now
         self._turn(self.kernel.seen)
-        drive = Rotation(now, abs(rate)) if rate else Still()
-        self._course = replace(self._course, since=now, drive=drive, sign=1 if rate > 0 else -1)
+        drive = Rotation(self.kernel.now, abs(rate)) if rate else Still()
+        self._course = replace(self._course, drive=drive, sign=1 if rate > 0 else -1)
         self.kernel.settle()
+
+    def _turn(self, ps: int) -> None:
+        super()._turn(self.kernel.now)  # what comes at this instant is known: nobody else turns the shaft

@@ -199,8 +199,11 @@ class PacketHost(Caller):
         self.input("strobe", chip, data, command, low_ps, gap_ps, ready)
 
         async def action() -> None:
-            port.axis = UNKNOWN if command else port.axis
             await port.write(data, command, Strobes(low_ps, gap_ps, ready))
+            if command and ready:
+                port.note_axis(data[0])
+            elif command:
+                port.axis = UNKNOWN
 
         return self.errand(f"{data.hex()} to {chip}", action)
 

@@ -116,13 +116,17 @@ class PacketPort:
         self.select.wave(1, (start, end), (0, 1))
         return start, rises, end
 
-    def note_axis(self, code: int, found: Sequence[int]) -> None:
+    def note_axis(self, code: int, found: Sequence[int] = ()) -> None:
         """Note which axis is the current one behind a packet, of which these words were read."""
         row = self.sheet.commands.by_code.get(code)
         assert self.sheet.packets is not None  # the bench chooses the host by the sheet
-        if row is not None and row.name == RESET:
+        if row is None:
+            return
+        if row.name == RESET:
             self.axis = 1
-        elif row is not None and row.name in ("SET_1", "SET_2", "SET_3", "SET_4", "SET_I"):
+        elif row.acts == "set":
+            self.axis = row.code  # SET_2 has the code 2
+        elif row.name == "SET_I":
             self.axis = packets.fields(found[0], self.sheet.packets.status)["axis"] if found else UNKNOWN
 
 

@@ -15,6 +15,7 @@ from ..core.axis import Steps
 from ..core.timebase import UNITS, readable
 from ..errors import UsageError
 from . import outlines
+from .profiles import HEIGHTS, Profile, draw_profile
 from .recorder import FLOATING, Probe, Recorder, width_of
 from .whole_file import WholeFile
 
@@ -90,7 +91,7 @@ class Trace:
         return cls(name, times, levels, recorder.level_at(probe, start), width_of(probe) > 1)
 
 
-def plot(path: str | Path, title: str, *tracks: Motion | Trace, start: int, stop: int) -> None:
+def plot(path: str | Path, title: str, *tracks: Motion | Profile | Trace, start: int, stop: int) -> None:
     """Draw motions and traces of a window (ps) into a file; its suffix, .svg or .png, says in which form.
 
     Raises:
@@ -121,13 +122,18 @@ def _matplotlib() -> Iterator[None]:
 
 
 # ------------------------------------------------------------------------------------------------------ the figure
-def _figure(title: str, tracks: Sequence[Motion | Trace], start: int, stop: int) -> Figure:
-    motions = [track for track in tracks if isinstance(track, Motion)]
+def _figure(title: str, tracks: Sequence[Motion | Profile | Trace], start: int, stop: int) -> Figure:
+    motions = [track for track in tracks if not isinstance(track, Trace)]
     traces = [track for track in tracks if isinstance(track, Trace)]
     axis = TimeAxis(start, stop)
     figure, panels = _panels(title, motions, traces)
-    for number, motion in enumerate(motions):
-        _draw_motion(panels[2 * number], panels[2 * number + 1], motion, axis, several=len(motions) > 1)
+    left = iter(panels)
+    for motion in motions:
+        own = [next(left) for _ in _heights(motion)]
+        if isinstance(motion, Profile):
+            draw_profile(own, motion, axis.scaled, several=len(motions) > 1)
+        else:
+            _draw_motion(own[0], own[1], motion, axis, several=len(motions) > 1)
     if traces:
         _draw_traces(panels[-1], traces, axis)
     for panel in panels:
@@ -138,13 +144,20 @@ def _figure(title: str, tracks: Sequence[Motion | Trace], start: int, stop: int)
     return figure
 
 
-def _panels(title: str, motions: Sequence[Motion], traces: Sequence[Trace]) -> tuple[Figure, list[Axes]]:
-    """An empty figure with a velocity and a position panel for each motion, then one for all traces."""
+def _heights(motion: Motion | Profile) -> tuple[float, ...]:
+    """Heights of the panels that a motion takes."""
+    return HEIGHTS if isinstance(motion, Profile) else (VELOCITY_HEIGHT, POSITION_HEIGHT)
+
+
+def _panels(title: str, motions: Sequence[Motion | Profile], traces: Sequence[Trace]) -> tuple[Figure, list[Axes]]:
+    """An empty figure with the panels of each motion, then one for all traces."""
     from matplotlib.figure import Figure
 
     sizes: list[tuple[float, float]] = []  # the space above a panel, and its height
     for motion in motions:
-        sizes += [((GAP if sizes else TOP) + (NOTES if motion.notes else 0), VELOCITY_HEIGHT), (GAP, POSITION_HEIGHT)]
+        above = motion.notes or (isinstance(motion, Profile) and motion.spans)
+        first, *others = _heights(motion)
+        sizes += [((GAP if sizes else TOP) + (NOTES if above else 0), first), *((GAP, height) for height in others)]
     if traces:
         sizes.append((GAP if sizes else TOP, LANE_HEIGHT * len(traces) + 0.08))
     height = sum(space + size for space, size in sizes) + BOTTOM

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..bench import Bench
 from ..bench.stage import Computer
-from ..core.chip import Chip, Finding, OneAxis, OneAxis
+from ..core.chip import Chip, Finding, OneAxis
 from ..core.timebase import PS_PER_S, readable
 from ..parts.packet_host import PacketHost
 from .transcript import counted

@@ -2,58 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ...core.chip import AxisOfChip
+from ...core.chip import AxisInCycles
+from ...core.cycles import Cycles
 from ...core.timebase import picoseconds
 from ...errors import UsageError
 from .motion import Motion
 from .sheet import CYCLE_TICKS
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from .registers import Registers
     from .trajectory import Trajectory
 
 RANGE = 1 << 47
 
 
-@dataclass(frozen=True)
-class Cycles:
-    """Cycles of an axis: numbers, instants of their begins in ps, targets there in 1/65536 step, target velocities
-    in 1/65536 step per cycle, and the phases of S-curves (0: none).  All (n,); int64, phases int8."""
-
-    numbers: NDArray[np.int64]
-    times_ps: NDArray[np.int64]
-    targets: NDArray[np.int64]
-    velocities: NDArray[np.int64]
-    phases: NDArray[np.int8]
-
-    def __len__(self) -> int:
-        return len(self.numbers)
-
-    @property
-    def accelerations(self) -> NDArray[np.int64]:
-        """Changes of velocity from each cycle to the next: (n-1,) int64."""
-        import numpy as np
-
-        return np.diff(self.velocities)
-
-    @property
-    def jerks(self) -> NDArray[np.int64]:
-        """Changes of acceleration from each cycle to the next: (n-2,) int64."""
-        import numpy as np
-
-        return np.diff(self.velocities, 2)
-
-
-class ChipsetAxis(AxisOfChip):
+class ChipsetAxis(AxisInCycles):
     """An axis of a chipset, which can be asked for its cycles."""
 
     chip: Registers
+
+    @property
+    def keeps_cycles(self) -> bool:
+        return isinstance(self.chip.motion, Motion)
 
     def cycles(self, start: str | int | None = None, stop: str | int | None = None) -> Cycles:
         """Cycles since the last reset that begin at start <= t <= stop; all of them by default.
@@ -97,4 +69,5 @@ def cycles_of(trajectory: Trajectory, first: int, stop: int) -> Cycles:
     numbers = np.arange(first, first + count)
     clock = trajectory.chip.clock
     targets = (targets + RANGE // 2) % RANGE - RANGE // 2
-    return Cycles(numbers, clock.ps_array(numbers * CYCLE_TICKS, trajectory.chip.origin), targets, velocities, phases)
+    times = clock.ps_array(numbers * CYCLE_TICKS, trajectory.chip.origin)
+    return Cycles(trajectory.chip.crystal_hz / CYCLE_TICKS, numbers, times, targets, velocities, phases)

@@ -62,7 +62,7 @@ class Motion:
     def stop(self) -> None:
         """Reset, or no supply: no pulse after this instant."""
         if self.running:
-            self.running = False
+            self.running, self.cycle = False, 0
             self._forget()
             for trajectory in self.trajectories:
                 trajectory.end()

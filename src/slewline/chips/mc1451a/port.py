@@ -72,6 +72,7 @@ class Port:
         self.low_since[name] = now
         if self.chip.pins[other].level == 0:
             self.chip.finding("strobes", f"{name} and {other} are low together: no transfer")
+            self._show(None, RELEASE_TICKS)
             return False
         if now - self.rose_at < RECOVERY_PS:
             self.chip.finding("short-recovery", f"{(now - self.rose_at) // NS} ns between two strobes; at least 60 ns")
@@ -109,9 +110,10 @@ class Port:
                 self._show((0xFF, self.read()), ACCESS_TICKS)
         elif self.legal:
             self.legal = False
-            self.rose_at = self.kernel.now
             self._show(None, RELEASE_TICKS)
-            self.read_on()
+            if self._selected:
+                self.rose_at = self.kernel.now
+                self.read_on()
 
     def _show(self, level: tuple[int, int] | None, ticks: int) -> None:
         """Put a byte on the bus, or let go of it, so many clocks from now."""
@@ -121,7 +123,10 @@ class Port:
         driver.play(Wave(before, (at,), (level,)))
 
     def _select(self, net: Net) -> None:
-        """HostSlct: high within 2 us of the last strobe of an operation."""
+        """HostSlct: high within 2 us of the last strobe of an operation; high within a strobe, it ends it as none."""
+        if net.value == 1 and self.legal:
+            self.legal = False
+            self._show(None, RELEASE_TICKS)
         now, since = self.kernel.now, self.strobed_at
         if net.value == 1 and since is not None:
             self.strobed_at = None

@@ -329,9 +329,10 @@ class Course:
         """Promise the edges of this cycle: PULSE follows the target from half step to half step."""
         velocity, drivers, number = self.displacement, self.chip.drivers, self.state.number
         self.steps = []
-        if velocity == 0:
+        curve = self.curve if self.mode == S_CURVE and self.state.in_motion else None
+        if velocity == 0 and curve is None:
             return
-        way = sign(velocity)
+        way = sign(velocity if curve is None else curve.distance)  # a curve begins slower than a velocity can tell
         if way != self.direction:
             self.direction = way
             drivers[f"dir{number}"].drive(1 if way > 0 else 0)
@@ -339,7 +340,7 @@ class Course:
         half = 1  # half steps from the last step made
         while (distance := half * ONE // 2 - way * self.lead) <= abs(velocity):
             level = half % 2
-            at = tick + max(-(-distance * CYCLE // abs(velocity)), 0)
+            at = tick + max(-(-distance * CYCLE // (abs(velocity) or 1)), 0)
             if level != self.pulse:
                 edges.append((at, level))
                 self.pulse = level

@@ -50,12 +50,14 @@ class Trajectory(Horizon):
         """What the run set out to do until now is done."""
         if n:
             self._read_encoder(n - 1)  # what the cycle before has seen, unless nobody looked then
-        self._move(n)
-        if self.law is not None and n - self.since >= self.cycles:
-            landing = self.landing
-            self.cut(n)
-            if landing:
-                self.complete()
+        if self.law is not None:
+            self._move(n)
+            self.state.velocity = self.sign * self.law.velocity(n - self.since - 1)  # as it was up to here
+            if n - self.since >= self.cycles:
+                landing = self.landing
+                self.cut(n)
+                if landing:
+                    self.complete()
 
     def look_at_limits(self, n: int) -> None:
         """A switch that goes active halts the axis; one over-travel at a time."""
@@ -84,6 +86,8 @@ class Trajectory(Horizon):
                 self.halt(n)
             else:
                 self.lay(n, run)
+        elif self.law is not None:
+            self._move(n)
         self.show_rest(not self.state.in_motion)
 
     def show_rest(self, rest: bool) -> None:

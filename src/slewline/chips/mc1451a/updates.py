@@ -42,7 +42,7 @@ class Updates(Pulses):
             self.halt(n)
         elif mode == GEAR or before == GEAR:
             self.halt(n, complete=False)
-        self.mode = mode
+        self.mode, state.phase = mode, 0
         if mode == GEAR:
             self.followed, self.backlog, self.suspended = self.counts, 0, not state.motor_on
         elif mode == VELOCITY and state.in_motion:
