@@ -143,6 +143,46 @@ def test_pins_and_positions_as_with_other_chips():
     assert [text for text in played.texts if "HOME" in text] == ["GET_HOME -> 0x000D", "GET_HOME -> 0x000F"]
 
 
+class Turned:
+    """A script on a bench with an encoder, shaft, that turns with axis 1 of x: a count for a step."""
+
+    def __init__(self, text, **options):
+        self.bench = slewline.Bench(**options)
+        self.x = self.bench.add("mc1151a-e", name="x")
+        self.bench.part("encoder", name="shaft", to=self.x, counts=400, steps=400)
+        self.host = self.bench.host(self.x)
+        run_script(self.bench, self.host, text)
+
+
+BLOCKED = (
+    f"{MOVE}@until position=20\n@tell shaft block\nwait motion_complete\n@tell shaft push -3\n@wait 1 ms\nGET_ACTL_POS"
+)
+
+
+def test_a_part_can_be_told_something(tmp_path):
+    turned = Turned(BLOCKED, journal=tmp_path / "run.jsonl")
+    turned.bench.run_until_idle()
+    assert turned.x.position == 50 and turned.host.results[-1].value == 17
+    again = slewline.replay(tmp_path / "run.jsonl")
+    assert again["host"].results == turned.host.results
+
+
+@pytest.mark.parametrize(
+    ("line", "found"),
+    [
+        ("@tell motor block", "the bench has no part 'motor'; there are: shaft, host"),
+        ("@tell shaft turn 5", "tell shaft 'turn'; allowed block, free, slip, push"),
+        ("@tell host wait", "tell host 'wait'; allowed nothing"),
+        ("@tell shaft slip five", "'shaft slip five' cannot be read"),
+        ("@tell shaft", "'shaft' cannot be read"),
+    ],
+)
+def test_what_no_part_understands_is_refused_before_anything_is_sent(line, found):
+    with pytest.raises(slewline.ProgramError) as raised:
+        Turned(f"SET_POS 5\n{line}")
+    assert str(raised.value).startswith("script, line 2, column 1: ") and found in str(raised.value)
+
+
 def test_reset_and_power():
     played = Played(
         "SET_2\nSET_POS 5\n@reset\nGET_STATUS\nGET_POS\nSET_POS 7\n@power off\n@wait 1 ms\n@power on\nGET_POS"

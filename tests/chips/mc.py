@@ -65,7 +65,9 @@ class Rig:
 
     def to(self, cycle: int, tick: int = 0) -> None:
         """Let time pass up to a clock in a cycle, what happens then included."""
-        self.bench.run_to(self.at(cycle, tick))
+        instant = self.at(cycle, tick)
+        assert self.bench.now_ps <= instant, f"it is cycle {self.cycle} already"
+        self.bench.run_to(instant)
 
     def next(self, cycles: int = 1) -> int:
         """Let time pass up to the begin of the next cycle, or of a later one; returns its number."""

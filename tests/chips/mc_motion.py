@@ -10,6 +10,7 @@ Times are cycles, and clocks within a cycle.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Mapping
 from itertools import groupby, pairwise
 from typing import Any, NamedTuple
@@ -99,6 +100,25 @@ class Mover(Rig):
 def differences(numbers: list[int]) -> list[int]:
     """From each number to the next."""
     return [after - before for before, after in pairwise(numbers)]
+
+
+def trapezoid(distance: int, top: int, acceleration: int, start: int = 0, speed: int = 0) -> list[int]:
+    """Displacements on the way to a destination ahead: each the greatest from which the rest suffices for braking."""
+    start = min(start, top)
+    step = max(acceleration, start)
+
+    def fits(speed: int) -> bool:
+        return sum(range(speed, start, -acceleration)) + start <= distance
+
+    found = []
+    while True:
+        if distance <= min(max(top, speed - acceleration), step) and speed <= distance + step:
+            return [*found, distance]
+        high = max(min(top, max(speed + acceleration, start)), speed - acceleration)
+        low = max(start, speed - acceleration)
+        speed = high - bisect_left(range(high - low + 1), True, key=lambda less, high=high: fits(high - less))
+        found.append(speed)
+        distance -= speed
 
 
 def mover(

@@ -5,34 +5,17 @@ Most moves here are made of 1/64 steps: a step per cycle at most, and 1/64 of th
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from math import ceil, sqrt
 from random import Random
 
 import pytest
 from mc import ONE, T1, T1_CYCLES, T4, TRAPEZOID, each
-from mc_motion import Mover, differences, mover
+from mc_motion import Mover, differences, mover, trapezoid
 
 UNIT = ONE // 64
 UP = list(range(UNIT, ONE + 1, UNIT))  # 64 cycles, 32.5 steps
 DOWN = UP[-2::-1]  # 63 cycles, 31.5 steps
 T3 = (*T1, "SET_START_VEL 0x4000")
-
-
-def trapezoid(distance: int, top: int, acceleration: int, start: int = 0, speed: int = 0) -> list[int]:
-    """Displacements on the way to a destination ahead: each the greatest from which the rest suffices for braking."""
-    start = min(start, top)
-    step = max(acceleration, start)
-    found = []
-    while True:
-        if distance <= min(max(top, speed - acceleration), step) and speed <= distance + step:
-            return [*found, distance]
-        high = max(min(top, max(speed + acceleration, start)), speed - acceleration)
-        low = max(start, speed - acceleration)
-        fits = lambda less: sum(range(high - less, start, -acceleration)) + start <= distance  # noqa: B023, E731
-        speed = high - bisect_left(range(high - low + 1), True, key=fits)
-        found.append(speed)
-        distance -= speed
 
 
 def ideal(distance: int, top: int, acceleration: int, start: int = 0) -> float:

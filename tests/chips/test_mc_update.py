@@ -44,6 +44,7 @@ def test_registers_that_are_written_in_motion_wait_and_are_read_back(part: str, 
 def test_velocity_contouring_goes_on_at_the_speed_of_the_last_update(part: str) -> None:
     rig = running(part)
     rig.do(*DIFFERENT)
+    rig.next()
     assert {look.vel for look in rig.trace(200)} == {ONE}
 
 
@@ -303,6 +304,7 @@ def test_a_destination_of_another_mode_waits_for_an_update(part: str, mode: str)
     rig = mover(part)
     rig.begin(f"SET_PRFL_{mode}", f"SET_VEL {ONE}", f"SET_START_VEL {ONE // 2}", "SET_POS 10")
     rig.do("SET_PRFL_TRAP", "CLR_STATUS")
+    rig.next()
     assert {look[:3] for look in rig.trace(50)} == {(0, 0, 0x0300)}
     rig.begin()
     rig.rest()

@@ -40,8 +40,8 @@ class Event(NamedTuple):
     """At a clock since cycle 0 and some picoseconds: a level on a pin, or the first strobe of a packet ends."""
 
     tick: int
-    what: str  # a pin, or "packet"
-    value: Any  # a level, or the code and the words to be written
+    what: str  # a pin, "packet", "power", or what is done to the shaft: "block", "free", "slip", "push", "run"
+    value: Any  # a level, or the code, the words to be written and how many are read
     late_ps: int = 0
 
 
@@ -53,6 +53,7 @@ class Dialogue:
     part: str
     crystal: int
     cycles: int = 0
+    shaft: tuple[str, dict[str, Any]] | None = None  # at the encoder input of axis 1: the kind of part, and its options
     events: list[Event] = field(default_factory=list)
     kinds: set[str] = field(default_factory=set)
 
@@ -61,6 +62,7 @@ def made(seed: int) -> Dialogue:
     """The dialogue of a seed."""
     rnd = Random(seed)
     maker = Maker(Dialogue(seed, rnd.choice(PARTS), rnd.choice(CRYSTALS)), rnd)
+    maker.mount()
     maker.prepare()
     for _ in range(rnd.choice((1, 2, 4, 6, 9))):
         maker.talk()
@@ -255,55 +257,61 @@ class Maker:
         send(rnd.choice(BREAKPOINTS), None, self.instant())
 
     # -------------------------------------------------------------------------------------------------------- inputs
-    def happen(self, last: int) -> None:
-        """One thing that happens on the pins, between the beginning and a clock."""
+    def mount(self) -> None:
+        """Perhaps an encoder on the shaft of axis 1, or one that another machine turns."""
+        rnd = self.rnd
+        if self.encoder and rnd.random() < 0.4:
+            counts, steps = rnd.choice(((1, 1), (4, 1), (10, 1), (3, 7), (4000, 12800)))
+            ratio = {"counts": counts, "steps": steps, "lag": rnd.choice((1, "1 us"))}
+            kind = rnd.choice(("encoder", "encoder", "quadrature"))
+            self.dialogue.shaft = kind, ratio if kind == "encoder" else {}
+            self.dialogue.kinds.add(kind)
+
+    def handle(self, tick: int, late: int) -> None:
+        """Something is done to the shaft."""
         rnd, add = self.rnd, self.dialogue.events.append
+        if self.dialogue.shaft is not None and self.dialogue.shaft[0] == "quadrature":
+            add(Event(tick, "run", rnd.choice((0, 1000, -3000, 100_000, 1_250_000, -1_300_000)), late))
+        else:
+            name = rnd.choice(("block", "slip", "push"))
+            add(Event(tick, name, {"block": None, "slip": 5, "push": rnd.randrange(-9, 10)}[name], late))
+            add(Event(tick + rnd.choice((1, 5, 40)) * CYCLE, "free", None))
+
+    def happen(self, last: int) -> None:
+        """One thing that happens on the pins, before a clock."""
+        rnd = self.rnd
         axis = rnd.randrange(1, self.axes + 1)
         tick, late = self.moment(last)
-        kind = rnd.choice(
-            (
-                "limit",
-                "limit",
-                "home",
-                "encoder" if self.encoder else "home",
-                "reset" if rnd.random() < 0.1 else "limit",
-            )
-        )
+        kind = rnd.choice(("limit",) * 8 + ("home",) * 4 + ("encoder" if self.encoder else "home",) * 6 + ("cut",))
         self.dialogue.kinds.add(kind)
         if kind == "limit":
-            pin = f"{rnd.choice(('pos', 'neg'))}limit{axis}"
-            add(Event(tick, pin, 1, late))
-            if rnd.random() < 0.7:
-                add(Event(max(self.moment(last)[0], tick + 1), pin, 0))
-            self.dialogue.kinds.add("limit")
+            self.touch(f"{rnd.choice(('pos', 'neg'))}limit{axis}", tick, late, last)
         elif kind == "home":
-            pin = f"home{axis}"
-            add(Event(tick, pin, 0, late))
-            add(Event(tick + rnd.choice((1, 11, 12, 13, CYCLE, 3 * CYCLE + 5)), pin, 1, late))
-        elif kind == "reset":
-            add(Event(tick, "reset", 0, late))
-            add(Event(tick + rnd.choice((25, CYCLE, 3 * CYCLE + 5)), "reset", 1))
+            lasts = rnd.choice((1, 11, 12, 13, CYCLE, 3 * CYCLE + 5))
+            self.dialogue.events += Event(tick, f"home{axis}", 0, late), Event(tick + lasts, f"home{axis}", 1, late)
+        elif kind == "cut":
+            lasts, what = rnd.choice((25, CYCLE, 3 * CYCLE + 5)), rnd.choice(("reset", "power"))
+            self.dialogue.events += Event(tick, what, 0, late), Event(tick + lasts, what, 1)
+        elif axis == 1 and self.dialogue.shaft is not None:
+            self.handle(tick, late)
         else:
             self.turn(axis, tick, late)
+
+    def touch(self, pin: str, tick: int, late: int, last: int) -> None:
+        """A limit switch."""
+        self.dialogue.events.append(Event(tick, pin, 1, late))
+        if self.rnd.random() < 0.7:
+            self.dialogue.events.append(Event(max(self.moment(last)[0], tick + 1), pin, 0))
 
     def moment(self, last: int) -> tuple[int, int]:
         """A clock, and picoseconds behind it: often at the start of a cycle, or just too late for a filter."""
         rnd = self.rnd
         tick = rnd.randrange(self.begun if rnd.random() < 0.9 else 1, last)
         start = tick // CYCLE * CYCLE
-        exact = (
-            start,
-            start,
-            start + 1,
-            start - 1,
-            start - 11,
-            start - 12,
-            start - 13,
-            start + GRID * rnd.randrange(32),
-        )
+        beside = rnd.choice((0, 0, 0, 1, -1, -11, -12, -13, GRID * rnd.randrange(32)))
         if rnd.random() < 0.6:
             self.dialogue.kinds.add("tie")
-            return max(rnd.choice(exact), 1), 0
+            return max(start + beside, 1), 0
         return tick, rnd.choice((0, 0, 7000))
 
     def turn(self, axis: int, tick: int, late: int) -> None:
@@ -379,12 +387,17 @@ class Wires:
         for driver, level in ((self.select, 1), (self.writing, 1), (self.reading, 1), (self.command, 0)):
             driver.drive(level)
         self.inputs: dict[str, Driver] = {}
+        self.shaft: Any = None
         self.read: list[tuple[int, int]] = []
 
     def put(self, event: Event) -> None:
         """Let an event happen, now."""
         if event.what == "packet":
             self.packet(ORIGIN + event.tick, *event.value)
+        elif event.what == "power":
+            self.chip.power(bool(event.value))
+        elif event.what in ("block", "free", "slip", "push", "run"):
+            getattr(self.shaft, event.what)(*(() if event.value is None else (event.value,)))
         else:
             if event.what not in self.inputs:
                 self.inputs[event.what] = Driver(self.chip.pin(event.what).net, "event")
@@ -422,6 +435,9 @@ def play(dialogue: Dialogue, *, stepwise: bool = False, shuffle: int | None = No
     chip: Any = bench.add(dialogue.part, "x", dialogue.crystal, stepwise=stepwise)
     clock = Clock(dialogue.crystal)
     wires = Wires(bench, chip, clock)
+    if dialogue.shaft is not None:
+        kind, options = dialogue.shaft
+        wires.shaft = bench.part(kind, "shaft", chip, **options)
     bench.record(*(f"x.{pin}" for pin in outputs(chip)))
     for event in dialogue.events:
         early = LOW + 1 if event.what == "packet" else 0

@@ -15,6 +15,7 @@ BUSY = 81_920 * NS
 CYCLE = 4 * BUSY
 STROBE = 120 * NS  # from HostRdy high to the end of the first strobe: the host settles and sets up, and strobes
 SECOND = 160 * NS  # from there to the end of the second one: gap and strobe
+MOVE = "SET_POS 50\nSET_VEL 65536\nSET_ACC 8192\nUPDATE"
 PINS = ("hostslct", "hostcmd", "hostread", "hostwrite", "hostrdy", "hostdata")
 
 
@@ -298,8 +299,9 @@ def test_a_packet_that_nobody_waits_for_leaves_a_finding(desk):
 
 # -------------------------------------------------------------------------------------------------- single operations
 @pytest.mark.fact("PMD-HOST-3", "PMD-HOST-4", "PMD-HOST-6", "PMD-HOST-18")
-def test_words_may_go_in_halves_with_hostslct_high_between_them(desk):
-    host = desk.host
+def test_words_may_go_in_halves_with_hostslct_high_between_them():
+    desk = Desk(record=True)
+    host, since = desk.host, desk.bench.now_ps + 1
     host.write_command(0x11)
     for byte in (0x00, 0x02, 0xC0, 0x00):
         host.write_byte(byte)
@@ -308,15 +310,21 @@ def test_words_may_go_in_halves_with_hostslct_high_between_them(desk):
     assert (host.read_byte(), host.read_byte()) == (0x5C, 0x11)
     assert desk.x.registers["vel"] == 0x2C000 and desk.x.findings == []
     assert host.received == [0xC013]  # whole words
+    assert len(desk.falls("hostslct", since)) == 9  # one for each byte, but only one for the word that was read whole
+    assert len(desk.falls("hostrdy", since)) == 6  # two commands and four words
 
 
 @pytest.mark.fact("PMD-HOST-15")
 def test_an_operation_that_does_not_look_at_hostrdy_is_ignored(desk):
     host = desk.host
+    host.send(MOVE.removesuffix("UPDATE"))
+    desk.bench.run_until_idle()
     host.write_command(0x31)
     took = desk.took(host.write_command, 0x1A, ready=False)
     assert took == STROBE + 80 * NS  # at once
     assert host.read_word() == 0x0300 and host.read_word() == 0x0331
+    desk.bench.run(3 * CYCLE)
+    assert desk.x.idle and desk.x.position == 0  # UPDATE was not taken
     assert len(desk.x.findings) == 1
 
 
@@ -338,13 +346,12 @@ def test_strobes_are_as_long_as_asked_for():
 def test_strobes_that_are_too_short_are_found(desk, how, code):
     desk.host.write_command(0x11)
     desk.host.write_word(0x0002, **how)
+    desk.host.write_word(0xC000)
+    assert desk.host.read_word() == 0xC013
     assert {found.code for found in desk.x.findings} == {code} - {None}
 
 
 # ------------------------------------------------------------------------------------------------------------ waiting
-MOVE = "SET_POS 50\nSET_VEL 65536\nSET_ACC 8192\nUPDATE"
-
-
 def test_wait_asks_for_the_status_word_until_the_bit_is_there(desk):
     desk.host.send(MOVE)
     word = desk.host.wait("motion_complete")

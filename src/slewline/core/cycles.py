@@ -34,9 +34,11 @@ if TYPE_CHECKING:
 
 ONE = 1 << 16  # a step
 CYCLE = 8192  # ticks
-BLOCK = 1 << 15  # steps that are expanded at a time: they stay in the cache
+BLOCK = 3 << 12  # steps that are expanded at a time: they stay in the cache, and in memory that is at hand
 STRETCH = 1 << 10  # cycles that are expanded at a time where steps are rare
 EXACT = 1 << 61  # below it, a remainder and its neighbours fit into int64
+NEAREST = 1.5 * 2.0**52  # a float plus this has no decimals; its bits are then those of this plus the integer
+NEAREST_BITS = 0x4338 << 48
 JERKS = (1, 0, -1, 0, -1, 0, 1)  # of the seven phases of an S-curve
 
 
@@ -308,49 +310,51 @@ class CycleTrain(Train):
         """Fill in the begins from step `first` on, part by part; each counts ticks since a tick that comes with it.
 
         Step number m of a part, counted from 1, begins on tick ceil(m * scale + rest), where both are fractions n/d, d
-        being the displacement of its cycle.  With 1 - 1/2d added, it is enough to cut off the decimals, and the sum is
-        at least 1/2d away from the next integer on both sides.  As floats, m * scale and rest are at most 2^45/d each,
-        besides whole ticks up to 2^23.  So what they lose in rounding is less than 2^-6/d + 2^-28, and 1/2d is more.
-        """
-        import numpy as np
+        being the displacement of its cycle.  With 1/2 - 1/2d added it may as well be rounded to the nearest integer,
+        from which it is then at most 1/2 - 1/2d away.  As floats, m * scale and rest are at most 2^45/d each, besides
+        whole ticks up to 2^23.  So what they lose in rounding is less than 2^-6/d + 2^-28, and 1/2d is more.
 
+        All is done in place: to get memory for one more array takes longer than to fill it.
+        """
         if first == 0 and len(out) and self.lead >= self.unit:
             out[0] = 0
             yield 0, out[:1]
             first, out = 1, out[1:]
         parts = self._steady if self.law.steady else self._uneven
-        for count, since, scale, rest in parts(first, first + len(out)):
-            ticks = _counting()[:count] * scale
-            ticks += rest
-            np.copyto(out[:count], ticks, casting="unsafe")
-            yield since, out[:count]
-            out = out[count:]
+        for count, since, scale, rest, steps in parts(first, first + len(out)):
+            part, out = out[:count], out[count:]
+            ticks = part.view("f8")
+            ticks[:] = _counting()[:count]
+            ticks *= scale if steps is None else scale.repeat(steps)
+            ticks += rest if steps is None else rest.repeat(steps)
+            ticks += NEAREST
+            part -= NEAREST_BITS
+            yield since, part
 
-    def _steady(self, first: int, last: int) -> Iterator[tuple[int, int, Any, Any]]:
+    def _steady(self, first: int, last: int) -> Iterator[tuple[int, int, Any, Any, None]]:
         """Parts at constant speed: how many steps, since when they count, scale and rest."""
         speed = self.law.steady
         for a in range(first, last, BLOCK):
             since, rest = divmod((a * self.unit - self.lead) * self.cycle, speed)
-            yield min(BLOCK, last - a), since, self.unit * self.cycle / speed, (rest - 0.5) / speed + 1
+            yield min(BLOCK, last - a), since, self.unit * self.cycle / speed, (rest - 0.5) / speed + 0.5, None
 
-    def _uneven(self, first: int, last: int) -> Iterator[tuple[int, int, Any, Any]]:
-        """The same of parts in which every cycle has its own speed: scale and rest of each step, as arrays."""
+    def _uneven(self, first: int, last: int) -> Iterator[tuple[int, int, Any, Any, Any]]:
+        """The same of parts in which every cycle has its own speed: scale and rest of each, and its steps."""
         import numpy as np
 
         end = self._cycle(last * self.unit - self.lead) + 1
         for i in range(self._cycle((first + 1) * self.unit - self.lead), end, STRETCH):
             position = self.positions(i, min(i + STRETCH, end) + 1)
             begun = np.clip(position // self.unit, first, last)
-            counts = np.diff(begun)
+            steps = np.diff(begun)
             displaced = np.maximum(np.diff(position), 1)  # a cycle at rest has no steps that would count this
             p = 0
-            while p < len(counts):
+            while p < len(steps):
                 q = int(np.searchsorted(begun, begun[p] + BLOCK, side="right")) - 1
                 scale = self.unit * self.cycle / displaced[p:q]
                 rest = ((begun[p] * self.unit - position[p:q]) * self.cycle - 0.5) / displaced[p:q]
-                rest += np.arange(1, (q - p) * self.cycle, self.cycle)
-                steps = counts[p:q]
-                yield int(begun[q] - begun[p]), (i + p) * self.cycle, np.repeat(scale, steps), np.repeat(rest, steps)
+                rest += np.arange(0, (q - p) * self.cycle, self.cycle) + 0.5
+                yield int(begun[q] - begun[p]), (i + p) * self.cycle, scale, rest, steps[p:q]
                 p = q
 
 

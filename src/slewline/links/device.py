@@ -31,8 +31,7 @@ class DevicePort:
     """
 
     def __init__(self, loop: Loop, line: Line, device: str) -> None:
-        if not isinstance(line, SerialLine):
-            raise UsageError(f"{line.name}: has no serial line that a port could follow; use --tcp or --pty")
+        assert isinstance(line, SerialLine)  # the server has seen to that
         self.loop, self.line, self.device = loop, line, device
         self.closed = False
         self.port: Any = None

@@ -32,6 +32,8 @@ class Line:
     `host` is where bytes go, None while nobody listens; they are lost then, as on a wire that ends in the air.
     """
 
+    ports: tuple[str, ...] = ("tcp", "pty")  # on which it can be served
+
     def __init__(self, name: str, chips: Sequence[Chip], pace: Pace, log: Log) -> None:
         self.name, self.chips, self.pace, self.log = name, tuple(chips), pace, log
         self.kernel = pace.kernel
@@ -56,7 +58,7 @@ class Line:
     def take(self, data: bytes) -> None:
         """Bytes have come from the host."""
         self.taken += len(data)
-        self.log.characters(self.name, TO_CHIP, data)
+        self.note(TO_CHIP, data)
         self.feed(data)
         if self.pace.lockstep and not self.waiting:
             self.waiting = True
@@ -75,7 +77,7 @@ class Line:
 
     def give(self, data: bytes) -> None:
         """Bytes go to the host."""
-        self.log.characters(self.name, TO_HOST, data)
+        self.note(TO_HOST, data)
         lost = len(data) if self.host is None else self.host(data)
         self.given += len(data) - lost
         if lost and not self.dropped:
@@ -83,6 +85,10 @@ class Line:
         self.dropped += lost
 
     # ------------------------------------------------------------------------------------------- what a kind brings
+    def note(self, way: str, data: bytes) -> None:
+        """Write bytes into the transcript."""
+        self.log.characters(self.name, way, data)
+
     def feed(self, data: bytes) -> None:
         """Put bytes on their way to the module."""
         raise NotImplementedError
@@ -98,6 +104,8 @@ class Line:
 
 class SerialLine(Line):
     """A line that ends in a serial connector on the bench."""
+
+    ports = ("tcp", "pty", "rfc2217", "serial")
 
     def __init__(self, name: str, chips: Sequence[Chip], pace: Pace, log: Log, port: SerialPort) -> None:
         super().__init__(name, chips, pace, log)

@@ -156,6 +156,5 @@ class NetPort(TcpPort):
     make = NetSession
 
     def __init__(self, loop: Loop, line: Line, address: str, allow_remote: bool = False) -> None:
-        if not isinstance(line, SerialLine):
-            raise UsageError(f"{line.name}: has no serial line whose settings a host could change; use --tcp or --pty")
+        assert isinstance(line, SerialLine)  # the server has seen to that
         super().__init__(loop, line, address, allow_remote)

@@ -25,10 +25,12 @@ from .line import Line, SerialLine
 from .log import Log
 from .loop import Loop
 from .pace import Pace
+from .registers import RegisterLine, RegisterPort
 from .tcp import TcpPort
 
 if TYPE_CHECKING:
     from ..bench import Bench
+    from ..parts.isa import Isa
     from ..parts.rs232 import SerialPort
 
 UART_BAUD = 9600
@@ -82,7 +84,7 @@ class Server:
 
     # ---------------------------------------------------------------------------------------------------- furnishing
     def line(self, *chips: Chip, framing: bool = False) -> Line:
-        """A line to a chip, or to several modules that share it.
+        """A line to a chip, or to several modules that share it; to a chipset, one on which its registers are found.
 
         Args:
             framing: lines of text with read-back, for a chip on a bus (see `links.framing`).
@@ -91,13 +93,16 @@ class Server:
             UsageError: the chips have nothing that could share a line.
         """
         name = "+".join(chip.name for chip in chips)
-        on_bus = [chip for chip in chips if chip.sheet.port is None]
+        on_bus = [chip for chip in chips if not chip.sheet.in_lines]
         if len(chips) > 1 and on_bus:
             raise UsageError(f"{name}: {on_bus[0].name} has a bus; give it a port of its own")
-        if framing and not on_bus:
-            raise UsageError(f"{name}: has a serial line of its own; leave out the framing")
+        if framing and not chips[0].sheet.in_letters:
+            own = "a serial line" if chips[0].sheet.in_lines else "registers"
+            raise UsageError(f"{name}: has {own} of its own; leave out the framing")
         line: Line
-        if framing:
+        if chips[0].sheet.in_packets:
+            line = RegisterLine(name, chips[0], self.pace, self.log, self._board(chips[0]))
+        elif framing:
             line = FramedLine(name, chips[0], self.pace, self.log, self.bench.host(chips[0], name=f"{name}_host"))
         else:
             port = self._uart(chips[0]) if on_bus else self._connector(chips)
@@ -124,20 +129,31 @@ class Server:
         self.bench.wire(f"{name}.txd", f"{chip.name}_uart.rxd")
         return port  # type: ignore[no-any-return]
 
+    def _board(self, chip: Chip) -> Isa:
+        """An interface board on the host port of a chipset."""
+        return self.bench.part("isa", name=f"{chip.name}_isa", to=chip)  # type: ignore[no-any-return]
+
+    def _check(self, line: Line, port: str) -> None:
+        if port not in line.ports:
+            raise UsageError(f"{line.name}: has no serial line for --{port}; use --{' or --'.join(line.ports)}")
+
     def tcp(self, line: Line, address: str) -> Opened:
-        """Serve a line on a raw TCP socket, HOST:PORT."""
-        return self._opened(TcpPort(self.loop, line, address, self.allow_remote))
+        """Serve a line on a TCP socket, HOST:PORT: its bytes as they are, or requests for registers."""
+        kind = RegisterPort if isinstance(line, RegisterLine) else TcpPort
+        return self._opened(kind(self.loop, line, address, self.allow_remote))
 
     def rfc2217(self, line: Line, address: str) -> Opened:
         """Serve a line on a TCP port that takes settings, HOST:PORT."""
         from .rfc2217 import NetPort
 
+        self._check(line, "rfc2217")
         return self._opened(NetPort(self.loop, line, address, self.allow_remote))
 
     def pty(self, line: Line, link: str) -> Opened:
         """Serve a line on a pseudo-terminal, found by a symbolic link."""
         from .pty import HINT, PtyPort
 
+        self._check(line, "pty")
         port = self._opened(PtyPort(self.loop, line, link))
         if isinstance(line, SerialLine) and line.port.word.bits < 8:
             self.log.event(line.name, HINT)
@@ -148,6 +164,7 @@ class Server:
         """Serve a line on a serial port of this machine."""
         from .device import DevicePort
 
+        self._check(line, "serial")
         return self._opened(DevicePort(self.loop, line, device))
 
     def control(self, address: str) -> Opened:

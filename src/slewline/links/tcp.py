@@ -123,12 +123,16 @@ class Session:
 
     def __init__(self, port: TcpPort, connection: socket.socket, name: str) -> None:
         self.port, self.line, self.connection = port, port.line, connection
-        self.stream = Stream(port.loop, connection.fileno(), self.take, self.gone, port.line.room, ended=self.ended)
+        self.stream = Stream(port.loop, connection.fileno(), self.take, self.gone, self.room, ended=self.ended)
         self.line.attach(name, self.give, self.stream.resume)
 
     def take(self, data: bytes) -> None:
         """From the host."""
         self.line.take(data)
+
+    def room(self) -> int:
+        """How many bytes may come from the host now."""
+        return self.line.room()
 
     def give(self, data: bytes) -> int:
         """To the host; returns how many bytes were dropped."""

@@ -18,7 +18,8 @@ from types import MappingProxyType
 
 from ..core.kernel import Kernel
 from ..core.net import Net
-from ..core.waits import until
+from ..core.timebase import picoseconds
+from ..core.waits import first_of, until
 from ..errors import UsageError
 from .caller import Caller, Errand
 
@@ -83,6 +84,12 @@ class Isa(Caller):
             return self.errand(f"in {port:#x}", lambda: self.read(port))
         return self.errand(f"out {port:#x}, {byte:#04x}", lambda: self.write(port, byte))
 
+    def ready(self, limit: str | int = "1 s") -> Errand:
+        """Queue a pause until HostRdy is high, of so long at most: what a loop that polls the status is to a program."""
+        ps = picoseconds(limit)
+        self.input("ready", ps)
+        return self.errand("HostRdy", lambda: self.until_ready(ps))
+
     # ------------------------------------------------------------------------------------------------------ bus cycles
     async def write(self, port: int, byte: int) -> None:
         """A write cycle, now."""
@@ -111,6 +118,10 @@ class Isa(Caller):
             byte &= ~HOSTRDY
         await until(self.kernel, end)
         return byte
+
+    async def until_ready(self, ps: int) -> None:
+        """No cycles, until HostRdy is high or so much time is over."""
+        await first_of(self.kernel, self.kernel.now + ps, (self.pins["hostrdy"].net, 1))
 
     def _offset(self, port: int) -> int:
         """The address within the board; another number, if it is not one of its addresses."""

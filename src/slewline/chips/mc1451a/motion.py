@@ -86,6 +86,7 @@ class Motion:
             due = max(self.cycle, self._begun()) + 1
             for trajectory in self.trajectories:
                 trajectory.due = min(trajectory.due, due)
+                trajectory.was_off |= not trajectory.state.motor_on  # even if it is on again in time
             self._schedule()
 
     def attend_soon(self) -> None:

@@ -78,8 +78,8 @@ class Pulses:
         self.surplus = 0  # of the lead: what the pulses of this cycle have, but the target no longer
         self.playing: Playing | None = None
         self.fresh = False  # decide anew in step 3, run or no run
-        self.was_off = False
-        self.clamped = False
+        self.was_off = False  # since the last cycle that was worked: the motor
+        self.clamped = self.high_speed = False
         self.armed = {POSITIVE_LIMIT: True, NEGATIVE_LIMIT: True}
         self.counts = self.error8 = self.whole = 0  # encoder; error * 256; whole steps that it knows of
         self.offset = 0  # actual position minus counts
@@ -173,12 +173,13 @@ class Pulses:
         self._move(n)
         self.remember(n)
         if run.speed or isinstance(law, SCurve):
-            self.kernel.call_at(self.kernel.now, self.play)
+            self.kernel.call_at(self.kernel.now, lambda: self.play(law))
 
-    def play(self) -> None:
-        """Promise the pulses of the run."""
-        assert self.law is not None
-        train = CycleTrain(self.chip.clock, self.motion.tick(self.since), self.law, self.cycles, self.sign * self.lead)
+    def play(self, law: Law) -> None:
+        """Promise the pulses of a run, unless a reset in this very instant has ended it."""
+        if self.law is not law:
+            return
+        train = CycleTrain(self.chip.clock, self.motion.tick(self.since), law, self.cycles, self.sign * self.lead)
         self.playing = Playing(train)
         self.axis.follow(self.playing, self.sign)
         if self.dir.next != int(self.sign > 0):

@@ -17,7 +17,6 @@ from __future__ import annotations
 from ...core.cycles import Law, Linear, SCurve
 from .horizon import Horizon
 from .profile import Limits, Run, brake, contour, trapezoid
-from .sheet import HIGH_RANGE, STANDARD_RANGE
 from .state import (
     BREAKPOINT,
     GEAR,
@@ -104,6 +103,7 @@ class Trajectory(Horizon):
             law = SCurve(phases.distance, phases.whole, phases.lengths, self.done)
             return law, Run(phases.cycles - self.done, 0, landing=True)
         velocity = state.velocity
+        self.clamp()
         self.limits = Limits(self.top, abs(state.active.acceleration), self.start_velocity)
         if self.aim == "stop" or not self.limits.velocity:
             run = brake(self.limits, abs(velocity))
@@ -138,7 +138,7 @@ class Trajectory(Horizon):
         if self.suspended or self.encoder is None:
             self.backlog = displaced = 0
         else:
-            waited, range_ = self.backlog, (HIGH_RANGE if state.high_speed else STANDARD_RANGE) * ONE
+            waited, range_ = self.backlog, self.range
             self.backlog += new * state.active.ratio
             displaced = max(min(self.backlog, range_), -range_)
             ahead = POSITIVE_LIMIT if displaced > 0 else NEGATIVE_LIMIT
@@ -167,7 +167,7 @@ class Trajectory(Horizon):
         if error:
             state.events |= MOTION_ERROR
             if state.auto_stop and not state.motion_error:
-                state.motor_on = False
+                state.motor_on, self.was_off = False, True
         state.motion_error = error
 
     def look_at_breakpoint(self, n: int) -> None:

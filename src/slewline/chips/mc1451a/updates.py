@@ -31,8 +31,9 @@ class Updates(Pulses):
             self.suspended = True
         if state.mode != self.mode:
             self.enter(n, state.mode)
-        if state.in_motion and self.top != self.limits.velocity and self.aim != "curve":
-            self.fresh = True
+        if state.high_speed != self.high_speed:
+            self.high_speed, self.clamped = state.high_speed, False
+            self.fresh |= state.in_motion and self.aim != "curve"
 
     def enter(self, n: int, mode: int) -> None:
         """Another profile mode."""
@@ -157,22 +158,28 @@ class Updates(Pulses):
     def begin_curve(self, distance: int) -> None:
         """Plan an S-curve."""
         active = self.state.active
+        self.clamp()
         self.sign = 1 if distance > 0 else -1
         self.phases = s_curve(abs(distance), self.top, active.max_acceleration, active.jerk)
         self.done = 0
 
     @property
+    def range(self) -> int:
+        """The greatest speed of the pulse range."""
+        return (HIGH_RANGE if self.state.high_speed else STANDARD_RANGE) * ONE
+
+    @property
     def top(self) -> int:
         """The maximum velocity, as far as the pulse range allows."""
-        range_ = (HIGH_RANGE if self.state.high_speed else STANDARD_RANGE) * ONE
+        return min(self.state.active.velocity, self.range)
+
+    def clamp(self) -> None:
+        """Report a velocity beyond the pulse range, once for each update."""
         velocity = self.state.active.velocity
-        if velocity > range_ and not self.clamped:
+        if velocity > self.range and not self.clamped:
             self.clamped = True
-            text = (
-                f"axis {self.state.number}: {velocity / ONE:.2f} steps/cycle; the pulse range ends at {range_ // ONE}"
-            )
-            self.chip.finding("clamped", text)
-        return min(velocity, range_)
+            text = f"{velocity / ONE:.2f} steps/cycle; the pulse range ends at {self.range // ONE}"
+            self.chip.finding("clamped", f"axis {self.state.number}: {text}")
 
     def halt(self, n: int, complete: bool = True) -> None:
         """Stop at once, where the axis is."""

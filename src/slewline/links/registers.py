@@ -1,0 +1,147 @@
+"""The registers of a chipset on TCP: what IN and OUT are to a program on a PC, as short messages.
+
+A line of text comes first, "slewline registers 1 mc1451a 4": the version of this protocol, the part, how many axes.
+After that every request is two bytes and every answer is one, in the order of the requests:
+
+    0r --    IN    read register r of the ISA board (parts/isa.py)       the byte
+    1r bb    OUT   write bb to register r                                bb again, when it is written
+    24 nn    READY wait until bit 7 of the status is 1, for nn ms        the status; bit 7 is 0 if it has stayed so
+    other    is no request                                               FF, as from an address where nobody is
+
+A host may send the next request before it has the answer to the last one: a whole packet, its waits included, is one
+round trip.  Requests are worked one behind the other, each access at the pins of the chipset, and takes its bus cycle
+of 750 ns of virtual time.
+
+In lockstep that is all the time there is, so a host that polls would poll a hundred times for each word: there, 100 us
+may pass after an IN that finds bit 7 of the status at 0, until it is 1.  READY lets pass what it waits for.
+"""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Awaitable, Callable
+from typing import TYPE_CHECKING
+
+from ..core.timebase import PS_PER_S
+from ..parts.isa import FLOATING, STATUS, Isa
+from .line import Line
+from .log import TO_CHIP, TO_HOST, Log
+from .pace import Pace
+from .tcp import Session, TcpPort
+
+if TYPE_CHECKING:
+    from ..core.chip import Chip
+    from ..parts.caller import Errand
+
+VERSION = 1
+IN, OUT, READY = 0x00, 0x10, 0x20 + STATUS
+MS = PS_PER_S // 1000
+POLL_PS = MS // 10  # in lockstep, what passes after a poll at most; HostRdy is low for 82 us
+BACKLOG = 1024  # pieces of work for the board that may wait
+
+
+class RegisterLine(Line):
+    """Requests to an interface board on the bench, and its answers."""
+
+    ports = ("tcp",)
+
+    def __init__(self, name: str, chip: Chip, pace: Pace, log: Log, board: Isa) -> None:
+        super().__init__(name, [chip], pace, log)
+        self.board = board
+        board.wait_for = None  # its calls only queue: the server lets time pass
+        self.half = b""  # the first byte of a request
+        self.shown = ""  # the last line of the transcript
+
+    @property
+    def greeting(self) -> bytes:
+        """What a host gets first."""
+        sheet = self.chips[0].sheet
+        return f"slewline registers {VERSION} {sheet.part} {sheet.axes}\r\n".encode("ascii")
+
+    def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
+        self.half = b""
+        super().attach(name, host, resume)
+
+    # ------------------------------------------------------------------------------------------------------- requests
+    def feed(self, data: bytes) -> None:
+        data = self.half + data
+        self.half = data[len(data) & ~1 :]
+        for request, value in zip(data[::2], data[1::2], strict=False):
+            self._request(request, value)
+
+    def _request(self, request: int, value: int) -> None:
+        """Queue what is asked for, and the answer to it."""
+        board, port = self.board, self.board.base + (request & 0x0F)
+        if request & 0xF0 == IN:
+            self._answer(port, board.cycle(port))
+            if self.pace.lockstep and request == IN + STATUS:
+                board.ready(POLL_PS)
+        elif request & 0xF0 == OUT:
+            self._answer(port, board.cycle(port, value), value)
+        elif request == READY:
+            board.ready(value * MS)
+            self._answer(port, board.cycle(port))
+        else:
+            self.log.event(self.name, f"{request:02x} {value:02x} is no request")
+            self.board.work("an answer", self._answering(lambda: FLOATING))
+
+    def _answer(self, port: int, errand: Errand, written: int | None = None) -> None:
+        """Queue the answer to an access: the byte that was read, or the one that was written."""
+
+        def byte() -> int:
+            found: int = errand.answer if written is None else written
+            self._show(TO_HOST if written is None else TO_CHIP, port - self.board.base, found)
+            return found
+
+        self.board.work("an answer", self._answering(byte))
+
+    def _answering(self, byte: Callable[[], int]) -> Callable[[], Awaitable[None]]:
+        """An answer for the host of this moment: the next one has not asked."""
+        host = self.host
+
+        async def answer() -> None:
+            found = byte()
+            if self.host is host:
+                self.give(bytes([found]))
+            if self.resume is not None and len(self.board.queue) < BACKLOG // 2:
+                self.resume()
+
+        return answer
+
+    # ----------------------------------------------------------------------------------------------------- transcript
+    def note(self, way: str, data: bytes) -> None:
+        """Accesses stand in the transcript, not the bytes that ask for them."""
+
+    def _show(self, way: str, offset: int, byte: int) -> None:
+        """An access in the transcript: "< 2 31", "> 0 5c"; a status that has not changed is left out."""
+        text = f"{offset:x} {byte:02x}"
+        if offset != STATUS or text != self.shown:
+            self.log.write(self.kernel.now, self.name, way, text)
+        self.shown = text
+
+    def room(self) -> int:
+        return BACKLOG - len(self.board.queue)
+
+    def quiet(self) -> bool:
+        return self.board.idle
+
+
+class RegisterSession(Session):
+    """A host on the registers of a chipset."""
+
+    line: RegisterLine
+
+    def __init__(self, port: TcpPort, connection: socket.socket, name: str) -> None:
+        super().__init__(port, connection, name)
+        self.stream.write(self.line.greeting)
+
+    def room(self) -> int:
+        """Nothing is read while answers are not: none may be dropped."""
+        return 0 if self.stream.outgoing else super().room()
+
+
+class RegisterPort(TcpPort):
+    """A chipset on a TCP port."""
+
+    scheme = "registers"
+    make = RegisterSession
