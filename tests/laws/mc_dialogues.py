@@ -355,17 +355,20 @@ class Talked(Played):
         return outputs(self.chip)
 
     def state(self) -> dict[str, Any]:
-        """Every axis: registers and steps; every word read; findings, whose words differ."""
-        state: dict[str, Any] = {
-            "read": self.read,
-            "findings": [(found.time_ps, found.code) for found in self.chip.findings],
-        }
+        """Every axis: registers and steps; every word read; findings, in whatever words.
+
+        What the encoder inputs find is told when somebody asks for their counts: it has a time of its own.
+        """
+        state: dict[str, Any] = {"read": self.read}
         for number in range(1, self.chip.sheet.axes + 1):
             axis = self.chip.axes[number - 1]
             steps = axis.steps(0, self.bench.now_ps)
             state[f"registers {number}"] = self.chip.registers_of(number)
             state[f"position {number}"] = axis.position, axis.travel
             state[f"steps {number}"] = steps.times_ps.tolist(), steps.directions.tolist(), steps.positions.tolist()
+        found = [(found.time_ps, found.code) for found in self.chip.findings]
+        state["findings"] = [pair for pair in found if not pair[1].startswith("encoder")]
+        state["encoder"] = sorted(code for _, code in found if code.startswith("encoder"))
         return state
 
 

@@ -26,11 +26,11 @@ LEVELS = ((0, 0), (1, 0), (1, 1), (0, 1))  # A and B, by the count
 class Rig:
     """An encoder, and a chip's outputs on its inputs."""
 
-    def __init__(self, **options):
+    def __init__(self, level=1, **options):
         self.kernel = Kernel()
         self.encoder = Encoder(self.kernel, "enc", **options)
         self.pulse, self.dir = (Driver(self.encoder.pin(name).net, "chip") for name in ("pulse", "dir"))
-        self.pulse.drive(1)
+        self.pulse.drive(level)
         self.dir.drive(1)
         self.kernel.settle()
         self.readings = {name: Reading(self.encoder.pin(name)) for name in "ab"}
@@ -116,6 +116,44 @@ def test_the_direction_is_that_of_the_fall():
         rig.run(2 * US)
         found.append(rig.encoder.counts)
     assert found == [0, 0, 1, 1, 1, 1, 0, 0, 1]
+
+
+def test_pulse_that_is_low_from_the_beginning_has_not_fallen():
+    rig = Rig(level=0, counts=1, steps=1)
+    rig.run(10 * US)
+    assert rig.encoder.counts == 0
+    rig.step()
+    rig.run(10 * US)
+    assert rig.encoder.counts == 1
+
+
+def test_a_step_at_the_instant_of_several_changes_is_counted_once():
+    rig = Rig(counts=1, steps=1)
+    rig.steps(10)
+    rig.run(10 * US)  # the second step falls now
+    for _ in range(3):
+        rig.pulse.renew()
+        rig.kernel.settle()
+    rig.run(9 * US)
+    assert rig.encoder.counts == 2
+    for way in (0, 1, 0, 1):
+        rig.dir.drive(way)
+        rig.kernel.settle()
+    rig.run(3 * US)
+    assert rig.encoder.counts == 3
+
+
+def test_where_another_output_pulls_pulse_low_there_is_no_step():
+    rig = Rig(counts=1, steps=1)
+    other = Driver(rig.encoder.pin("pulse").net, "other")
+    rig.steps(10)
+    rig.run(45 * US)  # five steps, and PULSE is low
+    other.drive(0)
+    rig.run(50 * US)
+    assert rig.encoder.counts == 5
+    other.drive(None)  # PULSE is low under the train, too
+    rig.run(30 * US)
+    assert rig.encoder.counts == 8
 
 
 def test_while_pulse_follows_a_train_no_step_is_an_event():
@@ -220,6 +258,16 @@ def test_a_push_turns_the_shaft_one_count_after_the_other():
     rig.run(1 * MS)
     assert (rig.encoder.counts, rig.encoder.idle) == (0, True)
     assert rig.encoder.waiting == "enc: nothing"
+
+
+def test_pushes_come_one_after_the_other():
+    rig = Rig()
+    for n in (1, 2):
+        rig.encoder.push(n)
+    rig.run(1 * US)
+    rig.encoder.push(1)
+    rig.run(1 * MS)
+    assert rig.edges() == [(1 * US, "a", 1), (3 * US, "b", 1), (5 * US, "a", 0), (7 * US, "b", 0)]
 
 
 def test_a_blocked_shaft_can_be_pushed_while_the_motor_runs():

@@ -316,6 +316,8 @@ class CycleTrain(Train):
 
         All is done in place: to get memory for one more array takes longer than to fill it.
         """
+        import numpy as np
+
         if first == 0 and len(out) and self.lead >= self.unit:
             out[0] = 0
             yield 0, out[:1]
@@ -324,8 +326,7 @@ class CycleTrain(Train):
         for count, since, scale, rest, steps in parts(first, first + len(out)):
             part, out = out[:count], out[count:]
             ticks = part.view("f8")
-            ticks[:] = _counting()[:count]
-            ticks *= scale if steps is None else scale.repeat(steps)
+            np.multiply(_counting()[:count], scale if steps is None else scale.repeat(steps), out=ticks)
             ticks += rest if steps is None else rest.repeat(steps)
             ticks += NEAREST
             part -= NEAREST_BITS

@@ -78,8 +78,12 @@ class Shaft(Part):
         if not self._turning:
             self._turning = True
             if ps > self._course.since:
-                self._course = self._course.onward(ps)
+                self._bring(ps)
             self.kernel.call_at(self.kernel.now, self._lay)
+
+    def _bring(self, ps: int) -> None:
+        """Follow the course up to an instant."""
+        self._course = self._course.onward(ps)
 
     def _lay(self) -> None:
         self._turning = False
@@ -171,11 +175,11 @@ class Encoder(Shaft):
         """PULSE is driven otherwise, or DIR has changed: up to the instant before, all is as it was."""
         self._turn(self.kernel.now - 1)
 
-    def _turn(self, ps: int) -> None:
+    def _bring(self, ps: int) -> None:
         drive = self._course.drive
-        if isinstance(drive, Falls) and ps > self._course.since and not self._turning:
+        if isinstance(drive, Falls):
             self._high = drive.view.level(ps) != 0
-        super()._turn(ps)
+        super()._bring(ps)
 
     def steered(self, course: Course) -> Course:
         now, pulse = self.kernel.now, self.pin("pulse").net
