@@ -15,9 +15,12 @@ from collections.abc import Mapping
 from itertools import groupby, pairwise
 from typing import Any, NamedTuple
 
-from mc import Rig
+import numpy as np
+import pytest
+from mc import ENCODERS, PARTS, Rig
 
 IN_MOTION = 0x400
+without_encoder = pytest.mark.parametrize("part", [part for part in PARTS if part not in ENCODERS])
 
 
 class Look(NamedTuple):
@@ -45,14 +48,14 @@ class Mover(Rig):
 
     # ---------------------------------------------------------------------------------------------------------- time
     def heeds(self, cycle: int, *commands: str) -> None:
-        """Give commands, so that this cycle is the first to heed the last one; time passes up to its begin."""
+        """Give commands, so that this cycle is the first to heed the last one; time passes into that cycle."""
         *before, last = commands
         self.do(*before)
-        now, begun = self.bench.now_ps, self.at(cycle - 1)
-        assert now <= begun, f"{now - begun} ps late for cycle {cycle}"
         self.to(cycle - 1)
         self.do(last)
-        self.to(cycle)
+        if self.cycle < cycle:
+            self.to(cycle)
+        assert self.cycle == cycle
 
     # ----------------------------------------------------------------------------------------------------- registers
     def look(self, axis: int = 1) -> Look:
@@ -61,16 +64,15 @@ class Mover(Rig):
         return Look(shown["trgt_pos"], shown["trgt_vel"], shown["status"], shown["mode"] >> 13)
 
     def trace(self, cycles: int, axis: int = 1) -> list[Look]:
-        """This cycle, which begins now, and those behind it; time passes up to the begin of the next one."""
+        """This cycle and those behind it; time passes up to the begin of the next one."""
         found = []
-        for cycle in range(self.cycle, self.cycle + cycles):
-            self.to(cycle)
+        for _ in range(cycles):
             found.append(self.look(axis))
-        self.next()
+            self.next()
         return found
 
     def speeds(self, axis: int = 1, most: int = 100_000) -> list[int]:
-        """The displacements of this cycle, which begins now, and of all others up to the end of the motion."""
+        """The velocities of this cycle and of all others up to the end of the motion."""
         found = []
         while (look := self.look(axis)).status & IN_MOTION:
             found.append(look.vel)
@@ -86,10 +88,11 @@ class Mover(Rig):
 
     def counts(self, cycle: int, axis: int = 1) -> list[int]:
         """How many steps came in each cycle, from one on up to the present one."""
-        found = [0] * (self.cycle - cycle + 1)
-        for tick in self.ticks(cycle, axis):
-            found[(tick - 1) // 8192] += 1  # the step with which a cycle ends belongs to it
-        return found
+        times = self.x.axis(axis).steps(self.at(cycle)).times_ps
+        ticks = self.x.clock.ticks_array(times) - (self.x.origin + 8192 * cycle)
+        return np.bincount(
+            (ticks - 1) // 8192, minlength=self.cycle - cycle + 1
+        ).tolist()  # what ends a cycle is its own
 
     def moves(self, cycle: int = 0, axis: int = 1) -> list[int]:
         """Steps in one direction before the other one: +500, -380 ..."""
@@ -128,7 +131,7 @@ def mover(
     options: Mapping[str, object] | None = None,
     **shafts: Mapping[str, Any],
 ) -> Mover:
-    """A chipset that is ready; AtRest 1 and the pins named are recorded: mover("mc1451a-e", encoder={"counts": 400})."""
+    """A chipset that is ready; AtRest 1 and these pins are recorded: mover("mc1451a-e", encoder={"steps": 400})."""
     rig = Mover(part, record, straps or {}, options or {}, shafts)
     rig.bench.run_until(rig.x.pin("hostrdy").is_(1))
     return rig

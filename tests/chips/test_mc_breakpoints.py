@@ -244,27 +244,23 @@ def test_a_value_counts_from_the_cycle_behind_the_command_on(part: str) -> None:
 
 
 @each
-@pytest.mark.parametrize(
-    ("kind", "value", "at_once"),
-    [
+@pytest.mark.fact("PMD-BRK-20", "PMD-UND-BRK-TRUE", "PMD-UND-BRK-SIGN")
+def test_a_position_that_satisfies_it_already_fires_in_the_next_cycle(part: str) -> None:
+    rig = mover(part)
+    rig.do("SET_ACTL_POS 1000")
+    for kind, value, at_once in (
         *(("POS", 500, True), ("POS", 1000, True), ("POS", 1001, False)),
         *(("NEG", 1500, True), ("NEG", 1000, True), ("NEG", 999, False)),
         *(("POS", -1, True), ("POS", -(1 << 31), True), ("NEG", -1, False), ("NEG", (1 << 31) - 1, True)),
-    ],
-)
-@pytest.mark.fact("PMD-BRK-20", "PMD-UND-BRK-TRUE", "PMD-UND-BRK-SIGN")
-def test_a_position_that_satisfies_it_already_fires_in_the_next_cycle(
-    part: str, kind: str, value: int, at_once: bool
-) -> None:
-    rig = mover(part)
-    rig.do("SET_ACTL_POS 1000", f"SET_BRK_PNT {value}")
-    rig.next()
-    rig.do(f"SET_{kind}_BRK")
-    assert not fired(rig)
-    rig.next()
-    assert fired(rig) == at_once
-    rig.next(50)
-    assert fired(rig) == at_once
+    ):
+        rig.do("SET_BRK_OFF", "CLR_STATUS", f"SET_BRK_PNT {value}")
+        rig.next()
+        rig.do(f"SET_{kind}_BRK")
+        assert not fired(rig)
+        rig.next()
+        assert fired(rig) == at_once, (kind, value)
+        rig.next(20)
+        assert fired(rig) == at_once, (kind, value)
 
 
 # -------------------------------------------------------------------------------------------------------------- actual

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from mc import AXES, ONE, T1, T4, base, each, with_axes, with_encoder
+from mc import AXES, ONE, S1, T1, T4, V1, base, each, with_axes, with_encoder
 from mc_motion import mover
 
 UNIT = ONE // 64  # the acceleration of T1
@@ -71,6 +71,24 @@ def test_target_position_and_velocity_have_a_sign(part: str) -> None:
         rig.says(coasting)
         rig.rest()
         rig.says(over, "1e > 0000 0000 001e")
+
+
+@with_encoder
+@pytest.mark.fact("PMD-CMD-GET_TRGT_POS-1", "PMD-CMD-GET_TRGT_VEL-1")
+def test_target_position_and_velocity_are_shown_in_every_mode(part: str) -> None:
+    rig = mover(part, quadrature={})
+    rig.begin(*S1)
+    rig.rest()
+    rig.says("1d > 0000 03e8 0405", "1e > 0000 0000 001e", "4d 0000 0000 > 004d")
+    n = rig.begin(*V1)
+    rig.to(n + 64)
+    rig.says("1d > 0000 0020 003d")  # 32.5 steps
+    rig.says("1e > 0001 0000 001f")
+    rig.begin("STOP", "SET_RATIO 65536")
+    rig.begin("SET_PRFL_GEAR", "SET_ACTL_POS 0")
+    rig.shafts["quadrature"].push(10)
+    rig.next(2)  # counted in one cycle, displaced in the next
+    rig.says("1e > 000a 0000 0028", "1d > 0000 000a 0027", "1e > 0000 0000 001e")
 
 
 @each

@@ -20,7 +20,7 @@ def halted(setup: tuple[str, ...] = T1, switch: str = "poslimit1") -> tuple[Move
     return rig, begun
 
 
-# ------------------------------------------------------------------------------------------------------------ the halt
+# ------------------------------------------------------------------------------------------------------------- the halt
 @modes
 @pytest.mark.fact("PMD-LIMIT-2", "PMD-LIMIT-3", "PMD-STAT-22")
 @pytest.mark.parametrize(("switch", "bit"), [("poslimit1", 0x20), ("neglimit1", 0x40)])
@@ -42,16 +42,43 @@ def test_a_switch_halts_an_axis_in_gear_until_an_update_behind_a_cleared_bit() -
     rig.drive("poslimit1", 1)
     rig.to(begun + 21)
     assert rig.look() == (19, 0, 0x320, 0)
+    rig.drive("poslimit1", 0)
     rig.begin()
     assert {look.vel for look in rig.trace(5)} == {0}  # the bit is set
     rig.do("CLR_STATUS")
     rig.next()
     assert {look.vel for look in rig.trace(5)} == {0}  # no update yet
     rig.begin()
-    assert {look.vel for look in rig.trace(5)} == {0} and rig.status() == 0x300  # towards the switch
-    rig.drive("poslimit1", 0)
+    assert [look.vel for look in rig.trace(5)] == [0] + [ONE] * 4 and rig.status() == 0x300
+
+
+@pytest.mark.fact("PMD-UND-LIMIT-VEL", "PMD-UND-LIMIT-OUT")
+def test_with_the_bit_set_the_gear_does_not_begin_to_follow() -> None:
+    rig = mover("mc1151a-e")
+    rig.drive("poslimit1", 1)
     rig.next()
-    assert {look.vel for look in rig.trace(5)} == {ONE} and rig.status() == 0x300
+    rig.drive("poslimit1", 0)
+    rig.begin("SET_PRFL_GEAR", f"SET_RATIO {ONE}")
+    rig.turn(30, apart=8192)
+    rig.next(10)
+    assert rig.look() == (0, 0, 0x321, 0)
+    rig.begin("CLR_STATUS")
+    rig.next(3)
+    assert rig.look()[1:] == (ONE, 0x300, 0)
+
+
+@pytest.mark.fact("PMD-UND-LIMIT-VEL")
+def test_the_gear_drops_steps_towards_an_active_switch() -> None:
+    rig = mover("mc1151a-e")
+    rig.drive("poslimit1", 1)
+    rig.next()
+    rig.begin("CLR_STATUS", "SET_PRFL_GEAR", f"SET_RATIO {ONE}")
+    rig.turn(10, apart=8192)
+    rig.next(15)
+    assert rig.look() == (0, 0, 0x300, 0)
+    rig.turn(-10, apart=8192)
+    rig.next(15)
+    assert rig.look() == (-10, 0, 0x300, 0) and rig.moves() == [-10]
 
 
 @each
@@ -67,7 +94,7 @@ def test_with_sensing_off_nothing_is_halted(part: str) -> None:
     assert rig.lows("atrest1") == [(begun, T1_CYCLES)]
 
 
-# ------------------------------------------------------------------------------------------------------------ refusals
+# ------------------------------------------------------------------------------------------------------------- refusals
 @pytest.mark.fact("PMD-ERRC-17", "PMD-UND-LIMIT-REFUSED")
 @pytest.mark.parametrize("mode", ["SET_PRFL_TRAP", "SET_PRFL_S_CRV"])
 @pytest.mark.parametrize(("switch", "way"), [("poslimit1", 1), ("neglimit1", -1)])
@@ -93,7 +120,9 @@ def test_a_move_into_an_active_limit_is_refused_and_the_next_update_decides_anew
 
 
 @pytest.mark.fact("PMD-LIMIT-15", "PMD-UND-LIMIT-VEL")
-@pytest.mark.parametrize(("switch", "into", "out"), [("poslimit1", "0x400", "-0x400"), ("neglimit1", "-0x400", "0x400")])
+@pytest.mark.parametrize(
+    ("switch", "into", "out"), [("poslimit1", "0x400", "-0x400"), ("neglimit1", "-0x400", "0x400")]
+)
 def test_velocity_contouring_into_an_active_limit_stands_still_in_silence(switch: str, into: str, out: str) -> None:
     rig = mover("mc1151a")
     rig.drive(switch, 1)
@@ -108,7 +137,7 @@ def test_velocity_contouring_into_an_active_limit_stands_still_in_silence(switch
 
 @pytest.mark.fact("PMD-LIMIT-12", "PMD-UND-LIMIT-OUT", "PMD-CON-LIMIT-COMMAND-ERROR")
 def test_with_the_bit_set_a_move_out_is_refused() -> None:
-    rig, begun = halted()
+    rig, _ = halted()
     rig.begin("SET_POS 0")
     assert rig.look() == (468, 0, 0x3A1, 0)
     rig.next(100)
@@ -126,7 +155,7 @@ def test_with_the_bit_set_updates_that_start_nothing_are_no_error(nothing: tuple
     assert rig.shows("status") & 0xFF == 0x21
 
 
-# ------------------------------------------------------------------------------------------------------------- the way out
+# ---------------------------------------------------------------------------------------------------------- the way out
 @pytest.mark.fact("PMD-LIMIT-10", "PMD-LIMIT-11", "PMD-UND-LIMIT-OUT")
 def test_with_the_bit_cleared_the_axis_leaves_the_active_switch_and_arms_it_again() -> None:
     rig, begun = halted()
@@ -144,7 +173,7 @@ def test_with_the_bit_cleared_the_axis_leaves_the_active_switch_and_arms_it_agai
 
 @pytest.mark.fact("PMD-LIMIT-20", "PMD-UND-LIMIT-OUT")
 def test_the_axis_may_also_leave_with_sensing_off() -> None:
-    rig, begun = halted()
+    rig, _ = halted()
     rig.do("LMTS_OFF", "CLR_STATUS")
     for place in (460, 450, 440):  # small moves
         rig.begin(f"SET_POS {place}")
@@ -158,14 +187,14 @@ def test_the_axis_may_also_leave_with_sensing_off() -> None:
 
 @pytest.mark.fact("PMD-UND-LIMIT-OUT")
 def test_with_sensing_off_a_set_bit_refuses_nothing() -> None:
-    rig, begun = halted()
+    rig, _ = halted()
     rig.begin("LMTS_OFF", "SET_POS 400")
     assert rig.look().status == 0x721
     rig.rest()
     assert rig.moves() == [468, -68]
 
 
-# -------------------------------------------------------------------------------------------------------------- homing
+# --------------------------------------------------------------------------------------------------------------- homing
 HOMING = ("10 0000 3039 > 3049", "11 0000 5ba0 > 5bb1", "12 0000 0159 > 016b", "1a > 001a", "5e > 005e", "46 > 0046")
 
 

@@ -135,7 +135,7 @@ def test_a_byte_is_a_command_while_hostcmd_is_high_and_half_a_word_while_it_is_l
     assert [hand.read_word(), hand.read_word()] == [0x0300, 0x0331]
     hand = Hand()
     hand.write(GET_STATUS)
-    assert hand.busy == []  # half a word
+    assert hand.edges("hostrdy") == []  # half a word
     hand.write(GET_STATUS)
     hand.ready()
     assert len(hand.busy) == 1 and hand.codes == []  # nobody waited for it, but it was a word
@@ -310,7 +310,25 @@ def test_a_strobe_that_was_not_selected_from_its_begin_is_none() -> None:
     hand.ns(50)
     hand.put(hostwrite=1)
     hand.ns(100)
-    assert hand.busy == []
+    assert hand.edges("hostrdy") == []
+
+
+@pytest.mark.fact("PMD-HOST-9", "PMD-HOST-10")
+def test_a_read_that_is_not_selected_up_to_its_end_is_none() -> None:
+    hand = Hand()
+    hand.packet(0x11, 0x1234, 0x5678)
+    hand.command(0x4B)
+    hand.ready()
+    before = len(hand.edges("hostdata"))
+    began = hand.bench.now_ps
+    hand.put(hostslct=0, hostread=0)
+    hand.ns(100)
+    hand.put(hostslct=1)
+    hand.ns(100)
+    hand.put(hostread=1)
+    hand.bench.run("1 us")
+    assert hand.edges("hostdata")[before:] == [(began + TICK, 0x12), (began + 100 * NS + TICK, FLOATING)]
+    assert [hand.read_word(), hand.read_word()] == [0x1234, 0x5678]
 
 
 @pytest.mark.fact("PMD-HOST-10")

@@ -1,6 +1,6 @@
 """S-curves of the MC1451A family: phases, limits and durations, cycle by cycle, and what they take on the way.
 
-    S1       jerk 32, 0, -32, 0, -32, 0, 32 (in 2^-16 steps per cycle^3) for 32, 32, 32, 904, 32, 32, 32 cycles
+S1       jerk 32, 0, -32, 0, -32, 0, 32 (in 2^-16 steps per cycle^3) for 32, 32, 32, 904, 32, 32, 32 cycles
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def moving(cycle: int) -> tuple[Mover, int]:
     return rig, begun
 
 
-# ----------------------------------------------------------------------------------------------------------- the moves
+# ------------------------------------------------------------------------------------------------------------ the moves
 MOVES = {  # distance, V, A, J; lengths of phases 1, 2 and 4
     "S1": (1000, ONE, 1024, 0x200000, (32, 32, 904)),
     "S2": (1000, ONE // 2, 32767, 0x200000, (32, 0, 1936)),
@@ -170,7 +170,7 @@ def test_a_short_move_has_four_phases_on_every_axis_of_every_part(part: str) -> 
         assert rig.moves(axis=axis) == [32] and looks[-1].pos == 32
 
 
-# ---------------------------------------------------------------------------------------- registers of other modes
+# --------------------------------------------------------------------------------------------- registers of other modes
 @pytest.mark.fact("PMD-CMD-SET_ACC-3", "PMD-SCRV-11")
 @pytest.mark.parametrize("extra", ["SET_ACC 0", "SET_ACC 0x3fffffff", "SET_START_VEL 0x4000"])
 def test_acceleration_and_start_velocity_have_no_part_in_it(extra: str) -> None:
@@ -180,7 +180,7 @@ def test_acceleration_and_start_velocity_have_no_part_in_it(extra: str) -> None:
     assert rig.lows("atrest1") == [(begun, S1_CYCLES)]
 
 
-# ------------------------------------------------------------------------------------------------------ on the way
+# ----------------------------------------------------------------------------------------------------------- on the way
 @pytest.mark.fact("PMD-SCRV-9", "PMD-ERRC-16", "PMD-UND-SCRV-NEWPOS", "PMD-CON-CMDERR-SCOPE")
 def test_another_destination_in_motion_is_no_error_and_waits_for_an_update_at_rest() -> None:
     rig, begun = moving(500)
@@ -255,7 +255,7 @@ def test_a_smooth_stop_in_phases_5_to_7_changes_nothing_and_is_forgotten(done: i
     assert rig.lows("atrest1")[1] == (back, S1_CYCLES)
 
 
-# ------------------------------------------------------------------------------------------------------------- zeros
+# ---------------------------------------------------------------------------------------------------------------- zeros
 @pytest.mark.fact("PMD-SCRV-15", "PMD-UND-SCRV-ZERO")
 @pytest.mark.parametrize("zero", ["SET_JERK 0", "SET_MAX_ACC 0"])
 def test_without_jerk_or_acceleration_nothing_starts(zero: str) -> None:
@@ -280,7 +280,7 @@ def test_a_move_to_nowhere_or_at_velocity_0_is_complete_in_the_cycle_behind_its_
     assert not rig.ticks() and rig.lows("atrest1") == [] and not rig.codes
 
 
-# --------------------------------------------------------------------------------------------------------- the phase
+# ------------------------------------------------------------------------------------------------------------ the phase
 @pytest.mark.fact("PMD-UND-PHASE-END")
 @pytest.mark.parametrize("end", ["STOP", "MTR_OFF", "poslimit1", "SET_PRFL_TRAP", "SET_PRFL_VEL"])
 def test_the_phase_is_0_behind_any_end(end: str) -> None:

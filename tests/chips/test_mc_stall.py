@@ -1,15 +1,14 @@
 """The -E parts of the MC1451A family: position error, stall detection, auto stop, recovery; and parts without.
 
-    error     actual position less target, in counts; the target counts step ratio / 256 counts a step
+error     actual position less target, in counts; the target counts step ratio / 256 counts a step
 """
 
 from __future__ import annotations
 
 import pytest
 from mc import ONE, S1, T1, T1_CYCLES, TRAPEZOID, V1, with_encoder
-from mc_motion import Mover, mover
+from mc_motion import Mover, mover, without_encoder
 
-PLAIN = ("mc1151a", "mc1251a", "mc1451a")
 RATIO, LIMIT = "SET_STEP_RATIO 256", "SET_POS_ERR 100"  # a count per step
 FAST = ("SET_OUTPUT_HIGH", f"SET_VEL {512 * ONE}", f"SET_ACC {64 * ONE}")
 ONE_BY_ONE = ("SET_VEL 0x10000", "SET_ACC 0x10000")  # a step in every cycle
@@ -53,9 +52,7 @@ def test_it_is_the_actual_position_less_the_target() -> None:
 
 
 @pytest.mark.fact("PMD-UND-ERR-ROUND")
-@pytest.mark.parametrize(
-    ("way", "errors"), [(1, [0, -1, -1, -1, -2, -2, -2, -3]), (-1, [0, 0, 0, 0, 1, 1, 1, 2])]
-)
+@pytest.mark.parametrize(("way", "errors"), [(1, [0, -1, -1, -1, -2, -2, -2, -3]), (-1, [0, 0, 0, 0, 1, 1, 1, 2])])
 def test_fractions_of_a_count_are_kept_and_the_error_rounded_down(way: int, errors: list[int]) -> None:
     rig = mover("mc1151a-e")
     rig.begin("SET_STEP_RATIO 80", "SET_POS_ERR 1", *ONE_BY_ONE, f"SET_POS {32 * way}")
@@ -251,7 +248,7 @@ def test_motion_complete_is_about_the_trajectory() -> None:
     assert rig.shows("status") == 0x301
 
 
-# -------------------------------------------------------------------------------------------------------------- recovery
+# ------------------------------------------------------------------------------------------------------------- recovery
 @pytest.mark.fact("PMD-STALL-9", "PMD-CON-SYNCH-DIR")
 def test_synch_prfl_update_and_motor_on_recover_from_a_stall() -> None:
     rig = stalled("SET_AUTO_STOP_ON", follows=30)
@@ -296,7 +293,7 @@ def test_the_motor_stays_on_while_the_error_persists_and_a_new_one_switches_it_o
     assert rig.status() == 0x210
 
 
-# ------------------------------------------------------------------------------------------------------------ SYNCH_PRFL
+# ----------------------------------------------------------------------------------------------------------- SYNCH_PRFL
 @pytest.mark.fact("PMD-CMD-SYNCH_PRFL-2")
 @pytest.mark.parametrize("mode", ["SET_PRFL_TRAP", "SET_PRFL_VEL", "SET_PRFL_S_CRV", "SET_PRFL_GEAR"])
 def test_synch_prfl_works_in_every_mode(mode: str) -> None:
@@ -344,8 +341,8 @@ def test_in_motion_the_target_jumps_and_the_speed_stays() -> None:
 
 
 # --------------------------------------------------------------------------------------------- parts without an encoder
+@without_encoder
 @pytest.mark.fact("PMD-ENC-7", "PMD-UND-ENC-ABSENT")
-@pytest.mark.parametrize("part", PLAIN)
 def test_a_part_without_encoder_takes_its_commands_and_reads_0(part: str) -> None:
     rig = mover(part)
     rig.do("SET_ACTL_POS 55")
@@ -354,8 +351,8 @@ def test_a_part_without_encoder_takes_its_commands_and_reads_0(part: str) -> Non
     rig.says("14 0001 8000 > 8015", "59 > 0001 8000 805a", "1b > 001b", "6d > 006d", "1c > 001c", "47 > 0047")
 
 
+@without_encoder
 @pytest.mark.fact("PMD-CON-STALL-PARTS")
-@pytest.mark.parametrize("part", PLAIN)
 def test_a_part_without_encoder_detects_no_stall(part: str) -> None:
     rig = mover(part)
     begun = rig.begin(RATIO, "SET_POS_ERR 0", "SET_AUTO_STOP_ON", *T1)
@@ -364,8 +361,8 @@ def test_a_part_without_encoder_detects_no_stall(part: str) -> None:
     assert rig.do("GET_ACTL_POS_ERR") == 0
 
 
+@without_encoder
 @pytest.mark.fact("PMD-ENC-8")
-@pytest.mark.parametrize("part", PLAIN)
 def test_an_encoder_changes_what_the_encoder_does_and_nothing_else(part: str) -> None:
     found = []
     for name in (part, f"{part}-e"):

@@ -45,7 +45,7 @@ def coasting(*setup: str, part: str = "mc1151a", record: tuple[str, ...] = ()) -
     return rig, begun
 
 
-# ----------------------------------------------------------------------------------------------------------- the moves
+# ------------------------------------------------------------------------------------------------------------ the moves
 MOVES = {  # distance, V, a, s; the cycles that it takes
     "T1": (1000, ONE, 1024, 0, T1_CYCLES),
     "T2": (16, ONE, 1024, 0, 63),
@@ -221,7 +221,7 @@ def test_the_longest_move_takes_the_long_way() -> None:
     assert rig.shows("status") == 0x301
 
 
-# ------------------------------------------------------------------------------------------------------ on the way
+# ----------------------------------------------------------------------------------------------------------- on the way
 @pytest.mark.fact("PMD-TRAP-9")
 def test_a_destination_that_is_moved_on_is_reached_without_a_stop() -> None:
     rig, begun = coasting()
@@ -253,6 +253,15 @@ def test_a_destination_too_near_is_overrun_and_reached_from_the_other_side() -> 
     assert rig.moves() == [500, -20] and rig.lows("atrest1") == [(begun, 635)]
 
 
+@pytest.mark.fact("PMD-TRAP-11", "PMD-UND-TRAP-ALGO")
+def test_a_destination_within_one_acceleration_is_no_reason_to_stop_at_once() -> None:
+    rig = mover("mc1151a")
+    begun = rig.begin(*command(1000, 4 * ONE, ONE))
+    rig.heeds(begun + 10, "SET_POS 35", "UPDATE")  # at 34
+    assert [2 * speed // ONE for speed in rig.speeds()] == [6, 4, 2, 0, -2, -4, -3, -1]
+    assert rig.moves() == [40, -5]
+
+
 @pytest.mark.fact("PMD-UND-TRAP-BEHIND")
 def test_on_the_way_to_a_destination_behind_the_start_velocity_is_the_slowest() -> None:
     rig, begun = coasting(*T3)
@@ -280,7 +289,7 @@ def test_a_higher_velocity_is_reached_by_accelerating() -> None:
     assert rig.lows("atrest1") == [(begun, 845)] and rig.moves() == [1000]
 
 
-# --------------------------------------------------------------------------------------------------- command errors
+# ------------------------------------------------------------------------------------------------------- command errors
 @pytest.mark.fact("PMD-ERRC-12", "PMD-ERRC-22")
 def test_another_acceleration_in_motion_is_a_command_error_and_waits_for_an_update_at_rest() -> None:
     rig, begun = coasting()
@@ -342,7 +351,7 @@ def test_jerk_and_greatest_acceleration_belong_to_s_curves(mode: str) -> None:
     assert len(found) == 1
 
 
-# ------------------------------------------------------------------------------------------------------------- zeros
+# ---------------------------------------------------------------------------------------------------------------- zeros
 @pytest.mark.fact("PMD-STAT-23", "PMD-UND-TRAP-ZERO")
 @pytest.mark.parametrize("setup", [(*TRAPEZOID, "SET_POS 0"), ("SET_ACC 0x400", "SET_POS 1000")])
 def test_a_move_to_nowhere_or_at_velocity_0_is_complete_in_the_cycle_behind_its_update(setup: tuple[str, ...]) -> None:

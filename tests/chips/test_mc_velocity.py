@@ -72,22 +72,27 @@ def test_a_lower_velocity_is_reached_by_braking_with_the_acceleration(accelerati
     assert rig.status() == 0x700
 
 
+both_ways = pytest.mark.parametrize("way", [1, -1], ids=["forward", "backward"])
+
+
+@both_ways
 @pytest.mark.fact("PMD-VEL-6", "PMD-UND-VEL-REVERSE")
-def test_the_other_sign_takes_it_through_zero() -> None:
-    rig, begun = running(record=("dir1",))
-    rig.heeds(begun + 100, "SET_ACC -0x400", "UPDATE")
+def test_the_other_sign_takes_it_through_zero(way: int) -> None:
+    rig, begun = running(f"SET_ACC {UNIT * way}", record=("dir1",))
+    rig.heeds(begun + 100, f"SET_ACC {-UNIT * way}", "UPDATE")
     looks = rig.trace(140)
-    assert [look.vel for look in looks] == [*DOWN, 0, *(-speed for speed in UP), *[-ONE] * 12]
+    assert [way * look.vel for look in looks] == [*DOWN, 0, *(-speed for speed in UP), *[-ONE] * 12]
     assert {look.status for look in looks} == {0x700}
-    assert rig.edges("dir1") == [(rig.at(begun + 100 + 64), 0)]
+    assert rig.edges("dir1", rig.at(begun + 1)) == [(rig.at(begun + 100 + 64), int(way < 0))]
     assert rig.falls("atrest1", rig.at(begun)) == [rig.at(begun)] and not rig.rises("atrest1", rig.at(begun))
 
 
+@both_ways
 @pytest.mark.fact("PMD-UND-VEL-REVERSE")
-def test_it_turns_round_at_its_start_velocity() -> None:
-    rig, begun = running(S)
-    rig.heeds(begun + 100, "SET_ACC -0x400", "UPDATE")
-    assert velocities(rig, 52) == [*DOWN[:48], 0, -0x4000, -0x4400, -0x4800]
+def test_it_turns_round_at_its_start_velocity(way: int) -> None:
+    rig, begun = running(S, f"SET_ACC {UNIT * way}")
+    rig.heeds(begun + 100, f"SET_ACC {-UNIT * way}", "UPDATE")
+    assert [way * speed for speed in velocities(rig, 52)] == [*DOWN[:48], 0, -0x4000, -0x4400, -0x4800]
     assert rig.status() == 0x700
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import select
 import signal
 import socket
@@ -47,6 +48,23 @@ class Client:
 
     def close(self):
         self.socket.close()
+
+
+class Asks:
+    """A client of the control port, of what `Client` has on a socket."""
+
+    def __init__(self, client):
+        self.client = client
+
+    def __call__(self, do, **more):
+        self.client.send(json.dumps({"do": do} | more).encode() + b"\n")
+        return self.answer()
+
+    def answer(self):
+        return json.loads(self.client.read(b"\n"))
+
+    def refused(self, do, **more):
+        return self(do, **more)["error"]
 
 
 class Threaded:

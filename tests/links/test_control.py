@@ -12,26 +12,9 @@ import pytest
 from slewline.links import control
 from slewline.links.control import KEYS
 
-from .conftest import Threaded
+from .conftest import Asks, Threaded
 
 PROGRAM = ("Po", "S50", "T200", "R20", "+400", "E")
-
-
-class Asks:
-    """A client of the control port."""
-
-    def __init__(self, client):
-        self.client = client
-
-    def __call__(self, do, **more):
-        self.client.send(json.dumps({"do": do} | more).encode() + b"\n")
-        return self.answer()
-
-    def answer(self):
-        return json.loads(self.client.read(b"\n"))
-
-    def refused(self, do, **more):
-        return self(do, **more)["error"]
 
 
 @pytest.fixture

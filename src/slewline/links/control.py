@@ -10,14 +10,14 @@ A client connects by TCP, sends one JSON object a line, and gets one JSON object
     {"do": "read", "pins": ["x.mov", "x.rdy"]}                           levels: {"x.mov": 0, "x.rdy": 1}; null: floats
     {"do": "advance", "time": "250 ms"}                                  let time pass (lockstep only)
     {"do": "until", "pin": "x.rdy", "level": 1, "timeout": "5 s"}        met: true or false, when it is so
-    {"do": "until", "chip": "x", "position": 400}                        the same; timeout 60 s, if left out
+    {"do": "until", "chip": "x", "axis": 2, "position": 400}             the same; axis 1, timeout 60 s, if left out
     {"do": "fault", "line": "x", "to": "chip", "kind": "parity", "count": 3, "chance": 0.5, "seed": 1}
                                                                          noise on the next characters: lost, garbled,
                                                                          parity, framing, late; to the chip or the host
     {"do": "clear", "line": "x"}                                         no more noise; hits: how many were hit
     {"do": "power", "chip": "x", "on": false}                            switch the supply of a module
     {"do": "status"}                                                     chips, lines, pace
-    {"do": "steps", "chip": "x", "start": "0 s", "stop": "1 s"}          times_ps, directions, positions
+    {"do": "steps", "chip": "x", "axis": 2, "start": 0, "stop": "1 s"}   times_ps, directions, positions
     {"do": "quit"}                                                       end the server
 
 In lockstep, `until` lets time pass as `advance` does; paced, time passes by itself.  A client that waits sends its next
@@ -42,7 +42,7 @@ from .stream import Stream
 from .tcp import Listener
 
 if TYPE_CHECKING:
-    from ..core.chip import Chip
+    from ..core.chip import Chip, OneAxis
     from ..core.net import Net
     from .server import Server
 
@@ -198,12 +198,12 @@ KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {  # what a request n
     "pulse": (("pin", "level", "width"), ()),
     "read": (("pins",), ()),
     "advance": (("time",), ()),
-    "until": ((), ("pin", "level", "chip", "position", "timeout")),
+    "until": ((), ("pin", "level", "chip", "position", "axis", "timeout")),
     "fault": (("line", "to", "kind"), ("count", "chance", "seed")),
     "clear": (("line",), ()),
     "power": (("chip", "on"), ()),
     "status": ((), ()),
-    "steps": (("chip",), ("start", "stop")),
+    "steps": (("chip",), ("start", "stop", "axis")),
     "quit": ((), ()),
 }
 
@@ -224,6 +224,10 @@ class Requests:
         if name not in self.bench.chips:
             raise UsageError(f"no chip {name!r}; there are: {', '.join(self.bench.chips)}")
         return self.bench.chips[name]
+
+    def axis(self, request: Reply) -> OneAxis:
+        """An axis of a chip, the first one unless another is named."""
+        return self.chip(request["chip"]).axis(request.get("axis", 1))
 
     def do_drive(self, request: Reply) -> Reply:
         self.bench.pin(request["pin"]).drive(request["level"])
@@ -260,15 +264,15 @@ class Requests:
         if {"chip", "position"} <= set(request) and not {"pin", "level"} & set(request):
             if not isinstance(request["position"], int):
                 raise UsageError(f"position {request['position']!r}; expected a whole number")
-            return self.chip(request["chip"]).reaches(request["position"])
+            return self.axis(request).reaches(request["position"])
         raise UsageError("until: give pin and level, or chip and position")
 
     def line(self, name: str) -> SerialLine:
         """A serial line by its name."""
-        line = self.server.lines.get(name)
-        if not isinstance(line, SerialLine):
-            raise UsageError(f"no serial line {name!r}; there are: {', '.join(self.server.lines) or 'none'}")
-        return line
+        lines = {line.name: line for line in self.server.lines.values() if isinstance(line, SerialLine)}
+        if name not in lines:
+            raise UsageError(f"no serial line {name!r}; there are: {', '.join(lines) or 'none'}")
+        return lines[name]
 
     def do_fault(self, request: Reply) -> Reply:
         line, to = self.line(request["line"]), request["to"]
@@ -294,12 +298,12 @@ class Requests:
         return status(self.server)
 
     def do_steps(self, request: Reply) -> Reply:
-        chip = self.chip(request["chip"])
+        axis = self.axis(request)
         start, stop = request.get("start", 0), request.get("stop", self.bench.now_ps)
-        count = chip.axes[0].count(picoseconds(start), min(picoseconds(stop), self.bench.now_ps))
+        count = axis.motor.count(picoseconds(start), min(picoseconds(stop), self.bench.now_ps))
         if count > MOST_STEPS:
             raise UsageError(f"steps: {count} of them; ask for windows of at most {MOST_STEPS}")
-        steps = chip.steps(start, stop)
+        steps = axis.steps(start, stop)
         return {name: getattr(steps, name).tolist() for name in ("times_ps", "directions", "positions")}
 
     def do_quit(self, _request: Reply) -> Reply:

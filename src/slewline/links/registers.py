@@ -19,7 +19,7 @@ may pass after an IN that finds bit 7 of the status at 0, until it is 1.  READY 
 from __future__ import annotations
 
 import socket
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ..core.timebase import PS_PER_S
@@ -50,7 +50,7 @@ class RegisterLine(Line):
         self.board = board
         board.wait_for = None  # its calls only queue: the server lets time pass
         self.half = b""  # the first byte of a request
-        self.shown = ""  # the last line of the transcript
+        self.shown = -1  # the last status in the transcript: polls that say the same are left out
 
     @property
     def greeting(self) -> bytes:
@@ -71,32 +71,22 @@ class RegisterLine(Line):
 
     def _request(self, request: int, value: int) -> None:
         """Queue what is asked for, and the answer to it."""
-        board, port = self.board, self.board.base + (request & 0x0F)
-        if request & 0xF0 == IN:
-            self._answer(port, board.cycle(port))
+        board, offset = self.board, request & 0x0F
+        if request & 0xF0 == OUT:
+            board.cycle(board.base + offset, value)
+            self._answer(lambda: self._written(offset, value))
+        elif request & 0xF0 == IN or request == READY:
+            if request == READY:
+                board.ready(value * MS)
+            errand = board.cycle(board.base + offset)
+            self._answer(lambda: self._read(offset, errand))
             if self.pace.lockstep and request == IN + STATUS:
                 board.ready(POLL_PS)
-        elif request & 0xF0 == OUT:
-            self._answer(port, board.cycle(port, value), value)
-        elif request == READY:
-            board.ready(value * MS)
-            self._answer(port, board.cycle(port))
         else:
-            self.log.event(self.name, f"{request:02x} {value:02x} is no request")
-            self.board.work("an answer", self._answering(lambda: FLOATING))
+            self._answer(lambda: self._nobody(request, value))
 
-    def _answer(self, port: int, errand: Errand, written: int | None = None) -> None:
-        """Queue the answer to an access: the byte that was read, or the one that was written."""
-
-        def byte() -> int:
-            found: int = errand.answer if written is None else written
-            self._show(TO_HOST if written is None else TO_CHIP, port - self.board.base, found)
-            return found
-
-        self.board.work("an answer", self._answering(byte))
-
-    def _answering(self, byte: Callable[[], int]) -> Callable[[], Awaitable[None]]:
-        """An answer for the host of this moment: the next one has not asked."""
+    def _answer(self, byte: Callable[[], int]) -> None:
+        """Queue an answer, for the host of this moment: the next one has not asked."""
         host = self.host
 
         async def answer() -> None:
@@ -106,18 +96,32 @@ class RegisterLine(Line):
             if self.resume is not None and len(self.board.queue) < BACKLOG // 2:
                 self.resume()
 
-        return answer
+        self.board.work("an answer", answer)
+
+    def _read(self, offset: int, errand: Errand) -> int:
+        """The byte that a read access has brought."""
+        byte: int = errand.answer
+        if offset != STATUS or byte != self.shown:
+            self._show(TO_HOST, offset, byte)
+        if offset == STATUS:
+            self.shown = byte
+        return byte
+
+    def _written(self, offset: int, byte: int) -> int:
+        self._show(TO_CHIP, offset, byte)
+        return byte
+
+    def _nobody(self, request: int, value: int) -> int:
+        self.log.event(self.name, f"{request:02x} {value:02x} is no request")
+        return FLOATING
 
     # ----------------------------------------------------------------------------------------------------- transcript
     def note(self, way: str, data: bytes) -> None:
         """Accesses stand in the transcript, not the bytes that ask for them."""
 
     def _show(self, way: str, offset: int, byte: int) -> None:
-        """An access in the transcript: "< 2 31", "> 0 5c"; a status that has not changed is left out."""
-        text = f"{offset:x} {byte:02x}"
-        if offset != STATUS or text != self.shown:
-            self.log.write(self.kernel.now, self.name, way, text)
-        self.shown = text
+        """An access in the transcript: "< 2 31", "> 0 5c"."""
+        self.log.write(self.kernel.now, self.name, way, f"{offset:x} {byte:02x}")
 
     def room(self) -> int:
         return BACKLOG - len(self.board.queue)

@@ -9,7 +9,7 @@ from .line import Line, SerialLine
 from .pace import Paced
 
 if TYPE_CHECKING:
-    from ..core.chip import Chip
+    from ..core.chip import Chip, OneAxis
     from .server import Server
 
 SHOWN_FINDINGS = 20
@@ -40,8 +40,8 @@ def chip_status(server: Server, chip: Chip) -> dict[str, Any]:
     """A chip as it stands; of its findings the last ones."""
     return {
         "part": chip.sheet.part,
-        "position": chip.position,
-        "registers": dict(chip.registers),
+        **axis_status(chip),
+        "axes": [axis_status(chip.axis(number)) for number in range(1, len(chip.axes) + 1)],
         "program": chip.program.hex(),
         "idle": chip.idle,
         "moving": chip.moving,
@@ -52,6 +52,11 @@ def chip_status(server: Server, chip: Chip) -> dict[str, Any]:
             for found in chip.findings[-SHOWN_FINDINGS:]
         ],
     }
+
+
+def axis_status(axis: OneAxis) -> dict[str, Any]:
+    """An axis as it stands; a chip as a whole shows its first one."""
+    return {"position": axis.position, "registers": dict(axis.registers)}
 
 
 def line_status(line: Line) -> dict[str, Any]:
@@ -74,7 +79,8 @@ def as_line(server: Server) -> str:
     bench, lag = server.bench, server.pace.lag
     parts = [f"{bench.now_ps / PS_PER_S:.3f} s"]
     for name, chip in bench.chips.items():
-        parts.append(f"{name} {'moves at' if chip.moving else 'idle at' if chip.idle else 'busy at'} {chip.position}")
+        positions = ", ".join(str(axis.position) for axis in chip.axes)
+        parts.append(f"{name} {'moves at' if chip.moving else 'idle at' if chip.idle else 'busy at'} {positions}")
     hosts = sum(line.host is not None for line in server.lines.values())
     parts.append(f"{hosts} of {len(server.lines)} lines connected")
     dropped = sum(line.dropped for line in server.lines.values())

@@ -85,7 +85,7 @@ class Isa(Caller):
         return self.errand(f"out {port:#x}, {byte:#04x}", lambda: self.write(port, byte))
 
     def ready(self, limit: str | int = "1 s") -> Errand:
-        """Queue a pause until HostRdy is high, of so long at most: what a loop that polls the status is to a program."""
+        """Queue a wait until HostRdy is high, for so long at most: what a loop of polls is to a program."""
         ps = picoseconds(limit)
         self.input("ready", ps)
         return self.errand("HostRdy", lambda: self.until_ready(ps))

@@ -236,16 +236,11 @@ class PacketHost(Caller):
         return found
 
     def _check(self, port: PacketPort, packet: Packet, found: tuple[int, ...], checksum: int) -> None:
-        expected = packets.checksum(packet.code, (*packet.words, *found))
-        if checksum == expected:
-            return
-        port.axis = UNKNOWN
-        why = "0 is the answer to an illegal command" if checksum == 0 else "a byte was garbled; send the packet again"
-        returned = f" returned {' '.join(f'{word:04x}' for word in found)}," if found else ""
-        sent = f"{packet.spelled(port.sheet)} to {port.chip}"
-        wrong = f"{sent}:{returned} checksum {checksum:04x}, expected {expected:04x}; {why}"
-        self.finding("checksum", wrong)
-        raise ChecksumError(f"{self.name}: {wrong}")
+        wrong = packet.mismatch(port.sheet, port.chip, found, checksum)
+        if wrong:
+            port.axis = UNKNOWN
+            self.finding("checksum", wrong)
+            raise ChecksumError(f"{self.name}: {wrong}")
 
     async def read(self, port: PacketPort, number: int, how: Strobes) -> bytes:
         """A read operation, now; a word is kept."""

@@ -48,6 +48,15 @@ class Packet(NamedTuple):
         sent = " ".join([f"{self.code:02x}", *(f"{word:04x}" for word in self.words)])
         return f"packet {sent}" if row is None else f"{row.name} ({sent})"
 
+    def mismatch(self, sheet: Sheet, chip: str, found: Sequence[int], checksum: int) -> str:
+        """What is wrong with the checksum that a chip gave behind the words that were read; "": nothing is."""
+        expected = packets.checksum(self.code, (*self.words, *found))
+        if checksum == expected:
+            return ""
+        why = "0 is the answer to an illegal command" if checksum == 0 else "a byte was garbled; send the packet again"
+        returned = f" returned {' '.join(f'{word:04x}' for word in found)}," if found else ""
+        return f"{self.spelled(sheet)} to {chip}:{returned} checksum {checksum:04x}, expected {expected:04x}; {why}"
+
 
 class PacketPort:
     """What a host has on one chipset: drivers on its host port, and what it knows of the current axis."""

@@ -156,6 +156,10 @@ def serve_command(**options: Any) -> int:
     one that sets 7O2 twice at once gets EINVAL (invalid argument): a timeout set right after the open, one setting
     after the other, an open right after a close, stty.  Let such a host ask for 8N1, or open socket://HOST:PORT (--tcp)
     or rfc2217://HOST:PORT (--rfc2217); a program in Python can also open slewline://gs-c200s, without any server.
+
+    The MC1451A family has registers instead of a line, and is served with --tcp only.  registers://HOST:PORT takes the
+    messages of slewline.links.registers; slewline.links.chipset_port is their other end for a program in Python, and
+    examples/mc1451a/slewline_port.h for one in C that reads and writes I/O ports.
     """
     from .serve import Serve
 

@@ -9,13 +9,14 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from ..bench import Bench
-from ..chips import sheet_of
+from ..chips import chip_class, sheet_of
 from ..errors import UsageError
 
 if TYPE_CHECKING:
@@ -92,6 +93,8 @@ class Serve:
             raise click.UsageError(f"where? Give one of --{', --'.join(PORTS)}")
         if self.lockstep and self.rate is not None:
             raise click.UsageError("--lockstep has no clock; leave out --rate")
+        if self.state is not None and self.chip is not None and not keeps(self.chip):
+            raise click.UsageError(f"--state keeps EEPROMs, and a {self.chip} has none; leave it out")
         return ports
 
     # ---------------------------------------------------------------------------------------------------- furnishing
@@ -136,6 +139,11 @@ class Serve:
             with self.file.at("serve", port.number, port.kind):
                 found.append((titled(line), getattr(server, port.kind)(line, port.where).where))
         return found
+
+
+def keeps(part: str) -> bool:
+    """Does a part keep anything without power?"""
+    return "store" in signature(chip_class(part)).parameters
 
 
 def titled(line: Line) -> str:

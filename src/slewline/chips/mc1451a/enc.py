@@ -37,6 +37,7 @@ class FilteredInput:
     def begin(self) -> None:
         """What is on the pin at the end of this instant is what the filter has seen for long."""
         self.reading.begin()
+        self.begun = self.pin.net.kernel.now
         self.level: int | None = None  # behind the filter, before the tick of the last question
         self.late: tuple[list[int], list[Any]] = ([], [])  # edges that the filter holds back: ticks and levels
 
@@ -53,6 +54,8 @@ class FilteredInput:
     def changes_before(self, tick: int) -> Sequence[int] | Any:
         """The ticks at which the level behind the filter has changed since the last question, before a tick."""
         clock = self.clock
+        if clock.ps(tick) <= self.begun:
+            return []  # the first level is not known before the end of its instant
         times, levels = self.reading.edges_until(clock.ps(tick) - 1)
         if self.level is None:
             self.level = int(bool(self.reading.first))

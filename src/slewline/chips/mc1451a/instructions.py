@@ -16,9 +16,9 @@ class Instructions(Registers):
     """Handlers of all commands."""
 
     def within(self, what: Arg, value: int, kept: int) -> int:
-        """The part of a value that a register keeps, with a finding if that is not all of it."""
+        """The part of a value that a register keeps, with a finding if the value is out of range."""
         written = what.unpack(what.pack(value, "big"), "big")
-        if kept != written:
+        if not what.allows(written):
             text = f"axis {self.current}: {what.name} {written}; allowed {what.low}..{what.high}: {kept} is kept"
             self.finding("out-of-range", text)
         return kept
@@ -72,16 +72,15 @@ class Instructions(Registers):
         self.state.buffer.velocity = self.unsigned(sheet.VELOCITY, value)
 
     def do_set_acc(self, value: int) -> None:
-        number = signed(value, 32)
-        self.state.buffer.acceleration = number
-        if number < 0 and self.state.mode == TRAPEZOIDAL:
+        number = self.state.buffer.acceleration = self.within(sheet.ACCELERATION, value, signed(value, 32))
+        if sheet.ACCELERATION.low <= number < 0 and self.state.mode == TRAPEZOIDAL:
             self.finding("out-of-range", f"axis {self.current}: acceleration {number} in trapezoidal mode: {-number}")
 
     def do_set_jerk(self, value: int) -> None:
         self.state.buffer.jerk = self.unsigned(sheet.JERK, value)
 
     def do_set_ratio(self, value: int) -> None:
-        self.state.buffer.ratio = signed(value, 32)
+        self.state.buffer.ratio = self.within(sheet.RATIO, value, signed(value, 32))
 
     def do_set_max_acc(self, value: int) -> None:
         self.state.buffer.max_acceleration = self.unsigned(sheet.MAX_ACCELERATION, value)
@@ -157,8 +156,9 @@ class Instructions(Registers):
         self.state.update = True
 
     def do_multi_update(self, mask: int) -> None:
+        kept = self.within(sheet.AXES, mask, mask & 0xF)
         for state in self.states:
-            if mask >> (state.number - 1) & 1:
+            if kept >> (state.number - 1) & 1:
                 state.update = True
 
     def do_set_auto_update_on(self) -> None:

@@ -24,8 +24,8 @@ from .sheet import SLICE_TICKS, TIMES
 if TYPE_CHECKING:
     from .firmware import Chipset
 
-ACCESS_TICKS, RELEASE_TICKS = TIMES["read_access"].ticks, TIMES["read_release"].ticks
-NS = 1000
+NS = 1000  # picoseconds: what strobes and bus take does not go with the crystal
+ACCESS_PS, LET_GO_PS = (int(TIMES[name].us * 1000) * NS for name in ("read_access", "read_release"))
 SHORTEST_PS, RECOVERY_PS, RELEASE_PS = 50 * NS, 60 * NS, 2000 * NS
 
 
@@ -72,7 +72,7 @@ class Port:
         self.low_since[name] = now
         if self.chip.pins[other].level == 0:
             self.chip.finding("strobes", f"{name} and {other} are low together: no transfer")
-            self._show(None, RELEASE_TICKS)
+            self._show(None, LET_GO_PS)
             return False
         if now - self.rose_at < RECOVERY_PS:
             self.chip.finding("short-recovery", f"{(now - self.rose_at) // NS} ns between two strobes; at least 60 ns")
@@ -107,26 +107,24 @@ class Port:
                 chip.finding("strobes", "hostread with hostcmd high: no transfer")
                 self.legal = False
             if self.legal:
-                self._show((0xFF, self.read()), ACCESS_TICKS)
+                self._show((0xFF, self.read()), ACCESS_PS)
         elif self.legal:
             self.legal = False
-            self._show(None, RELEASE_TICKS)
+            self._show(None, LET_GO_PS)
             if self._selected:
                 self.rose_at = self.kernel.now
                 self.read_on()
 
-    def _show(self, level: tuple[int, int] | None, ticks: int) -> None:
-        """Put a byte on the bus, or let go of it, so many clocks from now."""
-        at = self.kernel.now + self.clock.ps(ticks)
-        driver = self.chip.bus_driver
-        before = driver.at(self.kernel.now)
-        driver.play(Wave(before, (at,), (level,)))
+    def _show(self, level: tuple[int, int] | None, delay_ps: int) -> None:
+        """Put a byte on the bus, or let go of it, so much later."""
+        now, driver = self.kernel.now, self.chip.bus_driver
+        driver.play(Wave(driver.at(now), (now + delay_ps,), (level,)))
 
     def _select(self, net: Net) -> None:
         """HostSlct: high within 2 us of the last strobe of an operation; high within a strobe, it ends it as none."""
         if net.value == 1 and self.legal:
             self.legal = False
-            self._show(None, RELEASE_TICKS)
+            self._show(None, LET_GO_PS)
         now, since = self.kernel.now, self.strobed_at
         if net.value == 1 and since is not None:
             self.strobed_at = None

@@ -110,6 +110,7 @@ class Pulses:
         if turn != self.turn:
             self.turn = turn
             self.state.events |= WRAPPED
+            self.fresh |= self.aim == "point"  # the destination lies elsewhere now
         self.state.target = x - turn * RANGE
 
     def _read_encoder(self, n: int) -> None:

@@ -277,31 +277,26 @@ class Course:
     def trapezoidal(self) -> int:
         """Toward the destination."""
         state = self.state
-        most, acceleration, start = self.limits_of_speed()
+        most, acceleration = self.greatest_velocity(), abs(state.active.acceleration)
         distance = state.active.position * ONE - state.target
         way = sign(state.velocity or distance)
         speed = abs(state.velocity)
         if self.stopping or most == 0:
-            return way * self.ended(braked(speed, acceleration, start))
-        speed, self.landing = trapezoid(speed, way * distance, most, acceleration, start)
+            return way * self.ended(braked(speed, acceleration, self.start))
+        speed, self.landing = trapezoid(speed, way * distance, most, acceleration, min(self.start, most))
         return way * speed
 
     def contoured(self) -> int:
         """Toward the maximum velocity, in the direction of the acceleration."""
         state = self.state
-        most, acceleration, start = self.limits_of_speed()
+        most, acceleration = self.greatest_velocity(), abs(state.active.acceleration)
         way, wanted = sign(state.velocity or state.active.acceleration), sign(state.active.acceleration)
         speed = abs(state.velocity)
         if self.stopping or most == 0:
-            return way * self.ended(braked(speed, acceleration, start))
+            return way * self.ended(braked(speed, acceleration, self.start))
         if acceleration and way != wanted:
-            return way * braked(speed, acceleration, start)
-        return way * contour(speed, most, acceleration, start)
-
-    def limits_of_speed(self) -> tuple[int, int, int]:
-        """The maximum velocity, how much faster or slower in a cycle, and the least speed in force."""
-        most = self.greatest_velocity()
-        return most, abs(self.state.active.acceleration), min(self.start, most or self.start)
+            return way * braked(speed, acceleration, self.start)
+        return way * contour(speed, most, acceleration, min(self.start, most))
 
     def ended(self, speed: int) -> int:
         """The speed itself; a stop that has come to 0 is complete."""

@@ -38,7 +38,7 @@ class Filter:
 
     def change(self, net: Net) -> None:
         """The input changes at this instant."""
-        tick = self.chip.clock.ticks_until(net.kernel.now)
+        tick = self.chip.clock.ticks_from(net.kernel.now)
         self.pass_time(tick)
         self.raw, self.since = int(net.level or 0), tick
 

@@ -45,7 +45,8 @@ class Updates(Pulses):
             self.halt(n, complete=False)
         self.mode, state.phase = mode, 0
         if mode == GEAR:
-            self.followed, self.backlog, self.suspended = self.counts, 0, not state.motor_on
+            self.followed, self.backlog = self.counts, 0
+            self.suspended = not state.motor_on or self.flagged
         elif mode == VELOCITY and state.in_motion:
             self.aim, self.fresh = "contour", True
 
@@ -58,14 +59,11 @@ class Updates(Pulses):
         self.copy()
         stop, smooth_stop = state.stop, state.smooth_stop
         state.stop = state.smooth_stop = state.synch_prfl = False
-        self.suspended = not state.motor_on
         if stop:
             self.halt(n)
             self.suspended = True
-            self.followed, self.backlog = self.counts, 0
         elif self.mode == GEAR:
-            if self.chip.limits_on and state.events & (POSITIVE_LIMIT | NEGATIVE_LIMIT):
-                self.suspended = True
+            self.engage()
         elif smooth_stop:
             self.slow_down(n)
         elif state.motor_on:
@@ -97,12 +95,18 @@ class Updates(Pulses):
         else:
             state.active = new.copy()
 
+    def engage(self) -> None:
+        """The gear follows again, from the counts of now on."""
+        if self.suspended and self.state.motor_on and not self.flagged:
+            self.suspended = False
+            self.followed = self.counts
+
     def slow_down(self, n: int) -> None:
         """A smooth stop."""
         if not self.state.in_motion:
             self.complete()
         elif self.aim == "curve":
-            done = self.done + n - self.since
+            done = self.done + (n - self.since if self.law is not None else 0)
             stopped = self.phases.stopped(done)
             if stopped != self.phases:
                 self.phases, self.fresh = stopped, True
@@ -144,12 +148,16 @@ class Updates(Pulses):
             return not (acceleration and self.state.active.jerk)
         return not acceleration and (self.mode == VELOCITY or not self.state.start_velocity)
 
+    @property
+    def flagged(self) -> bool:
+        """Does the event of a limit switch bar the axis?"""
+        return bool(self.chip.limits_on and self.state.events & (POSITIVE_LIMIT | NEGATIVE_LIMIT))
+
     def refused(self, distance: int) -> bool:
         """Does a limit switch forbid the move?  In the point-to-point modes that is a command error."""
         state = self.state
-        tripped = state.events & (POSITIVE_LIMIT | NEGATIVE_LIMIT)
         ahead = POSITIVE_LIMIT if distance > 0 else NEGATIVE_LIMIT
-        if not self.chip.limits_on or not (tripped or self.motion.active(state.number, ahead)):
+        if not self.flagged and not (self.chip.limits_on and self.motion.active(state.number, ahead)):
             return False
         if self.mode != VELOCITY:
             state.events |= COMMAND_ERROR
