@@ -125,7 +125,7 @@ int main(void)
     printf("version %04x\n", get_word(GET_VRSN));
     fflush(stdout);
 
-    set_long(SET_POS, -1000000L);       /* farther than the switch */
+    set_long(SET_POS, -1000000000L);    /* farther than the switch */
     set_long(SET_VEL, 0x100000L);
     set_long(SET_ACC, 0x4000L);
     do_command(UPDATE);

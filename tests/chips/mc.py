@@ -20,7 +20,6 @@ import slewline
 NS, US, MS = 10**3, 10**6, 10**9  # picoseconds
 ONE = 1 << 16  # a step, or a step per cycle
 READY = 10  # the cycle with whose begin HostRdy rises
-SLICES = 4  # a cycle has so many, and the port is busy for one of them
 
 AXES = {"mc1151a": 1, "mc1251a": 2, "mc1451a": 4, "mc1151a-e": 1, "mc1251a-e": 2, "mc1451a-e": 4}
 PARTS = tuple(AXES)

@@ -94,7 +94,9 @@ BEYOND = {  # what is written, and what has become of it
     "68 8100 > 8168": "6f > 0100 016f",
     "2f ff71 > ffa0": "56 > 0071 00c7",
     "4d 4000 0000 > 404d": "1d > c000 0000 c01d",
+    "11 4000 0000 > 4011": "4b > 4000 0000 404b",  # kept as it is, the register having room
     "66 ff00 > ff66": "31 > 0300 0331",
+    "5b fff0 > 004b": "31 > 0300 0331",
 }
 
 

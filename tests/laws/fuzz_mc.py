@@ -167,6 +167,7 @@ class Mad(Misuse):
             self.bench.run(rnd.choice((0, US, 1000 * MS)))
             self.chip.power(True)
         else:
+            self.rest()
             self.bench.run(rnd.choice((1000, 1_000_000)) * MS)
 
     # ------------------------------------------------------------------------------------------------------- one block
@@ -185,13 +186,17 @@ class Mad(Misuse):
 
     def recover(self) -> None:
         """A few commands, and everything works as ever; nothing has grown."""
+        self.rest()
+        assert self.exchange(GET_VRSN, reads=1) == self.version[:1]
+        assert self.moves() == self.moved
+        assert len(self.bench.kernel.heap) < HEAP and self.sizes() == self.size
+
+    def rest(self) -> None:
+        """The inputs as they were in the beginning."""
         for name in self.inputs:
             self.chip.pin(name).release()
         if self.shaft is not None:
             self.shaft.run(0)
-        assert self.exchange(GET_VRSN, reads=1) == self.version[:1]
-        assert self.moves() == self.moved
-        assert len(self.bench.kernel.heap) < HEAP and self.sizes() == self.size
 
     def sizes(self) -> list[int]:
         """How many watch the wires."""

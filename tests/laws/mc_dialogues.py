@@ -100,7 +100,7 @@ class Maker:
         while act is not None and act - takes < begin:
             act += CYCLE
         rise = begin if act is None else act - takes
-        reads = self.rnd.choice((READS[code] + 1,) * 3 + (READS[code], 0)) if name != "RESET" else 0
+        reads = self.rnd.choice((READS[code] + 1, READS[code], READS[code], 0)) if name != "RESET" else 0
         self.dialogue.events.append(Event(rise, "packet", (code, words, reads)))
         self.dialogue.kinds.add(name)
         if act is not None and act % CYCLE == 0:

@@ -145,7 +145,7 @@ def speaking(server, says, ends=True):
         connections.append(server.accept()[0])
         connections[0].send(says)
         if ends:
-            connections[0].shutdown(socket.SHUT_WR)
+            connections[0].close()
 
     thread = threading.Thread(target=speak)
     thread.start()
@@ -279,13 +279,11 @@ def long(value):
     return divmod(value & 0xFFFFFFFF, 0x10000)
 
 def until(bit):
-    polls = 1
     while not command(0x31, reads=1)[0] & bit:
-        polls += 1
-    return polls
+        pass
 
 print("version", f"{command(0x6C, reads=1)[0]:04x}", flush=True)
-command(0x10, *long(-1000000))      # SET_POS
+command(0x10, *long(-10**9))        # SET_POS
 command(0x11, 16, 0)                # SET_VEL: 16 steps per cycle
 command(0x12, 0, 0x4000)            # SET_ACC
 command(0x1A)                       # UPDATE
@@ -298,8 +296,7 @@ command(0x4D, 0, 0)                 # SET_ACTL_POS: zero is here
 command(0x10, *long(20000))
 command(0x33)                       # CLR_STATUS
 command(0x1A)
-polls = until(0x0001)
-print("polls", polls)
+until(0x0001)
 high, low = command(0x1D, reads=2)  # GET_TRGT_POS
 print("at", high << 16 | low)
 for number in range(1000):
@@ -338,7 +335,6 @@ def test_a_host_program_homes_and_moves_in_real_time(serve, client, program):
     out, err = host.communicate(timeout=PATIENCE)
     assert err == ""
     found = dict(line.split() for line in out.splitlines())
-    assert found.pop("polls").isdecimal()
     assert found == {"at": "20000", "packets": "1000"}
     chip = ask("status")["chips"]["mc1451a"]
     assert (chip["position"], chip["findings"]) == (20000, [])

@@ -239,10 +239,11 @@ def test_the_next_host_is_told_why_and_the_first_one_stays(make, client, tmp_pat
         assert first.ask(VERSION)[-5:-2] == b"\x5c\x11\xff"
         name = "{}:{}".format(*first.client.socket.getsockname())
         says = f"slewline: {name} has this port; one host at a time\r\n".encode()
-        second, watched = client(port.where), len(server.loop.calls)
+        watched = running.do(lambda: len(server.loop.calls))
+        second = client(port.where)
         assert second.read(end=b"") == says
         second.close()
-        running.until(lambda: len(server.loop.calls) <= watched)
+        running.until(lambda: len(server.loop.calls) == watched)
         assert first.ask(VERSION)[-5:-2] == b"\x5c\x11\xff"
     assert f"was refused: {name} is connected" in (tmp_path / "log").read_text()
 

@@ -14,13 +14,14 @@ from ...core.net import Net
 from ...core.table import Row, Sheet
 from ...core.timebase import readable
 from ...core.train import OPEN, Playing, PulseView, StepTrain
+from ...errors import UsageError
 from . import sheet
 from .instructions import Instructions
 from .motion import Motion
 from .port import Port
-from .sheet import CLKOUT_TICKS, POWER_UP_RESET_PS, TIMES
+from .sheet import CLKOUT_TICKS, CYCLE_TICKS, POWER_UP_RESET_PS, RESET_CYCLES, SLICE_TICKS, TIMES
 
-RESET_TICKS, READY_TICKS = TIMES["reset"].ticks, TIMES["reset_cycles"].ticks
+RESET_TICKS = TIMES["reset"].ticks
 SELECTS = ("SET_1", "SET_2", "SET_3", "SET_4", "SET_I")  # like every GET, they change nothing that a cycle looks at
 
 
@@ -30,6 +31,8 @@ class Chipset(Instructions):
     Args:
         stepwise: work every cycle instead of those in which something is decided; slow, and the same to the last edge.
         cold: begin without supply; `power(True)` brings the chipset up.
+        busy_ticks: clocks for which HostRdy is low after a command or a word; a slice by default.
+        reset_cycles: cycles for which it is low after reset.
     """
 
     def __init__(
@@ -42,8 +45,14 @@ class Chipset(Instructions):
         straps: Mapping[str, int] | None = None,
         stepwise: bool = False,
         cold: bool = False,
+        busy_ticks: int = SLICE_TICKS,
+        reset_cycles: int = RESET_CYCLES,
     ) -> None:
         super().__init__(kernel, name, crystal_hz, bare, straps)
+        for option, value in (("busy_ticks", busy_ticks), ("reset_cycles", reset_cycles)):
+            if not isinstance(value, int) or value < 1:
+                raise UsageError(f"{name}: {option}={value!r}; allowed 1 and more")
+        self.busy_ticks, self.ready_ticks = busy_ticks, reset_cycles * CYCLE_TICKS
         self.handlers = {row.code: getattr(self, row.handler) for row in self.sheet.commands}
         self.powered = False
         self.starts = 0  # counts resets: what was due before one is not done
@@ -143,7 +152,7 @@ class Chipset(Instructions):
 
         self.origin = self.clock.ticks_from(self.kernel.now) + ticks
         self.kernel.call_at(self.clock.ps(self.origin), start)
-        self.kernel.call_at(self.clock.ps(self.origin + READY_TICKS), ready)
+        self.kernel.call_at(self.clock.ps(self.origin + self.ready_ticks), ready)
 
     # ---------------------------------------------------------------------------------------------------------- at work
     def perform(self, row: Row, value: int) -> int | None:

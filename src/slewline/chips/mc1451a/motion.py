@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ...core.kernel import Call
 from ...core.net import Net
 from .horizon import NEVER
 from .sheet import CYCLE_TICKS
@@ -32,7 +31,7 @@ class Motion:
         self.chip, self.kernel = chip, chip.kernel
         self.running = False
         self.cycle = 0  # the one that has begun last, as far as anybody has asked
-        self.call: Call | None = None
+        self.calls: list[int] = []  # ticks at which the kernel calls, the next one last
         self.levels: dict[str, int] = {}  # of the limit inputs
         self.trajectories = [Trajectory(self, state) for state in chip.states]
         for trajectory in self.trajectories:
@@ -63,7 +62,6 @@ class Motion:
         """Reset, or no supply: no pulse after this instant."""
         if self.running:
             self.running, self.cycle = False, 0
-            self._forget()
             for trajectory in self.trajectories:
                 trajectory.end()
 
@@ -98,16 +96,22 @@ class Motion:
         return (self.chip.clock.ticks_until(self.kernel.now) - self.chip.origin) // CYCLE_TICKS
 
     def _schedule(self) -> None:
-        due = min(trajectory.due for trajectory in self.trajectories)
-        self._forget()
-        if due < NEVER:
-            self.call = self.kernel.call_at(self.chip.clock.ps(self.tick(due)), self.catch_up)
+        """Be called for the next cycle that is due, or for an earlier one.
 
-    def _forget(self) -> None:
-        if self.call is not None:
-            self.call.token += 1
-            self.call.alive = False
-            self.call = None
+        A call that comes for nothing is cheap.  To cancel it would leave it behind in the kernel, as often as a host
+        writes while a motion goes on for hours.
+        """
+        due = min(trajectory.due for trajectory in self.trajectories)
+        tick = self.tick(due)
+        if due < NEVER and (not self.calls or tick < self.calls[-1]):
+            self.calls.append(tick)
+            self.kernel.call_at(self.chip.clock.ps(tick), self._called)
+
+    def _called(self) -> None:
+        self.calls.pop()
+        if self.running:
+            self.catch_up()
+            self._schedule()
 
     def _work(self, n: int) -> None:
         """Work the cycle that begins now."""

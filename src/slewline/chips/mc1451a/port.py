@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 from ...core.net import Net, Wave
 from ...core.table import Row
 from ...language.packets import checksum
-from .sheet import SLICE_TICKS, TIMES
+from .sheet import TIMES
 
 if TYPE_CHECKING:
     from .firmware import Chipset
@@ -194,7 +194,7 @@ class Port:
                     self.ready_driver.drive(1)
                     self.chip.refresh_idle()
 
-        tick = self.clock.ticks_from(self.kernel.now) + SLICE_TICKS
+        tick = self.clock.ticks_from(self.kernel.now) + self.chip.busy_ticks
         self.kernel.call_at(self.clock.ps(tick), serve)
 
     def open(self) -> None:
