@@ -89,7 +89,7 @@ MOVES = {  # distance, V, A, J; lengths of phases 1, 2 and 4
 
 @pytest.mark.fact("PMD-SCRV-1", "PMD-SCRV-7", "PMD-UND-SCRV-ALGO")
 @pytest.mark.parametrize("name", MOVES)
-def test_a_move_ends_at_its_destination_in_due_time(name: str) -> None:
+def test_a_curve_ends_at_its_destination_in_due_time(name: str) -> None:
     distance, velocity, acceleration, jerk, (n1, n2, n4) = MOVES[name]
     rig = mover("mc1151a")
     begun = rig.begin(*command(distance, velocity, acceleration, jerk))
@@ -105,7 +105,7 @@ def test_a_move_ends_at_its_destination_in_due_time(name: str) -> None:
 
 @pytest.mark.fact("PMD-SCRV-1", "PMD-SCRV-2", "PMD-SCRV-7", "PMD-UND-SCRV-ALGO")
 @pytest.mark.parametrize("seed", range(4))
-def test_random_moves_follow_the_law_cycle_by_cycle(seed: int) -> None:
+def test_random_curves_follow_the_law_cycle_by_cycle(seed: int) -> None:
     rnd = Random(seed)
     rig = mover("mc1151a")
     place = 0
@@ -270,7 +270,7 @@ def test_without_jerk_or_acceleration_nothing_starts(zero: str) -> None:
 
 @pytest.mark.fact("PMD-SCRV-15", "PMD-STAT-23", "PMD-UND-SCRV-ZERO")
 @pytest.mark.parametrize("zero", ["SET_POS 0", "SET_VEL 0"])
-def test_a_move_to_nowhere_or_at_velocity_0_is_complete_in_the_cycle_behind_its_update(zero: str) -> None:
+def test_a_curve_to_nowhere_or_at_velocity_0_is_complete_in_the_cycle_behind_its_update(zero: str) -> None:
     rig = mover("mc1151a", "pulse1")
     begun = rig.update(*S1, zero)
     assert rig.shows("status") == 0x300

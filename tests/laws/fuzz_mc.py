@@ -31,7 +31,7 @@ CRYSTALS = (25_000_000, 25_000_000, 20_000_000, 6_700_001)
 INPUTS = ("poslimit", "neglimit", "home", "quad")
 BLOCK = 2500  # operations between two recoveries
 ONE, CYCLE = 1 << 16, 8192
-ROUNDS, HEAP, STRETCHES = 20, 200, 12  # most rounds of an instant, entries of the heap, stretches of a plain move
+ROUNDS, HEAP, STRETCHES = 20, 50, 12  # most rounds of an instant, entries of the heap, stretches of a plain move
 DONE = {"right": 40, "start": 5, "misuse": 20, "noise": 3, "happen": 15, "pause": 16, "reset": 1}  # how often what
 OFTEN = ("UPDATE",) * 12 + ("MULTI_UPDATE", "SET_POS", "SET_VEL", "SET_ACC", "CLR_STATUS", "MTR_ON") * 3
 PLAIN = (  # ends whatever an axis does
@@ -106,6 +106,7 @@ class Mad(Misuse):
             self.do(f"SET_{rnd.choice(self.axes)}")
             if rnd.random() < 0.4:
                 self.do(rnd.choice(("SET_PRFL_TRAP", "SET_PRFL_S_CRV", "SET_PRFL_VEL", "SET_PRFL_GEAR")))
+                self.do(f"SET_RATIO {rnd.choice((ONE, -ONE // 3, 100 * ONE, (1 << 30) - 1))}")
             self.do(f"SET_VEL {speed}")
             self.do(f"SET_ACC {ramp}")
             self.do(f"SET_MAX_ACC {min(ramp, 32767)}")
@@ -140,10 +141,11 @@ class Mad(Misuse):
         if self.shaft is not None and rnd.random() < 0.3:
             self.shaft.run(rnd.choice((0, 0, 1, -1000, 100_000, -1_250_000, 2_000_000)))
         elif rnd.random() < 0.3:
+            pins = [pin, self.chip.pin(rnd.choice(self.inputs))]
             for _ in range(rnd.randrange(1, 30)):
-                pin.drive(rnd.randrange(2))
+                for pin in pins[: rnd.randrange(1, 3)]:
+                    pin.drive(rnd.randrange(2))
                 self.bench.run(rnd.choice((0, 100 * NS, 500 * NS, US, 328 * US)))
-            pin.release()
         elif rnd.random() < 0.4:
             pin.drive(rnd.randrange(2))
         else:
@@ -154,10 +156,13 @@ class Mad(Misuse):
         self.bench.run(self.rnd.choice((US, 10 * US, 328 * US, MS, MS, 10 * MS, 100 * MS)))
 
     def reset(self) -> None:
-        """RESET as a command or as a pin, a supply that fails, or a long time without anything."""
+        """RESET, as it should be and not, a supply that fails, or a long time without anything."""
         rnd = self.rnd
-        kind = rnd.choice(("command", "pin", "power", "age"))
-        if kind == "command":
+        kind = rnd.choice(("short_reset", "early_reset", "command", "pin", "power", "age", "age"))
+        self.done[kind] += 1
+        if kind.endswith("_reset"):
+            getattr(self, kind)()
+        elif kind == "command":
             self.hand.command(self.sheet.commands["RESET"].code)
             assert self.hand.fetch() == [0]
         elif kind == "pin":

@@ -23,7 +23,7 @@ KEPT = ("POS", "VEL", "ACC", "MAX_ACC", "JERK", "RATIO", "START_VEL", "BRK_PNT",
 GET_VRSN, SET_POS = 0x6C, 0x10
 MISUSES = (
     "aborted_packet", "odd_byte", "extra_word", "early_read", "illegal_command", "undocumented_command", "out_of_range",
-    "busy_access", "short_reset", "early_reset",
+    "busy_access",
 )  # fmt: skip
 OF_WIRES = (
     "short_strobe", "short_recovery", "both_strobes", "command_read", "late_release", "conflict", "unselected",

@@ -7,6 +7,7 @@ import os
 import random
 import select
 import signal
+import socket
 import threading
 
 import pytest
@@ -279,30 +280,42 @@ def test_a_host_that_says_no_more_gets_its_answers(make, client):
     with Threaded(server):
         host = client(port.where)
         host.send(bytes.fromhex(VERSION))
-        host.socket.shutdown(1)
+        host.socket.shutdown(socket.SHUT_WR)
         assert host.read(end=b"") == b"slewline registers 1 mc1451a 4\r\n" + bytes.fromhex("ff6c ff5c11 ff5c7d")
 
 
 def test_a_host_that_does_not_read_loses_no_answer(make, client):
     server, line = make()
     port = server.tcp(line, "127.0.0.1:0")
-    number = 20_000
+    number = 40_000
     with Threaded(server) as running:
         host = Registers(client(port.where))
 
         def narrow():
-            port.session.connection.setsockopt(1, 7, 4096)  # SOL_SOCKET, SO_SNDBUF
-            port.session.stream.queue = 3 * BACKLOG
+            port.session.connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
+            port.session.stream.queue = 1500
 
         running.do(narrow)
-        host.client.socket.setsockopt(1, 8, 4096)  # SO_RCVBUF
+        host.client.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         sender = threading.Thread(target=host.client.send, args=(b"\x01\x00" * number,))
         sender.start()
-        running.until(lambda: line.taken > 4 * BACKLOG)
+        running.until(lambda: port.session.stream.blocked)
+        turns = [running.do(lambda: line.taken) for _ in range(20)]
+        assert turns[-1] < turns[0] + 2 * BACKLOG  # nothing is read on
         assert host.answers(number) == b"\xff" * number
         sender.join()
         assert running.do(lambda: (line.taken, line.given, line.dropped)) == (2 * number, number, 0)
         assert host.ask("0100") == b"\xff"
+
+
+def test_a_host_that_asks_for_too_much_waits_its_turn(make, client):
+    server, line = make(rate="0.0001")  # a request takes seconds
+    port = server.tcp(line, "127.0.0.1:0")
+    with Threaded(server) as running:
+        host = Registers(client(port.where))
+        host.client.send(b"\x01\x00" * 5 * BACKLOG)
+        running.until(lambda: line.room() <= 0)
+        assert running.do(lambda: line.taken) <= 2 * BACKLOG
 
 
 def test_no_input_brings_it_down(stand):

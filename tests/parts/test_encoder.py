@@ -498,6 +498,19 @@ def test_a_shaft_that_a_machine_turns_makes_a_count_every_so_often_without_drift
     assert kernel.next_time() is None
 
 
+def test_the_counts_of_a_machine_are_promised_and_come_as_arrays():
+    kernel, shaft, readings = turned()
+    kernel.run(5 * US)
+    shaft.run(-1_250_000)
+    kernel.run(5 * US + 10 * MS)
+    assert kernel.next_time() is None
+    edges = []
+    for name, reading in readings.items():
+        times, levels = reading.edges_until(kernel.now)
+        edges += zip(times.tolist(), name * len(times), levels.tolist(), strict=True)
+    assert sorted(edges) == sorted(shown([(5 * US + n * 800_000, -n) for n in range(1, 12_501)]))
+
+
 def test_a_machine_changes_speed_turns_back_and_stops_and_the_counts_go_on_from_there():
     kernel, shaft, readings = turned()
     told = []

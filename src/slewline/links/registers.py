@@ -37,7 +37,7 @@ VERSION = 1
 IN, OUT, READY = 0x00, 0x10, 0x20 + STATUS
 MS = PS_PER_S // 1000
 POLL_PS = MS // 10  # in lockstep, what passes after a poll at most; HostRdy is low for 82 us
-BACKLOG = 1024  # pieces of work for the board that may wait
+BACKLOG = 1024  # pieces of work for the board that may wait; the next answer lets in more
 
 
 class RegisterLine(Line):
@@ -93,8 +93,6 @@ class RegisterLine(Line):
             found = byte()
             if self.host is host:
                 self.give(bytes([found]))
-            if self.resume is not None and len(self.board.queue) < BACKLOG // 2:
-                self.resume()
 
         self.board.work("an answer", answer)
 

@@ -115,7 +115,7 @@ class Rotation:
         self.since, self.clock = since, Clock(rate)
 
     def by(self, ps: int) -> int:
-        return max(0, self.clock.ticks_until(ps - self.since))
+        return self.clock.ticks_until(ps - self.since)
 
     def at(self, k: int) -> int | None:
         return self.since + self.clock.ps(k)
@@ -227,7 +227,7 @@ class Course:
         times, counts = self._own(a, b)
         held, shown = self.coming
         if not a and held:
-            part = slice(bisect_right(held, start), bisect_right(held, int(times[0]) - 1 if b else stop))
+            part = slice(bisect_right(held, start), bisect_right(held, int(times[0]) if b else stop))
             times, counts = _joined(held[part], times), _joined(shown[part], counts)
         found = self._after_changes(a, start), times, counts
         self._recent = start, stop, b, found
@@ -247,15 +247,14 @@ class Course:
         if self.counts > self.steps:
             begins = np.searchsorted(k, k)
             late = n - begins + np.where(begins, 0, a - self._changes(first - 1))
-            following = self.drive.at(self.first + last + 1)
-            bound = np.append(falls[1:], np.iinfo(np.int64).max if following is None else following)
-            times = np.minimum(times + late * DWELL_PS, bound[k])
+            following = np.append(falls[1:], np.iinfo(np.int64).max)  # behind the last one nothing has come yet
+            times = np.minimum(times + late * DWELL_PS, following[k])
         return times + self.lag_ps, self.count + self.sign * (a + 1 + n)
 
     # ------------------------------------------------------------------------------------------------ from here on
     def onward(self, ps: int) -> Course:
         """The same from an instant on; what the drive does afterwards may still change."""
-        k = max(0, self.drive.by(ps) - self.first)
+        k = self.drive.by(ps) - self.first
         moved = max(0, k * self.counts - self.slack)
         past = replace(self, drive=Ended(self.drive, ps))
         _, times, counts = past.between(ps, ps + self.lag_ps + DWELL_PS * self.counts // self.steps + DWELL_PS)

@@ -183,12 +183,12 @@ class Encoder(Shaft):
 
     def steered(self, course: Course) -> Course:
         now, pulse = self.kernel.now, self.pin("pulse").net
+        course = replace(course, sign=1 if self.high("dir") is not self._reverse else -1)
         high = pulse.level != 0
-        if self._high and not high:  # with the direction from before: DIR may change at this very instant
+        if self._high and not high:
             course = replace(course, drive=Fall(now), since=now - 1).onward(now)
         self._high = high
-        sign = 1 if self.high("dir") is not self._reverse else -1
-        return replace(course, sign=sign, drive=self._followed(pulse), since=now)
+        return replace(course, drive=self._followed(pulse), since=now)
 
     def _followed(self, pulse: Net) -> Drive:
         """What PULSE promises; where that is no train, every change of it is told."""

@@ -31,13 +31,17 @@ class Filter:
         self.begin()
 
     def begin(self) -> None:
-        """Begin anew: the present level counts, and nothing has been seen."""
+        """Begin anew: the level at the end of this instant counts, and nothing has been seen."""
+        self.begun = self.chip.kernel.now
         self.level = self.raw = int(self.chip.pins[self.name].net.level or 0)
         self.since = 0  # tick of the last change
         self.edges: dict[int, int] = {}  # tick: level; what has come to count since the last look
 
     def change(self, net: Net) -> None:
         """The input changes at this instant."""
+        if net.kernel.now == self.begun:
+            self.level = self.raw = int(net.level or 0)
+            return
         tick = self.chip.clock.ticks_from(net.kernel.now)
         self.pass_time(tick)
         self.raw, self.since = int(net.level or 0), tick
@@ -67,12 +71,16 @@ class Encoder:
         """Begin anew."""
         self.a.begin()
         self.b.begin()
-        self.state = self.a.level, self.b.level
+        self.state: tuple[int, int] | None = None  # as the filters see it; not yet known
         self.since = -DWELL  # tick of the last change
         self.fast = False  # until a state lasts twice as long as it must
 
     def counts(self, tick: int) -> int:
         """Counts that have come in since the last time, just before a tick."""
+        if self.state is None:
+            if self.chip.kernel.now == self.a.begun:
+                return 0
+            self.state = self.a.level ^ len(self.a.edges) & 1, self.b.level ^ len(self.b.edges) & 1
         a, b = self.a.look(tick), self.b.look(tick)
         return sum(self.count(at, (a.get(at, self.state[0]), b.get(at, self.state[1]))) for at in sorted({*a, *b}))
 

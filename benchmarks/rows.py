@@ -1,0 +1,65 @@
+"""What every table of the benchmarks is made of: its rows, and how a time is taken."""
+
+from __future__ import annotations
+
+import gc
+import io
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from time import process_time
+
+
+@dataclass
+class Row:
+    """One line of a table."""
+
+    name: str
+    figure: float
+    unit: str
+    goal: float | None
+    more_is_better: bool
+    bound: str
+
+    @property
+    def met(self) -> bool:
+        """Is the goal met, if there is one?"""
+        return self.goal is None or (self.figure >= self.goal if self.more_is_better else self.figure <= self.goal)
+
+
+def seconds(action: Callable[[], object]) -> float:
+    """Seconds of the processor that an action takes: other programs take none of them."""
+    start = process_time()
+    action()
+    return process_time() - start
+
+
+def best(action: Callable[[], object], rounds: int = 7) -> float:
+    """The least seconds of an action, of some runs after one that warms up."""
+    action()
+    return min(seconds(action) for _ in range(rounds))
+
+
+def best_of(prepared: Callable[[], Callable[[], object]], rounds: int = 5) -> float:
+    """The least seconds of an action that is prepared anew each time."""
+    times = []
+    for _ in range(rounds):
+        action = prepared()
+        gc.collect()
+        times.append(seconds(action))
+    return min(times)
+
+
+def shown(number: float) -> str:
+    """A number with as many digits as it is worth."""
+    return f"{number:,.0f}" if number >= 1000 else f"{number:.3g}"
+
+
+def table(rows: Iterable[Row]) -> str:
+    """The rows as a Markdown table."""
+    out = io.StringIO()
+    out.write("| what | figure | goal | | what bounds it |\n|---|---:|---:|---|---|\n")
+    for row in rows:
+        goal = "" if row.goal is None else f"{'>=' if row.more_is_better else '<='} {row.goal:,g}"
+        met = "" if row.goal is None else "yes" if row.met else "NO"
+        out.write(f"| {row.name} | {shown(row.figure)} {row.unit} | {goal} | {met} | {row.bound} |\n")
+    return out.getvalue()
