@@ -7,6 +7,9 @@ import io
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from time import process_time
+from typing import TypeVar
+
+T = TypeVar("T")
 
 
 @dataclass
@@ -26,27 +29,27 @@ class Row:
         return self.goal is None or (self.figure >= self.goal if self.more_is_better else self.figure <= self.goal)
 
 
-def seconds(action: Callable[[], object]) -> float:
-    """Seconds of the processor that an action takes: other programs take none of them."""
+def timed(action: Callable[[], T]) -> tuple[float, T]:
+    """Seconds of the processor that an action takes, and what it returns.
+
+    What other programs take meanwhile does not count; what they push out of the caches does.
+    """
+    gc.collect()
     start = process_time()
-    action()
-    return process_time() - start
+    result = action()
+    return process_time() - start, result
 
 
 def best(action: Callable[[], object], rounds: int = 7) -> float:
     """The least seconds of an action, of some runs after one that warms up."""
     action()
-    return min(seconds(action) for _ in range(rounds))
+    return min(timed(action)[0] for _ in range(rounds))
 
 
-def best_of(prepared: Callable[[], Callable[[], object]], rounds: int = 5) -> float:
-    """The least seconds of an action that is prepared anew each time."""
-    times = []
-    for _ in range(rounds):
-        action = prepared()
-        gc.collect()
-        times.append(seconds(action))
-    return min(times)
+def best_of(prepare: Callable[[], Callable[[], T]], rounds: int = 5) -> tuple[float, T]:
+    """The least seconds of an action that is prepared anew each time, and what it returned the last time."""
+    runs = [timed(prepare()) for _ in range(rounds)]
+    return min(seconds for seconds, _ in runs), runs[-1][1]
 
 
 def shown(number: float) -> str:

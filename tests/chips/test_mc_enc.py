@@ -103,6 +103,7 @@ def test_a_ahead_of_b_counts_up_and_behind_it_down():
 def test_the_first_state_is_the_one_that_the_chip_wakes_up_to(turned):
     i = Inputs()
     first, then = (FORWARD * 2)[turned : turned + 2]
+    assert i.counter.counts_before(0) == 0  # its own instant has not come to its end
     i.state(first)
     assert i.counts(CYCLE) == 0
     i.state(then)

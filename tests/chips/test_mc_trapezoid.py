@@ -379,35 +379,3 @@ def test_without_acceleration_a_start_velocity_is_the_speed_of_the_whole_move(st
     rig.begin("SET_VEL 0x10000", f"SET_START_VEL {start}", "SET_POS 25")
     assert rig.speeds() == [speed] * (25 * ONE // speed)
     assert rig.moves() == [25]
-
-
-# ------------------------------------------------------------------------------------------------- order within a cycle
-@pytest.mark.fact("PMD-UND-CYCLE-ORDER")
-def test_a_limit_is_looked_at_behind_the_update_and_before_the_first_displacement() -> None:
-    rig = mover("mc1151a")
-    begun = rig.update(*command(10, ONE, ONE))
-    rig.drive("neglimit1", 1, at=rig.at(begun) - 1)
-    rig.to(begun)
-    assert rig.shows("status") == 0x341 and rig.shows("trgt_vel") == 0  # halted, not refused
-    rig.next(3)
-    assert not rig.ticks() and not rig.lows("atrest1")
-
-
-@pytest.mark.fact("PMD-UND-CYCLE-ORDER")
-def test_a_breakpoint_is_tested_behind_the_arrival_and_updates_in_the_next_cycle() -> None:
-    rig = mover("mc1151a")
-    begun = rig.begin(*command(5, ONE, ONE))
-    rig.do("SET_MTN_CMPLT_BRK", "SET_POS 0")
-    rig.next(10)
-    assert rig.lows("atrest1") == [(begun, 5), (begun + 6, 5)]
-    assert rig.moves() == [5, -5] and rig.shows("status") == 0x305
-
-
-@pytest.mark.fact("PMD-UND-CYCLE-ORDER")
-def test_the_time_counts_behind_everything_else() -> None:
-    rig = mover("mc1151a")
-    rig.do(*command(5, ONE, ONE), "SET_BRK_PNT 40", "SET_TIME_BRK")
-    rig.to(40)
-    assert rig.shows("status") == 0x304 and rig.shows("time") == 40
-    rig.rest()
-    assert rig.lows("atrest1") == [(41, 5)]

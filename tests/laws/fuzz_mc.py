@@ -31,6 +31,7 @@ CRYSTALS = (25_000_000, 25_000_000, 20_000_000, 6_700_001)
 INPUTS = ("poslimit", "neglimit", "home", "quad")
 BLOCK = 2500  # operations between two recoveries
 ONE, CYCLE = 1 << 16, 8192
+GEAR = 3 << 11  # profile mode, in the mode word
 ROUNDS, HEAP, STRETCHES = 20, 50, 12  # most rounds of an instant, entries of the heap, stretches of a plain move
 DONE = {"right": 40, "start": 5, "misuse": 20, "noise": 3, "happen": 15, "pause": 16, "reset": 1}  # how often what
 OFTEN = ("UPDATE",) * 12 + ("MULTI_UPDATE", "SET_POS", "SET_VEL", "SET_ACC", "CLR_STATUS", "MTR_ON") * 3
@@ -173,6 +174,10 @@ class Mad(Misuse):
             self.chip.power(True)
         else:
             self.rest()
+            for axis in self.axes:  # a gear works every cycle, as long as it has steps to make up for
+                self.do(f"SET_{axis}")
+                if self.do("GET_MODE") & GEAR == GEAR:
+                    self.do("SET_PRFL_TRAP")
             self.bench.run(rnd.choice((1000, 1_000_000)) * MS)
 
     # ------------------------------------------------------------------------------------------------------- one block

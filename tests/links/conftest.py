@@ -23,11 +23,15 @@ COMMAND = [sys.executable, "-W", "error", "-c", "from slewline.tools.main import
 
 
 class Client:
-    """A host program on a socket."""
+    """A host program on a socket; its system keeps `room` bytes for it while it does not read."""
 
-    def __init__(self, where):
+    def __init__(self, where, room=None):
         host, port = where.rpartition("//")[2].rsplit(":", 1)
-        self.socket = socket.create_connection((host, int(port)), timeout=PATIENCE)
+        self.socket = socket.socket()
+        if room is not None:
+            self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, room)
+        self.socket.settimeout(PATIENCE)
+        self.socket.connect((host, int(port)))
 
     def send(self, data):
         self.socket.sendall(data)
@@ -145,8 +149,8 @@ def client():
     """Connect to a port."""
     made = []
 
-    def connect(where):
-        made.append(Client(where))
+    def connect(where, room=None):
+        made.append(Client(where, room))
         return made[-1]
 
     yield connect

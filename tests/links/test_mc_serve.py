@@ -289,14 +289,13 @@ def test_a_host_that_does_not_read_loses_no_answer(make, client):
     port = server.tcp(line, "127.0.0.1:0")
     number = 40_000
     with Threaded(server) as running:
-        host = Registers(client(port.where))
+        host = Registers(client(port.where, room=4096))
 
         def narrow():
             port.session.connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
             port.session.stream.queue = 1500
 
         running.do(narrow)
-        host.client.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         sender = threading.Thread(target=host.client.send, args=(b"\x01\x00" * number,))
         sender.start()
         running.until(lambda: port.session.stream.blocked)

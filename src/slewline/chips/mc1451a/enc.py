@@ -104,6 +104,7 @@ class QuadratureCounter:
         self.a.begin()
         self.b.begin()
         self.counts = 0
+        self._asked: int | None = None  # the tick of the last question
         self._since: int | None = None  # the tick at which the present state came
         self._burst = False  # states are too short; over when one lasts twice as long as it must
 
@@ -118,6 +119,9 @@ class QuadratureCounter:
 
     def counts_before(self, tick: int) -> int:
         """The counts as they were before a tick, none of which is earlier than the one asked before."""
+        if tick == self._asked:
+            return self.counts
+        self._asked = tick
         a, b = self.a.changes_before(tick), self.b.changes_before(tick)
         if len(a) + len(b) > MUCH:
             self._count_many(a, b)

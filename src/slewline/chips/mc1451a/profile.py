@@ -111,7 +111,7 @@ def expected(limits: Limits, remaining: int, first: int, change: int) -> int:
         return (limits.velocity - first) // change
     if change < 0:
         return (first - limits.start) // -change
-    return max(remaining - limits.braking(first), 0) // first
+    return max(remaining - (limits.braking(first) if limits.acceleration else 0), 0) // first
 
 
 def holds(same: Callable[[int], bool], guess: int) -> int:

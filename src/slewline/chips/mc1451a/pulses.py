@@ -201,7 +201,7 @@ class Pulses:
             self.x0, self.turn = value * ONE - self.sign * travelled, 0
             self.fresh = True
         self.remember(n)
-        self.whole, self.error8, self.state.error = value, 0, 0
+        self.whole, self.error8, state.error, state.motion_error = value, 0, 0, False
         if self.encoder is not None:
             self.offset += value - state.actual
             state.actual = value

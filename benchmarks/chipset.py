@@ -1,0 +1,294 @@
+"""The MC1451A family on a bench: four axes for ten virtual seconds, encoders, packets, moves.
+
+Nothing but the public face is used: a host at the pins of the port sets the axes in motion, time passes, and what the
+axes have done is asked for afterwards, every pulse of it or cycle by cycle.  Pulses and cycles come from the same law by
+different ways; they are compared before a figure is believed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from random import Random
+from typing import Any
+
+import numpy as np
+from rows import Row, best, best_of
+
+import slewline
+from slewline.bench.script import run_script
+
+ONE = 1 << 16  # a step
+TOP = 512 * ONE  # 1.5625 Mpulses/s
+SECOND = 10**12  # ps
+STRETCH_PS = 640 * SECOND // 1000  # a million steps at top speed
+TEN_MS = SECOND // 100
+AXES = range(1, 5)
+ALL = 0b1111
+
+REAL = "x real time"
+
+Setting = tuple[Any, ...]  # a mnemonic, and what it takes
+
+
+# ----------------------------------------------------------------------------------------------------------- four axes
+@dataclass
+class Ran:
+    """A chip whose axes have moved forward, from 0, between two instants."""
+
+    chip: Any
+    begin: int
+    end: int
+
+    @property
+    def seconds(self) -> float:
+        """Virtual seconds."""
+        return (self.end - self.begin) / SECOND
+
+    @property
+    def stretches(self) -> list[tuple[int, int]]:
+        """From the one instant to the other, in parts of at most a million steps."""
+        starts = range(self.begin, self.end + 1, STRETCH_PS)
+        return [(start, min(start + STRETCH_PS - 1, self.end)) for start in starts]
+
+    def expand(self, buffer: np.ndarray) -> int:
+        """Every pulse of every axis into a buffer; how many there are."""
+        motors = [self.chip.axis(n).motor for n in AXES]
+        return sum(len(motor.times(start, stop, buffer)) for motor in motors for start, stop in self.stretches)
+
+    def cycles(self) -> list[Any]:
+        """Targets, velocities and phases of every cycle of every axis."""
+        return [self.chip.axis(n).cycles(self.begin, self.end) for n in AXES]
+
+    def check(self) -> int:
+        """Where every cycle begins, the pulses so far are the target; returns how many pulses there are."""
+        total = 0
+        for n, cycles in zip(AXES, self.cycles(), strict=True):
+            count, steps = 0, cycles.targets // ONE
+            for start, stop in self.stretches:
+                here = slice(*np.searchsorted(cycles.times_ps, (start, stop + 1)))
+                found = self.chip.axis(n).steps(start, stop)
+                so_far = np.searchsorted(found.times_ps, cycles.times_ps[here], side="right")
+                assert (count + so_far == steps[here]).all() and (np.diff(found.times_ps) > 0).all()
+                assert (found.positions == np.arange(count, count + len(found)) + 1).all()
+                count += len(found)
+            assert count == self.chip.axis(n).position > 0
+            total += count
+        return total
+
+
+def furnished(part: str, *settings: Setting) -> tuple[slewline.Bench, Any, Any]:
+    """A bench with a chip and a host, which has told every axis its settings."""
+    bench = slewline.Bench()
+    chip = bench.add(part)
+    host = bench.host(chip)
+    told(host, *settings)
+    return bench, chip, host
+
+
+def told(host: Any, *settings: Setting) -> None:
+    """Tell every axis of a chip its settings."""
+    for n in range(1, host.chip.sheet.axes + 1):
+        for name, *values in settings:
+            host.axis(n).command(name, *values)
+
+
+def contour(velocity: int, acceleration: int) -> Callable[[], Callable[[], Ran]]:
+    """Velocity contouring on four axes, up to a velocity and on."""
+
+    def prepared() -> Callable[[], Ran]:
+        settings = ("SET_PRFL_VEL",), ("SET_OUTPUT_HIGH",), ("SET_VEL", velocity), ("SET_ACC", acceleration)
+        bench, chip, host = furnished("mc1451a", *settings)
+        begin = bench.now_ps
+        host.command("MULTI_UPDATE", ALL)
+
+        def run() -> Ran:
+            bench.run("10 s")
+            return Ran(chip, begin, bench.now_ps)
+
+        return run
+
+    return prepared
+
+
+def curves() -> Callable[[], Ran]:
+    """Ten S-curves of a second on four axes, each up to 500 steps a cycle; between them the host sends packets."""
+    jerked = 763  # cycles
+    distance, jerk = 2 * jerked * (TOP // ONE), TOP * ONE // jerked**2
+    settings = ("SET_PRFL_S_CRV",), ("SET_OUTPUT_HIGH",), ("SET_VEL", TOP), ("SET_MAX_ACC", 32767), ("SET_JERK", jerk)
+    bench, chip, host = furnished("mc1451a", *settings)
+
+    def run() -> Ran:
+        begin = bench.now_ps
+        for move in range(1, 11):
+            told(host, ("SET_POS", move * distance))
+            host.command("MULTI_UPDATE", ALL)
+            bench.run_until_idle()
+        assert [chip.axis(n).position for n in AXES] == [10 * distance] * 4
+        return Ran(chip, begin, bench.now_ps)
+
+    return run
+
+
+CASES = (
+    ("at 1.5625 Mpulses/s", contour(TOP, TOP), "a handful of events; pulses are promised, not made"),
+    ("at 61 % of that", contour(TOP * 61 // 100, TOP), "the same"),
+    ("in ramps throughout", contour(TOP, TOP // 30_518), "the same"),
+    ("in ten S-curves each", curves, "90 packets in between"),
+)
+
+
+def axes() -> list[Row]:
+    """Four axes for ten virtual seconds."""
+    return [row for case in CASES for row in asked(*case)]
+
+
+def asked(name: str, prepare: Callable[[], Callable[[], Ran]], passing: str) -> Iterator[Row]:
+    """Time passes; then every pulse is asked for, every cycle, and windows of 10 ms."""
+    wall, ran = best_of(prepare)
+    yield Row(f"four axes {name}, 10 s", ran.seconds / wall, REAL, None, True, passing)
+    pulses = ran.check()
+    buffer = np.empty(1 << 20, np.int64)
+    assert ran.expand(buffer) == pulses
+    wall = best(lambda: ran.expand(buffer))
+    bound = f"the trains, see above: {pulses / wall / 1e6:.0f} M pulses/s"
+    yield Row("the same: every pulse expanded", ran.seconds / wall, REAL, 20, True, bound)
+    wall, count = best(ran.cycles), sum(map(len, ran.cycles()))
+    bound = f"arrays of targets, velocities, instants, phases: {wall / count * 1e9:.0f} ns a cycle"
+    yield Row("the same: all cycles", ran.seconds / wall, REAL, 1000, True, bound)
+    times, steps = windows(ran)
+    bound = f"{times:.2g} ms to find and expand the instants; directions and positions"
+    yield Row("the same: any 10 ms of the steps of an axis", steps, "ms", 1, False, bound)
+
+
+def windows(ran: Ran) -> tuple[float, float]:
+    """The slowest of fifty windows of 10 ms, in milliseconds: instants alone, and steps."""
+    axis, random = ran.chip.axis(1), Random(1)
+    starts = [random.randrange(ran.begin, ran.end - TEN_MS) for _ in range(50)]
+    times = max(best(lambda start=start: axis.motor.times(start, start + TEN_MS)) for start in starts)
+    steps = max(best(lambda start=start: axis.steps(start, start + TEN_MS)) for start in starts)
+    return times * 1000, steps * 1000
+
+
+# ------------------------------------------------------------------------------------------------------------ encoders
+def encoders() -> list[Row]:
+    """Stall detection on four axes, each with an encoder that follows it count by count."""
+    rows = []
+    for name, velocity in (("953,125", TOP * 61 // 100), ("48,828", 16 * ONE)):
+        wall, (chip, host) = best_of(lambda velocity=velocity: armed(velocity), 3)
+        told(host, ("STOP",), ("UPDATE",))
+        host.command("GET_TIME")
+        for n in AXES:
+            counts, error = (host.axis(n).query(name) for name in ("GET_ACTL_POS", "GET_ACTL_POS_ERR"))
+            assert counts == chip.axis(n).position > velocity * 3000 // ONE and abs(error) <= 1
+        bound = f"every cycle of every axis is worked: {wall / 4 / 3052 * 1e6:.0f} us, to filter both channels and count"
+        rows.append(Row(f"stall detection, four encoders at {name} counts/s", 1 / wall, REAL, None, True, bound))
+    return rows
+
+
+def armed(velocity: int) -> Callable[[], tuple[Any, Any]]:
+    """A second of four axes, whose motors would be off if eleven counts were lost."""
+    contouring = ("SET_PRFL_VEL",), ("SET_OUTPUT_HIGH",), ("SET_VEL", velocity), ("SET_ACC", velocity)
+    detection = ("SET_STEP_RATIO", 256), ("SET_POS_ERR", 10), ("SET_AUTO_STOP_ON",)
+    bench, chip, host = furnished("mc1451a-e", *contouring, *detection)
+    for n in AXES:
+        bench.part("encoder", f"shaft{n}", to=chip, axis=n, counts=400, steps=400)
+
+    def run() -> tuple[Any, Any]:
+        host.command("MULTI_UPDATE", ALL)
+        bench.run("1 s")
+        return chip, host
+
+    return run
+
+
+# --------------------------------------------------------------------------------------------------- packets and moves
+def packets() -> list[Row]:
+    """1,000 packets through the pins, from a host that never hesitates."""
+
+    def prepare() -> Callable[[], int]:
+        bench, _, host = furnished("mc1451a")
+
+        def run() -> int:
+            begin = bench.now_ps
+            for number in range(250):
+                host.command("SET_POS", number)
+                assert host.query("GET_POS") == number
+                assert host.query("GET_STATUS") == 0x0300
+                host.command("CLR_STATUS")
+            return bench.now_ps - begin
+
+        return run
+
+    wall, virtual = best_of(prepare)
+    bound = f"{1000 / wall:,.0f} packets/s; 17 instants and 22 resumptions each, in Python"
+    return [Row("1,000 packets through the pins", virtual / SECOND / wall, REAL, None, True, bound)]
+
+
+TRAPEZOID = ("SET_VEL", 4 * ONE), ("SET_ACC", 4096)
+S_CURVE = ("SET_PRFL_S_CRV",), ("SET_VEL", 4 * ONE), ("SET_MAX_ACC", 4096), ("SET_JERK", 1 << 20)
+MOVES = 200
+
+
+def moves() -> list[Row]:
+    """What a whole move costs, and 1,000 of them in a script."""
+    rows = []
+    for name, settings, cycles in (("trapezoidal", TRAPEZOID, 6), ("S-curve", S_CURVE, 2)):
+        packets, whole = moved("CLR_STATUS", settings), moved("UPDATE", settings)
+        bound = f"{cycles} worked cycles; beside {packets * 1e6:.0f} us for two packets"
+        rows.append(Row(f"a {name} move, planned and played", (whole - packets) * 1e6, "us", None, False, bound))
+    rows += scripts()
+    return rows
+
+
+def moved(begins: str, settings: tuple[Setting, ...]) -> float:
+    """Seconds of a move to and fro that a command begins, its packets included; without one, of the packets alone."""
+    positions = [(6000 + number) * (1 - number % 2) for number in range(MOVES)]
+
+    def prepare() -> Callable[[], Any]:
+        bench, chip, host = furnished("mc1151a", *settings)
+
+        def run() -> Any:
+            for position in positions:
+                host.command("SET_POS", position)
+                host.command(begins)
+                bench.run_until_idle()
+            return chip
+
+        return run
+
+    wall, chip = best_of(prepare)
+    steps = int(np.abs(np.diff([0, *positions])).sum()) if begins == "UPDATE" else 0
+    assert len(chip.steps()) == steps
+    return wall / MOVES
+
+
+def scripts() -> list[Row]:
+    """Random moves from a script that waits for the interrupt, and from one that asks for the status."""
+    rows = []
+    for number, waits, name, bound in (
+        (1000, ("@until hostintrpt=0", "RST_INTRPT 0"), "waiting for the interrupt", "10 packets, a line each"),
+        (100, ("wait motion_complete", "CLR_STATUS"), "asking for the status", "a packet every 1.2 ms of a move"),
+    ):
+        wall, virtual = best_of(lambda number=number, waits=waits: scripted(number, waits), 3)
+        rows.append(Row(f"{number:,} random moves of a script, {name}", virtual / wall, REAL, None, True, bound))
+    return rows
+
+
+def scripted(number: int, waits: tuple[str, ...]) -> Callable[[], float]:
+    """A script of random moves; each ends where it should, or a line of the script is not as it was expected."""
+    random, lines = Random(1), ["SET_INTRPT_MASK 1"]
+    for _ in range(number):
+        position = random.randrange(-5000, 5000)
+        velocity, acceleration = random.randrange(ONE // 2, 16 * ONE), random.randrange(1 << 10, 1 << 15)
+        lines += [f"SET_POS {position}", f"SET_VEL {velocity}", f"SET_ACC {acceleration}", "UPDATE", *waits]
+        lines += ["GET_TRGT_POS", f"expect {position}"]
+    bench, chip, host = furnished("mc1151a")
+
+    def run() -> float:
+        run_script(bench, host, lines)
+        bench.run_until_idle("1 h")
+        assert len(host.results) == number and not bench.findings and chip.position == position
+        return bench.now_ps / SECOND
+
+    return run
