@@ -29,8 +29,8 @@ conformance: dev-env ## Write the conformance table
 mutations: dev-env ## Break the source on purpose, and see that a test notices
 	.venv/bin/python tools/mutations.py
 
-bench: dev-env ## Measure the speed
-	.venv/bin/python benchmarks/run.py
+bench: dev-env ## Measure the speed, and write the page about it
+	.venv/bin/python benchmarks/run.py --long --page docs/reference/performance.md
 
 docs: dev-env ## Build the documentation into build/docs
 	.venv/bin/sphinx-build -W docs build/docs

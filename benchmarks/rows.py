@@ -34,7 +34,6 @@ def timed(action: Callable[[], T]) -> tuple[float, T]:
 
     What other programs take meanwhile does not count; what they push out of the caches does.
     """
-    gc.collect()
     start = process_time()
     result = action()
     return process_time() - start, result
@@ -48,8 +47,13 @@ def best(action: Callable[[], object], rounds: int = 7) -> float:
 
 def best_of(prepare: Callable[[], Callable[[], T]], rounds: int = 5) -> tuple[float, T]:
     """The least seconds of an action that is prepared anew each time, and what it returned the last time."""
-    runs = [timed(prepare()) for _ in range(rounds)]
-    return min(seconds for seconds, _ in runs), runs[-1][1]
+    times = []
+    for _ in range(rounds):
+        action = prepare()
+        gc.collect()
+        wall, result = timed(action)
+        times.append(wall)
+    return min(times), result
 
 
 def shown(number: float) -> str:

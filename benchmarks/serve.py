@@ -1,10 +1,11 @@
-"""How fast served modules answer: exchanges over TCP and a pseudo-terminal, and a hundred modules at once.
+"""How fast served modules answer: exchanges over TCP and a pseudo-terminal, registers, and a hundred modules at once.
 
     python benchmarks/serve.py [--long]
 
 Every server runs in a process of its own.  The paced figures are what an exchange takes beyond what it takes on a wire:
-its characters and one more (1.146 ms each at 9600 baud), and the turn-round of the module (1 ms).  `--long` makes ten
-times as many exchanges.
+its characters and one more (1.146 ms each at 9600 baud), and the turn-round of the module (1 ms).  The registers of a
+chipset are set beside a plain echo of two bytes, in a process of its own as well: the last column is how many echoes an
+access or a packet takes.  `--long` makes ten times as many exchanges.
 """
 
 from __future__ import annotations
@@ -19,9 +20,13 @@ import tempfile
 import termios
 import tty
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from time import perf_counter, sleep
+
+from rows import Row
+
+from slewline.links.chipset_port import COMMAND, DATA, HOSTRDY, STATUS, ChipsetPort
 
 CHARACTER_MS = 11 / 9.6
 TURNROUND_MS = 1.0
@@ -29,13 +34,28 @@ SERVE = [sys.executable, "-c", "from slewline.tools.main import main; main()", "
 MODULES, MOVING, POLLS_PER_S = 100, 20, 10
 PROGRAM = (b"Po", b"S50", b"T400", b"R100", b"+9000", b"-9000", b"j12")
 
+ECHO = """
+import socket
+server = socket.create_server(("127.0.0.1", 0))
+print("echo: echo://{}:{}".format(*server.getsockname()), flush=True)
+connection, _ = server.accept()
+connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+while data := connection.recv(4096):
+    connection.sendall(data)
+"""
+
 Ask = Callable[[bytes], bytes]
 
 
-@contextmanager
-def served(*arguments: str, ports: int = 1) -> Iterator[list[str]]:
+def served(*arguments: str, ports: int = 1) -> AbstractContextManager[list[str]]:
     """`slewline serve` with these arguments; gives what it says of its ports."""
-    server = subprocess.Popen([*SERVE, *arguments], stdout=subprocess.PIPE, text=True)
+    return started([*SERVE, *arguments], ports)
+
+
+@contextmanager
+def started(command: list[str], ports: int = 1) -> Iterator[list[str]]:
+    """A server; gives what it says of its ports."""
+    server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert server.stdout is not None
     try:
         yield [server.stdout.readline().strip().partition(": ")[2] for _ in range(ports)]
@@ -74,14 +94,11 @@ def opened(link: str) -> int:
 
 def exchanges(ask: Ask, count: int) -> list[float]:
     """Milliseconds of so many questions whether the module is ready, one after the other."""
-    for _ in range(20):
-        ask(b"F\r")
-    times = []
-    for _ in range(count):
-        start = perf_counter()
+
+    def exchange() -> None:
         assert ask(b"F\r") == b"R\r"
-        times.append((perf_counter() - start) * 1000)
-    return times
+
+    return timed(exchange, count)
 
 
 def single(count: int) -> Iterator[tuple[str, list[float]]]:
@@ -98,6 +115,52 @@ def single(count: int) -> Iterator[tuple[str, list[float]]]:
                 fd = opened(where)
                 yield f"{pace}, pty: {what}", [ms - beyond for ms in exchanges(asking(fd), count)]
                 os.close(fd)
+
+
+def registers(count: int) -> Iterator[tuple[str, list[float]]]:
+    """A plain echo; then accesses to the registers of a chipset, and packets, each in one go and byte by byte."""
+    with started([sys.executable, "-c", ECHO]) as (where,), connected(where) as connection:
+        yield "a plain echo", timed(lambda: (connection.sendall(b"\x04\0"), connection.recv(2)), count)
+    for pace, arguments in (("lockstep", ["--lockstep"]), ("paced", [])):
+        with served("mc1451a", "--tcp", "127.0.0.1:0", *arguments) as (where,):
+            host, number = where.rpartition("//")[2].rsplit(":", 1)
+            with ChipsetPort(host, int(number)) as port:
+                yield f"{pace}, registers: an access", timed(lambda: port.inp(STATUS), count)
+                yield f"{pace}, registers: a packet", timed(lambda: check(port.packet(0x10, (0, 12345))), count)
+                yield f"{pace}, the same byte by byte", timed(lambda: check(by_bytes(port)), count // 5)
+
+
+def by_bytes(port: ChipsetPort) -> tuple[int, ...]:
+    """SET_POS 12345 as an old host program sends it: the status is polled before every byte."""
+
+    def ready() -> None:
+        while not port.inp(STATUS) & HOSTRDY:
+            pass
+
+    for register, byte in ((COMMAND, 0x10), (DATA, 0), (DATA, 0), (DATA, 0x30), (DATA, 0x39)):
+        ready()
+        port.out(register, byte)
+    ready()
+    high = port.inp(DATA)
+    ready()
+    return (high << 8 | port.inp(DATA),)
+
+
+def check(found: tuple[int, ...]) -> None:
+    """The checksum of SET_POS 12345 is as it should be."""
+    assert found == (0x3049,)
+
+
+def timed(exchange: Callable[[], object], count: int) -> list[float]:
+    """Milliseconds of so many exchanges, one after the other."""
+    for _ in range(20):
+        exchange()
+    times = []
+    for _ in range(count):
+        start = perf_counter()
+        exchange()
+        times.append((perf_counter() - start) * 1000)
+    return times
 
 
 def bench_file(folder: str) -> str:
@@ -161,23 +224,54 @@ def polled(connections: list[socket.socket], seconds: float) -> list[float]:
     return times
 
 
-def row(name: str, times: list[float]) -> str:
-    """One line of the table."""
+def rows() -> list[Row]:
+    """The rows of the benchmark table."""
+    times = {name: sorted(found) for name, found in (*single(1000), *many(10.0))}
+    switch, timer = "two switches of process, beside the exchange itself", "whatever else the machine does"
+    found = [
+        Row(f"{name}, {'median' if part == 0.5 else 'p99'}", at(times[name], part), "ms", goal, False, text)
+        for name, part, goal, text in (
+            ("lockstep, TCP: an exchange", 0.5, 0.3, switch),
+            ("lockstep, pty: an exchange", 0.5, 0.3, switch),
+            ("paced, TCP: beyond the wire", 0.5, 1, "the timer of the system; the wire has one character more"),
+            ("paced, TCP: beyond the wire", 0.99, 5, timer),
+            ("paced, pty: beyond the wire", 0.5, 1, "as with TCP"),
+            ("paced, pty: beyond the wire", 0.99, 5, "as with TCP"),
+        )
+    ]
+    alone, busy = (at(times[name], 0.99) for name in ("1 module of 100 polled", "100 modules polled, 20 moving"))
+    later, text = (
+        "answers later than of one, p99",
+        "1,000 exchanges a second in one thread, about a quarter of its time",
+    )
+    return [*found, Row(f"100 served modules, 20 moving: {later}", busy - alone, "ms", 10, False, text)]
+
+
+def at(ordered: list[float], part: float) -> float:
+    """The time below which a part of them lies."""
+    return ordered[min(int(len(ordered) * part), len(ordered) - 1)]
+
+
+def line(name: str, times: list[float]) -> str:
+    """One line of what this script prints."""
     ordered = sorted(times)
-    at = [ordered[min(int(len(ordered) * part), len(ordered) - 1)] for part in (0.5, 0.99, 1)]
-    return f"{name:<34}" + "".join(f"{ms:>10.3f}" for ms in at) + f"{len(ordered):>10}"
+    return f"{name:<34}" + "".join(f"{at(ordered, part):>10.3f}" for part in (0.5, 0.99, 1)) + f"{len(ordered):>10}"
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--long", action="store_true", help="ten times as many exchanges")
     times = 10 if parser.parse_args().long else 1
-    print(f"{'milliseconds':<34}{'median':>10}{'p99':>10}{'worst':>10}{'exchanges':>11}")
+    print(f"{'milliseconds':<34}{'median':>10}{'p99':>10}{'worst':>10}{'exchanges':>11}{'echoes':>10}")
     for name, found in single(500 * times):
-        print(row(name, found), flush=True)
+        print(line(name, found), flush=True)
         sleep(0.2)
+    echo_ms = None
+    for name, found in registers(500 * times):
+        echo_ms = echo_ms or sorted(found)[len(found) // 2]
+        print(line(name, found, echo_ms), flush=True)
     for name, found in many(3.0 * times):
-        print(row(name, found), flush=True)
+        print(line(name, found), flush=True)
 
 
 if __name__ == "__main__":

@@ -161,6 +161,17 @@ def test_an_array_of_ticks_is_exact_up_to_a_hundred_days(hz):
         assert clock.ps_array(ticks, origin).tolist() == [exact(hz, origin + int(tick)) for tick in ticks]
 
 
+@pytest.mark.parametrize("hz", CRYSTALS)
+def test_an_array_of_instants_finds_its_ticks_up_to_a_hundred_days(hz):
+    clock, random = Clock(hz), Random(hz)
+    for span in (10_000, 10**9, 10**13, (1 << 63) - 1):
+        instants = [random.randrange(span) for _ in range(200)]
+        on_ticks = [clock.ps(clock.ticks_until(ps)) for ps in instants]
+        for plus in (-1, 0, 1):
+            asked = [max(ps + plus, 0) for ps in on_ticks + instants[:-1] + [span - 1]]
+            assert clock.ticks_array(np.array(asked, np.int64)).tolist() == [clock.ticks_from(ps) for ps in asked]
+
+
 def test_an_array_beyond_a_hundred_days_is_refused():
     with pytest.raises(TimeError, match="106 days"):
         Clock(11_000_000).ps_array(np.array([0, 102 * 10**12]))

@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 import os
 import random
+import re
 import select
 import signal
 import socket
 import threading
+from pathlib import Path
 
 import pytest
 
@@ -229,6 +231,16 @@ def test_an_endless_motion_is_as_far_as_the_host_has_come(make):
     position, now_ps = moved()
     assert 70 < position < 100  # 100 questions of three slices each, a step per cycle
     assert moved() == (position, now_ps)
+
+
+def test_the_exchange_on_the_reference_page(still):
+    still.bench.run("10 ms")
+    page = (Path(__file__).parents[2] / "docs/reference/registers.md").read_text("utf-8")
+    lines = re.findall(r"^    ([<>])((?: [0-9a-f]{2})+)", page, re.MULTILINE)
+    assert len(lines) == 10
+    for (way, request), (back, answer) in zip(lines[::2], lines[1::2], strict=True):
+        assert (way, back) == (">", "<")
+        assert still.ask(request)[0] == bytes.fromhex(answer)
 
 
 # -------------------------------------------------------------------------------------------------------------- hosts

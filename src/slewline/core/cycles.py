@@ -188,9 +188,9 @@ class SCurve:
         import numpy as np
 
         if self._table is None:
-            self._table = np.array(self.phases, np.int64).T
+            self._table = np.array([*zip(*self.phases, strict=True)], np.int64)
         k = i + self.first
-        return k, self._table[:, np.searchsorted(self._table[0], k, side="right") - 1]
+        return k, self._table.take(np.searchsorted(self._table[0], k, side="right") - 1, axis=1)
 
     def _shared(self, c: NDArray[np.int64]) -> NDArray[np.int64]:
         """`distance * c / whole`, rounded down, for c from 0 to `whole`."""

@@ -64,19 +64,7 @@ class Train:
 
     def begun_many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
         """How many steps have begun at many instants (int64 ps, any order): (n,) int64."""
-        import numpy as np
-
-        clock = self.clock
-        origin = clock.ps(self.origin)  # relative first: (ps + 1) * d must not overflow
-        whole, part = np.divmod(ps - origin, clock.n)
-        late = self.origin * clock.n - origin * clock.d  # the origin's exact instant lies late/d ps after `origin`
-        if clock.n * clock.d < 1 << 63:
-            ticks = whole * clock.d + ((part + 1) * clock.d - 1 - late) // clock.n
-        else:  # odd crystals: the product does not fit, so it is divided in two goes
-            upper, lower = np.divmod(part, 1 << 20)
-            ticks, left = np.divmod(upper * clock.d, clock.n)
-            ticks = whole * clock.d + (ticks << 20) + ((left << 20) + (lower + 1) * clock.d - 1 - late) // clock.n
-        return self.begun_by_many(ticks)
+        return self.begun_by_many(self.clock.ticks_array(ps + 1) - 1 - self.origin)
 
     def window(self, first: int, last: int) -> NDArray[np.int64]:
         """The same as `begins`, not to be written to: PULSE and four phases ask for one window after each other."""

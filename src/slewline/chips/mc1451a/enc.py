@@ -146,7 +146,7 @@ class QuadratureCounter:
                 self._check_states([tick - self._since], tick)
             self._since = tick
             if tick in both:
-                self._find("encoder-illegal", "changed at once, which is not counted,", tick)
+                self.finding("encoder-illegal", self._told("changed at once, which is not counted,", tick))
             else:
                 self.counts += 1 if (levels[0] != levels[1]) is (channel == 0) else -1
 
@@ -177,7 +177,8 @@ class QuadratureCounter:
                 self._burst = False
             elif state < DWELL_TICKS and not self._burst:
                 self._burst = True
-                self._find("encoder-fast", f"made a state of {state} clocks, less than {DWELL_TICKS},", tick)
+                text = f"made a state of {state} clocks, less than {DWELL_TICKS},"
+                self.finding("encoder-fast", self._told(text, tick))
 
-    def _find(self, code: str, what: str, tick: int) -> None:
-        self.finding(code, f"{self.a.pin.name} and {self.b.pin.name} {what} by {readable(self.clock.ps(tick))}")
+    def _told(self, what: str, tick: int) -> str:
+        return f"{self.a.pin.name} and {self.b.pin.name} {what} by {readable(self.clock.ps(tick))}"

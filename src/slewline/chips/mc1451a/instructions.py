@@ -89,13 +89,13 @@ class Instructions(Registers):
         self.state.start_velocity = self.unsigned(sheet.START_VELOCITY, value)
 
     def do_stop(self) -> None:
-        self.state.stop = True
+        self.state.buffer.stop = True
 
     def do_smooth_stop(self) -> None:
-        self.state.smooth_stop = True
+        self.state.buffer.smooth_stop = True
 
     def do_synch_prfl(self) -> None:
-        self.state.synch_prfl = True
+        self.state.buffer.synch_prfl = True
 
     def do_get_pos(self) -> int:
         return self.state.buffer.position
@@ -153,13 +153,13 @@ class Instructions(Registers):
         self.state.comparison = value
 
     def do_update(self) -> None:
-        self.state.update = True
+        self.state.take()
 
     def do_multi_update(self, mask: int) -> None:
         kept = self.within(sheet.AXES, mask, mask & 0xF)
         for state in self.states:
             if kept >> (state.number - 1) & 1:
-                state.update = True
+                state.take()
 
     def do_set_auto_update_on(self) -> None:
         self.state.auto_update = True

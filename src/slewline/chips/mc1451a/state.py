@@ -18,7 +18,7 @@ MOTION_ERROR, POSITIVE_LIMIT, NEGATIVE_LIMIT, COMMAND_ERROR = 16, 32, 64, 128
 
 @dataclass(slots=True)
 class Profile:
-    """The registers that are double-buffered, in the units of their commands."""
+    """The registers and actions that are double-buffered, registers in the units of their commands."""
 
     position: int = 0  # steps
     velocity: int = 0  # 1/65536 step per cycle
@@ -26,6 +26,9 @@ class Profile:
     max_acceleration: int = 0  # the same, of S-curves
     jerk: int = 0  # 2^-32 step per cycle^3
     ratio: int = 0  # 1/65536 step per encoder count, signed
+    stop: bool = False  # actions are done once
+    smooth_stop: bool = False
+    synch_prfl: bool = False
 
     def copy(self) -> Profile:
         """The same values, apart."""
@@ -39,11 +42,8 @@ class AxisState:
     number: int  # 1 to 4
     buffer: Profile = field(default_factory=Profile)  # written by the host
     active: Profile = field(default_factory=Profile)  # in force since the last update
+    update: Profile | None = None  # what an update has taken from the buffer; it waits for the next cycle
     start_velocity: int = 0
-    stop: bool = False  # buffered actions that wait for an update
-    smooth_stop: bool = False
-    synch_prfl: bool = False
-    update: bool = False  # an update waits for the next cycle
 
     mode: int = TRAPEZOIDAL
     auto_update: bool = True
@@ -83,6 +83,13 @@ class AxisState:
             | self.mode << 11
             | self.phase << 13
         )
+
+    def take(self) -> None:
+        """An update: what is buffered now takes effect with the next cycle, and so do actions taken since the last."""
+        before, self.update = self.update or Profile(), self.buffer.copy()
+        for action in ("stop", "smooth_stop", "synch_prfl"):
+            setattr(self.update, action, getattr(before, action) or getattr(self.buffer, action))
+            setattr(self.buffer, action, False)
 
     def clear(self, mask: int) -> None:
         """Clear the events whose bit in `mask` is 0; a motion error that lasts is not cleared."""

@@ -29,6 +29,7 @@ from .state import (
     VELOCITY,
     WRAPPED,
     AxisState,
+    Profile,
 )  # fmt: skip
 from .stepwise_inputs import LIMITS, Encoder, Filter, Switches
 from .stepwise_profile import SCurve, braked, contour, sign, trapezoid
@@ -78,8 +79,8 @@ class Course:
         """Everything that is decided at the start of a cycle."""
         self.arrive()
         self.see_settings()
-        if self.state.update:
-            self.update()
+        if self.state.update is not None:
+            self.update(tick, self.state.update)
         self.look_at_limits()
         self.choose_velocity()
         self.make_pulses(tick)
@@ -149,21 +150,21 @@ class Course:
         self.mode = state.mode
         state.phase = 0
 
-    def update(self) -> None:
-        """What is buffered takes effect."""
+    def update(self, tick: int, taken: Profile) -> None:
+        """What an update has taken from the buffer takes effect."""
         state = self.state
-        if state.synch_prfl and self.encoder is not None:
+        if taken.synch_prfl and self.encoder is not None:
+            self.read_encoder(tick)
             self.relocate(state.actual)
-        self.copy_registers()
-        stop, smooth_stop = state.stop, state.smooth_stop
-        state.update = state.synch_prfl = state.smooth_stop = state.stop = False
+        self.copy_registers(taken)
+        state.update = None
         self.stopping = self.clamped = False
-        if stop:
+        if taken.stop:
             self.rest(complete=True)
             self.suspended = True
         elif state.mode == GEAR:
             self.engage()
-        elif smooth_stop:
+        elif taken.smooth_stop:
             self.stop_smoothly()
         elif not state.in_motion and state.motor_on:
             self.set_out()
@@ -177,9 +178,9 @@ class Course:
         made = sum(self.chip.clock.ps(step) <= now for step in self.steps)  # of this cycle, which began at `position`
         self.tell(lambda: self.axis.load(position + self.direction * made))
 
-    def copy_registers(self) -> None:
-        """The buffered registers become the active ones; those that may not change in motion keep the old values."""
-        new, active = self.state.buffer, self.state.active
+    def copy_registers(self, new: Profile) -> None:
+        """Registers become the active ones; those that may not change in motion keep the old values."""
+        active = self.state.active
         fixed: tuple[str, ...] = ()
         if self.state.in_motion:
             fixed = {TRAPEZOIDAL: ("acceleration",), S_CURVE: ("velocity", "max_acceleration", "jerk")}.get(
@@ -281,7 +282,7 @@ class Course:
         distance = state.active.position * ONE - state.target
         way = sign(state.velocity or distance)
         speed = abs(state.velocity)
-        if self.stopping or most == 0:
+        if self.stopping or most == 0 or speed == distance == 0:
             return way * self.ended(braked(speed, acceleration, self.start))
         speed, self.landing = trapezoid(speed, way * distance, most, acceleration, min(self.start, most))
         return way * speed
@@ -360,10 +361,8 @@ class Course:
         state = self.state
         if self.encoder is None:
             return
-        moved = self.encoder.counts(tick)
-        self.count += moved
-        state.actual = signed(state.actual + moved, 31)
-        self.error += 256 * moved - state.step_ratio * self.gone
+        self.read_encoder(tick)
+        self.error -= state.step_ratio * self.gone
         self.gone = 0
         state.error = self.error >> 8
         reported = max(REPORTED[0], min(state.error, REPORTED[-1]))
@@ -373,6 +372,14 @@ class Course:
             if state.auto_stop and not was_wrong:
                 state.motor_on = False
                 self.was_off = True
+
+    def read_encoder(self, tick: int) -> None:
+        """Count what has come in before a tick."""
+        assert self.encoder is not None
+        moved = self.encoder.counts(tick)
+        self.count += moved
+        self.state.actual = signed(self.state.actual + moved, 31)
+        self.error += 256 * moved
 
     # -------------------------------------------------------------------------------------------------- 6: breakpoint
     def test_breakpoint(self, tick: int) -> None:
@@ -393,7 +400,8 @@ class Course:
         if met[state.breakpoint]:
             state.breakpoint = ""
             self.event(BREAKPOINT)
-            state.update |= state.auto_update
+            if state.auto_update:
+                state.take()
 
     # ------------------------------------------------------------------------------------------------------- 7: show
     def show(self) -> None:

@@ -37,8 +37,8 @@ class Trajectory(Horizon):
         """Decide cycle n."""
         self.arrive(n)
         self.settings(n)
-        if self.state.update:
-            self.update(n)
+        if self.state.update is not None:
+            self.update(n, self.state.update)
         self.look_at_limits(n)
         self.choose(n)
         self.look_at_encoder(n)
@@ -176,7 +176,8 @@ class Trajectory(Horizon):
         if state.breakpoint and self.met(n):
             state.breakpoint = ""
             state.events |= BREAKPOINT
-            state.update |= state.auto_update
+            if state.auto_update:
+                state.take()
 
     def met(self, n: int) -> bool:
         """Is the condition of the breakpoint met?"""

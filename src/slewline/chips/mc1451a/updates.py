@@ -15,6 +15,7 @@ from .state import (
     S_CURVE,
     TRAPEZOIDAL,
     VELOCITY,
+    Profile,
 )
 
 
@@ -50,21 +51,19 @@ class Updates(Pulses):
         elif mode == VELOCITY and state.in_motion:
             self.aim, self.fresh = "contour", True
 
-    def update(self, n: int) -> None:
-        """The buffered registers and actions take effect, in this order."""
+    def update(self, n: int, taken: Profile) -> None:
+        """What an update has taken from the buffer takes effect, in this order."""
         state = self.state
-        state.update = self.clamped = False
-        if state.synch_prfl:
+        state.update, self.clamped = None, False
+        if taken.synch_prfl:
             self.synchronise(n)
-        self.copy()
-        stop, smooth_stop = state.stop, state.smooth_stop
-        state.stop = state.smooth_stop = state.synch_prfl = False
-        if stop:
+        self.copy(taken)
+        if taken.stop:
             self.halt(n)
             self.suspended = True
         elif self.mode == GEAR:
             self.engage()
-        elif smooth_stop:
+        elif taken.smooth_stop:
             self.slow_down(n)
         elif state.motor_on:
             self.start()
@@ -72,16 +71,17 @@ class Updates(Pulses):
     def synchronise(self, n: int) -> None:
         """The target becomes the actual position; no pulse, and the speed stays."""
         if self.encoder is not None:
+            self._read_encoder(n)
             if self.aim == "curve" and self.law is not None:
                 self.done += n - self.since
             self.cut(n)
             self.declare(n, self.state.actual)
             self.fresh = self.state.in_motion
 
-    def copy(self) -> None:
-        """Buffer to active registers.  What may not change in motion is a command error; the destination may."""
+    def copy(self, new: Profile) -> None:
+        """To the active registers.  What may not change in motion is a command error; the destination may."""
         state = self.state
-        new, old = state.buffer, state.active
+        old = state.active
         wrong = state.in_motion and (
             (self.mode == TRAPEZOIDAL and new.acceleration != old.acceleration)
             or (
@@ -93,7 +93,7 @@ class Updates(Pulses):
             state.events |= COMMAND_ERROR
             old.position = new.position
         else:
-            state.active = new.copy()
+            state.active = new
 
     def engage(self) -> None:
         """The gear follows again, from the counts of now on."""
