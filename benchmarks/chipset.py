@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from random import Random
 from typing import Any
 
@@ -168,8 +169,9 @@ def windows(ran: Ran) -> tuple[float, float]:
     """The slowest of fifty windows of 10 ms, in milliseconds: instants alone, and steps."""
     axis, random = ran.chip.axis(1), Random(1)
     starts = [random.randrange(ran.begin, ran.end - TEN_MS) for _ in range(50)]
-    times = max(best(lambda start=start: axis.motor.times(start, start + TEN_MS)) for start in starts)
-    steps = max(best(lambda start=start: axis.steps(start, start + TEN_MS)) for start in starts)
+    times, steps = (
+        max(best(partial(call, start, start + TEN_MS)) for start in starts) for call in (axis.motor.times, axis.steps)
+    )
     return times * 1000, steps * 1000
 
 
@@ -178,7 +180,7 @@ def encoders() -> list[Row]:
     """Stall detection on four axes, each with an encoder that follows it count by count."""
     rows = []
     for name, velocity in (("953,125", TOP * 61 // 100), ("48,828", 16 * ONE)):
-        wall, (chip, host) = best_of(lambda velocity=velocity: armed(velocity), 3)
+        wall, (chip, host) = best_of(partial(armed, velocity), 3)
         told(host, ("STOP",), ("UPDATE",))
         host.command("GET_TIME")
         for n in AXES:
@@ -271,7 +273,7 @@ def scripts() -> list[Row]:
         (1000, ("@until hostintrpt=0", "RST_INTRPT 0"), "waiting for the interrupt", "6 packets a move"),
         (100, ("wait motion_complete", "CLR_STATUS"), "asking for the status", "a packet every 1.2 ms of a move"),
     ):
-        wall, virtual = best_of(lambda number=number, waits=waits: scripted(number, waits), 3)
+        wall, virtual = best_of(partial(scripted, number, waits), 3)
         rows.append(Row(f"{number:,} random moves of a script, {name}", virtual / wall, REAL, None, True, bound))
     return rows
 

@@ -343,13 +343,14 @@ def exchanging() -> list[Row]:
 
 WORKLOADS: dict[str, dict[str, Callable[[], list[Row]]]] = {
     "CY525": {"plans": plans, "endless": endless, "dialogue": dialogue, "waveforms": waveforms},
-    "GS-C200S": {"exchanging": exchanging, "serving": serve.rows},
+    "GS-C200S": {"exchanging": exchanging, "serving": serve.module_rows},
     "MC1451A family": {
         "trains": cycles.rows,
         "axes": chipset.axes,
         "encoders": chipset.encoders,
         "packets": chipset.packets,
         "moves": chipset.moves,
+        "registers": serve.register_rows,
     },
     "To start, and to go on": {"starting": starting, "hour": hour},
 }

@@ -34,6 +34,7 @@ SERVE = [sys.executable, "-c", "from slewline.tools.main import main; main()", "
 MODULES, MOVING, POLLS_PER_S = 100, 20, 10
 PROGRAM = (b"Po", b"S50", b"T400", b"R100", b"+9000", b"-9000", b"j12")
 
+ECHOED = "a plain echo"
 ECHO = """
 import socket
 server = socket.create_server(("127.0.0.1", 0))
@@ -120,7 +121,7 @@ def single(count: int) -> Iterator[tuple[str, list[float]]]:
 def registers(count: int) -> Iterator[tuple[str, list[float]]]:
     """A plain echo; then accesses to the registers of a chipset, and packets, each in one go and byte by byte."""
     with started([sys.executable, "-c", ECHO]) as (where,), connected(where) as connection:
-        yield "a plain echo", timed(lambda: (connection.sendall(b"\x04\0"), connection.recv(2)), count)
+        yield ECHOED, timed(lambda: (connection.sendall(b"\x04\0"), connection.recv(2)), count)
     for pace, arguments in (("lockstep", ["--lockstep"]), ("paced", [])):
         with served("mc1451a", "--tcp", "127.0.0.1:0", *arguments) as (where,):
             host, number = where.rpartition("//")[2].rsplit(":", 1)
@@ -210,8 +211,9 @@ def polled(connections: list[socket.socket], seconds: float) -> list[float]:
     following = next(plan, None)
     while following is not None or asked:
         if following is not None and perf_counter() >= following[0]:
-            asked[following[1].fileno()] = perf_counter()
-            following[1].send(b"F\r")
+            if following[1].fileno() not in asked:  # a host asks again when it has its answer
+                asked[following[1].fileno()] = perf_counter()
+                following[1].send(b"F\r")
             following = next(plan, None)
         pause = max(following[0] - perf_counter(), 0) if following is not None else 1.0
         select.select([poll.fileno()], [], [], pause)
@@ -224,27 +226,42 @@ def polled(connections: list[socket.socket], seconds: float) -> list[float]:
     return times
 
 
-def rows() -> list[Row]:
-    """The rows of the benchmark table."""
+def module_rows() -> list[Row]:
+    """The rows of the benchmark table: modules on serial lines."""
     times = {name: sorted(found) for name, found in (*single(1000), *many(10.0))}
-    switch, timer = "two switches of process, beside the exchange itself", "whatever else the machine does"
+    switch = "two switches of process, beside the exchange itself"
+    timer = "the timer of the system; the wire has one character more"
     found = [
-        Row(f"{name}, {'median' if part == 0.5 else 'p99'}", at(times[name], part), "ms", goal, False, text)
-        for name, part, goal, text in (
+        Row(f"{name}, {'median' if part == 0.5 else 'p99'}", at(times[name], part), "ms", goal, False, bound)
+        for name, part, goal, bound in (
             ("lockstep, TCP: an exchange", 0.5, 0.3, switch),
             ("lockstep, pty: an exchange", 0.5, 0.3, switch),
-            ("paced, TCP: beyond the wire", 0.5, 1, "the timer of the system; the wire has one character more"),
-            ("paced, TCP: beyond the wire", 0.99, 5, timer),
+            ("paced, TCP: beyond the wire", 0.5, 1, timer),
+            ("paced, TCP: beyond the wire", 0.99, 5, "whatever else the machine does"),
             ("paced, pty: beyond the wire", 0.5, 1, "as with TCP"),
             ("paced, pty: beyond the wire", 0.99, 5, "as with TCP"),
         )
     ]
     alone, busy = (at(times[name], 0.99) for name in ("1 module of 100 polled", "100 modules polled, 20 moving"))
-    later, text = (
-        "answers later than of one, p99",
-        "1,000 exchanges a second in one thread, about a quarter of its time",
+    bound = "1,000 exchanges a second in one thread, about a quarter of its time"
+    found.append(
+        Row("100 served modules, 20 moving: answers later than of one, p99", busy - alone, "ms", 10, False, bound)
     )
-    return [*found, Row(f"100 served modules, 20 moving: {later}", busy - alone, "ms", 10, False, text)]
+    return found
+
+
+def register_rows() -> list[Row]:
+    """The rows of the benchmark table: the registers of a chipset."""
+    times = {name: sorted(found) for name, found in registers(1000)}
+    echo = at(times[ECHOED], 0.5)
+    return [
+        Row(f"{name}, median", at(times[name], 0.5) / echo, "x a plain echo", None, False, bound)
+        for name, bound in (
+            ("lockstep, registers: an access", "a bus cycle in virtual time"),
+            ("lockstep, registers: a packet", "the packet itself, through the pins"),
+            ("lockstep, the same byte by byte", "an access for each byte and each look at HostRdy"),
+        )
+    ]
 
 
 def at(ordered: list[float], part: float) -> float:
@@ -252,10 +269,11 @@ def at(ordered: list[float], part: float) -> float:
     return ordered[min(int(len(ordered) * part), len(ordered) - 1)]
 
 
-def line(name: str, times: list[float]) -> str:
+def line(name: str, times: list[float], echo_ms: float | None = None) -> str:
     """One line of what this script prints."""
     ordered = sorted(times)
-    return f"{name:<34}" + "".join(f"{at(ordered, part):>10.3f}" for part in (0.5, 0.99, 1)) + f"{len(ordered):>10}"
+    shown = f"{name:<34}" + "".join(f"{at(ordered, part):>10.3f}" for part in (0.5, 0.99, 1)) + f"{len(ordered):>10}"
+    return shown + (f"{at(ordered, 0.5) / echo_ms:>11.1f}" if echo_ms else "")
 
 
 def main() -> None:

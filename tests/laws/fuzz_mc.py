@@ -84,6 +84,7 @@ class Mad(Misuse):
     def right(self) -> None:
         """A command of which nothing is wrong; most of what it says is read, and sometimes more."""
         rnd, row = self.rnd, self.rnd.choice(self.often)
+        self.hand.ready()  # the mode is what the last command has made it
         values = [self.value(arg.low, arg.high) for arg in row.args]
         if row.name == "SET_ACC" and self.chip.state.mode == 0:
             values = [max(abs(value) - 1, 0) for value in values]
@@ -167,11 +168,12 @@ class Mad(Misuse):
             self.hand.command(self.sheet.commands["RESET"].code)
             assert self.hand.fetch() == [0]
         elif kind == "pin":
-            self.pull_reset(rnd.choice((US, 10 * MS)))
+            self.pull_reset(rnd.choice((4 * US, 10 * MS)))
         elif kind == "power":
             self.chip.power(False)
             self.bench.run(rnd.choice((0, US, 1000 * MS)))
             self.chip.power(True)
+            self.hand.ready()
         else:
             self.rest()
             for axis in self.axes:  # a gear works every cycle, as long as it has steps to make up for

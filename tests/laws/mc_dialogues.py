@@ -357,7 +357,7 @@ class Talked(Played):
     def state(self) -> dict[str, Any]:
         """Every axis: registers and steps; every word read; findings, in whatever words.
 
-        What the encoder inputs find is told when somebody asks for their counts: it has a time of its own.
+        What the encoder inputs find is told when somebody asks for their counts: later, or not at all before a reset.
         """
         state: dict[str, Any] = {"read": self.read}
         for number in range(1, self.chip.sheet.axes + 1):
@@ -368,7 +368,8 @@ class Talked(Played):
             state[f"steps {number}"] = steps.times_ps.tolist(), steps.directions.tolist(), steps.positions.tolist()
         found = [(found.time_ps, found.code) for found in self.chip.findings]
         state["findings"] = [pair for pair in found if not pair[1].startswith("encoder")]
-        state["encoder"] = sorted(code for _, code in found if code.startswith("encoder"))
+        if self.chip.starts == 1:
+            state["encoder"] = sorted(code for _, code in found if code.startswith("encoder"))
         return state
 
 

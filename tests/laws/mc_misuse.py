@@ -14,7 +14,7 @@ import slewline
 from slewline.chips import sheet_of
 from slewline.language import packets
 
-from .mc_hands import MS, NS, US, Hand
+from .mc_hands import MS, US
 
 OF_MOTION = {  # findings about a motion, which may come at any time
     "clamped", "no-start", "start-velocity", "mode-in-motion", "gear-backlog", "encoder-fast", "encoder-illegal",
@@ -138,6 +138,7 @@ class Misuse:
         """A value that the manual does not allow, for the most part; the checksum is that of the words as sent."""
         row = self.rnd.choice(self.with_words)
         (arg,) = row.args
+        self.hand.ready()  # the mode is what the last command has made it
         size = 1 << 8 * arg.size
         value = self.rnd.choice((arg.high + 1, size // 2, size - 1, self.rnd.randrange(size))) % size
         written = arg.unpack(arg.pack(value, "big"), "big")
@@ -161,9 +162,9 @@ class Misuse:
 
     # -------------------------------------------------------------------------------------------- reset and supply
     def short_reset(self) -> None:
-        """RESET for less than a microsecond: it resets."""
+        """RESET for less than 25 clocks: it resets."""
         with self.finds("short-reset"):
-            self.pull_reset(self.rnd.randrange(1, 1000) * NS)
+            self.pull_reset(self.rnd.randrange(1, self.chip.clock.ps(25)))
 
     def early_reset(self) -> None:
         """RESET ends too early behind the supply."""
@@ -173,7 +174,7 @@ class Misuse:
             self.chip.pin("reset").drive(0)
             self.bench.run(0)
             self.chip.power(True)
-            self.pull_reset(self.rnd.choice((US, MS, 249 * MS)))
+            self.pull_reset(self.rnd.choice((4 * US, MS, 249 * MS)))
 
     def pull_reset(self, ps: int) -> None:
         """RESET low for a time; then everything is as it was in the beginning."""

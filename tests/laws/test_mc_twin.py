@@ -12,16 +12,18 @@ from .digests import digests
 from .mc_dialogues import CYCLE, HIGHEST, ONE, READY, Dialogue, Maker, made, play
 
 KINDS = {
-    "tie": 50_000,
-    "limit": 20_000,
-    "home": 10_000,
-    "encoder": 5_000,
-    "reset": 500,
-    "RESET": 500,
-    "SET_ACTL_POS": 5_000,
-    "SMOOTH_STOP": 5_000,
-    "SYNCH_PRFL": 5_000,
-    "MTR_OFF": 3_000,
+    "tie": 80_000,
+    "limit": 40_000,
+    "home": 30_000,
+    "encoder": 30_000,
+    "quadrature": 5_000,
+    "cut": 8_000,
+    "RESET": 4_000,
+    "SET_ACTL_POS": 20_000,
+    "SET_PRFL_GEAR": 20_000,
+    "SMOOTH_STOP": 15_000,
+    "SYNCH_PRFL": 12_000,
+    "MTR_OFF": 8_000,
 }
 
 

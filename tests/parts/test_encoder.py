@@ -529,8 +529,8 @@ def test_a_machine_changes_speed_turns_back_and_stops_and_the_counts_go_on_from_
 
 
 # ----------------------------------------------------------------------------------------------------------- on a bench
-def story_on_a_bench(bench):
-    x = bench.add("cy525", name="x")
+def story_on_a_bench(bench, **options):
+    x = bench.add("cy525", name="x", **options)
     enc = bench.part("encoder", name="enc", counts=100, steps=200, lag="20 us")
     bench.wire("x.pulse", "enc.pulse")
     bench.wire("x.direction", "enc.dir")
@@ -540,9 +540,10 @@ def story_on_a_bench(bench):
     return x, enc
 
 
-def test_an_encoder_follows_a_chip_through_ramps_and_back():
-    bench = slewline.Bench()
-    x, enc = story_on_a_bench(bench)
+@pytest.mark.parametrize(("shuffle", "stepwise"), [(None, False), (1, False), (2, True)])
+def test_an_encoder_follows_a_chip_through_ramps_and_back(shuffle, stepwise):
+    bench = slewline.Bench(shuffle=shuffle)
+    x, enc = story_on_a_bench(bench, stepwise=stepwise)
     bench.run_until(x.reaches(1000))
     bench.run("20 us")
     assert enc.counts == 500

@@ -165,5 +165,6 @@ def test_the_examples_have_neither_errors_nor_warnings(call, path):
     assert (ran.status, ran.err) == (0, "")
 
 
-def test_every_example_is_run_here():
-    assert {path.stem for path in EXAMPLES.iterdir()} == {"homing", "limit_recovery", "four_axes", "stall_recovery"}
+def test_every_example_is_run_here_but_those_in_c():
+    here = [path for path in EXAMPLES.iterdir() if path.suffix not in (".c", ".h")]
+    assert {path.stem for path in here} == {"homing", "limit_recovery", "four_axes", "stall_recovery"}

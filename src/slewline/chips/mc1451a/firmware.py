@@ -55,6 +55,7 @@ class Chipset(Instructions):
         self.busy_ticks, self.ready_ticks = busy_ticks, reset_cycles * CYCLE_TICKS
         self.handlers = {row.code: getattr(self, row.handler) for row in self.sheet.commands}
         self.powered = False
+        self.unheeded = False  # a command has written what no cycle has seen yet
         self.starts = 0  # counts resets: what was due before one is not done
         self.up_ps = 0
         if stepwise:
@@ -112,8 +113,8 @@ class Chipset(Instructions):
             self._clear()
             return
         width, since = self.kernel.now - self.fell_ps, self.kernel.now - self.up_ps
-        if width < self.clock.ps(RESET_TICKS):
-            self.finding("short-reset", f"RESET low for {readable(width)}; at least 1 us")
+        if width < (least := self.clock.ps(RESET_TICKS)):
+            self.finding("short-reset", f"RESET low for {readable(width)}; at least {readable(least)}")
         if self.fell_ps == self.up_ps and since < POWER_UP_RESET_PS:
             self.finding("early-reset", f"RESET ends {readable(since)} after the supply came; at least 250 ms")
         self._start_in(0)
@@ -160,6 +161,7 @@ class Chipset(Instructions):
         handler = self.handlers[row.code]
         found: int | None = handler(value) if row.args else handler()
         if not row.name.startswith("GET") and row.name not in SELECTS:
+            self.unheeded = True
             self.motion.attend()
         return found
 
@@ -172,9 +174,26 @@ class Chipset(Instructions):
                     self.drivers["hostintrpt"].drive(0)
                     return
 
+    def worked(self) -> None:
+        """A cycle has been worked: what commands had written by then has been seen."""
+        self.unheeded = any(state.update is not None for state in self.states)
+        self.refresh_idle()
+
     def refresh_idle(self) -> None:
-        """Something has begun or ended."""
-        self.idle = self.port.ready and not any(state.in_motion or state.update for state in self.states)
+        """Something has begun or ended.  An axis whose breakpoint waits for a time is not idle."""
+        busy = self.unheeded or not self.port.ready
+        self.idle = not busy and not any(state.in_motion or state.breakpoint == "time" for state in self.states)
+
+    @property
+    def waiting(self) -> str:
+        """What the chipset waits for."""
+        moving = [state.number for state in self.states if state.in_motion]
+        if moving:
+            return f"{self.name}: the motion of {'axis' if len(moving) == 1 else 'axes'} {', '.join(map(str, moving))}"
+        for state in self.states:
+            if state.breakpoint == "time":
+                return f"{self.name}: time {state.comparison}, the breakpoint of axis {state.number}"
+        return super().waiting
 
     @property
     def answering(self) -> bool:

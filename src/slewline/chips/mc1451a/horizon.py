@@ -6,7 +6,7 @@ from bisect import bisect_left
 
 from .pulses import RANGE
 from .sheet import HIGH_RANGE
-from .state import GEAR, ONE, saturated, signed
+from .state import GEAR, ONE, signed
 from .updates import Updates
 
 NEVER = 1 << 80
@@ -72,4 +72,4 @@ class Horizon(Updates):
         rate += 0 if self.encoder.quiet else COUNTS_PER_CYCLE
         if not rate:
             return NEVER
-        return n + max(abs(state.pos_err - abs(saturated(state.error))) // rate, 1)
+        return n + max(abs(state.pos_err - abs(state.error)) // rate, 1)

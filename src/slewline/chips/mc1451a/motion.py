@@ -122,7 +122,7 @@ class Motion:
             else:
                 trajectory.sync(n)
         self.chip.interrupt()
-        self.chip.refresh_idle()
+        self.chip.worked()
 
     # ---------------------------------------------------------------------------------------------------------- inputs
     def _limit(self, name: str, net: Net) -> None:

@@ -68,7 +68,7 @@ class Stepwise:
             for course in self.courses:
                 course.cycle(self.origin + CYCLE_TICKS * self.cycle)
             self.chip.interrupt()
-            self.chip.refresh_idle()
+            self.chip.worked()
 
     def attend(self) -> None:
         """A command has written something: a motor that was off ends its motion, even if it is on again in time."""
