@@ -2,7 +2,7 @@
  * A host program of the old kind: it homes axis 1 by the ports of an ISA board, and moves it.  On a PC with the board
  * it would include <conio.h>; here it finds its chipset behind a socket.
  *
- *     slewline serve mc1451a --tcp 127.0.0.1:4001
+ *     slewline serve mc1451a --tcp 127.0.0.1:4001 --control 127.0.0.1:4002
  *     cc -o homing homing.c && SLEWLINE=127.0.0.1:4001 ./homing
  *
  * The home switch is a pin of the server: {"do": "drive", "pin": "mc1451a.home1", "level": 0} at its control port.

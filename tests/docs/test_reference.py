@@ -29,11 +29,11 @@ def codes_of(path):
     loops = [node for node in ast.walk(tree) if isinstance(node, ast.For)]
     for node in ast.walk(tree):
         if isinstance(node, ast.Call) and ast.unparse(node.func).split(".")[-1] in (makes, "mistake") and node.args:
-            first = node.args[0]
+            first, around = node.args[0], [loop for loop in loops if node in ast.walk(loop)]
             if isinstance(first, ast.Constant):
                 yield first.value
-            elif isinstance(first, ast.Name) and first.id == "code" and path.name != "firmware.py":  # a column
-                (loop,) = (loop for loop in loops if node in ast.walk(loop))
+            elif isinstance(first, ast.Name) and first.id == "code" and around:  # a column
+                (loop,) = around
                 column = [ast.unparse(name) for name in loop.target.elts].index("code")
                 yield from (row.elts[column].value for row in loop.iter.elts)
             else:

@@ -340,3 +340,8 @@ def test_there_is_no_program_entry():
     for write in (to_ascii, to_binary):
         with pytest.raises(UsageError, match="the MC1451A-E keeps no program that could be entered; hex or bin"):
             write(assembly)
+
+
+def test_a_code_is_no_mnemonic():
+    with pytest.raises(UsageError, match="command 26: a mnemonic such as 'GET_STATUS' belongs here"):
+        packets.row(sheet_of("mc1451a"), 26)

@@ -234,7 +234,7 @@ class Chip(OneAxis):
         """Axis 1 ... of the chip; a part with one motor is its own axis 1."""
         if isinstance(number, bool) or number not in range(1, len(self.axes) + 1):
             has = "one axis, number 1" if len(self.axes) == 1 else f"axes 1 to {len(self.axes)}"
-            raise UnknownName(f"{self.name} ({self.sheet.part}) has {has}; not {number}")
+            raise UnknownName(f"{self.name} ({self.sheet.part}) has {has}; not {number!r}")
         return self if len(self.axes) == 1 else AxisOfChip(self, number)
 
     def registers_of(self, number: int) -> dict[str, int]:

@@ -97,7 +97,10 @@ def row(sheet: Sheet, name: str) -> Row:
 
     Raises:
         UnknownName: the part has no such command; the message says what may be meant.
+        UsageError: a code instead of a mnemonic.
     """
+    if not isinstance(name, str):
+        raise UsageError(f"command {name!r}: a mnemonic such as 'GET_STATUS' belongs here; a code goes with packet()")
     found = sheet.commands.by_form.get(name.upper())
     if found is None:
         stranger = _stranger(sheet, name)

@@ -167,7 +167,8 @@ class QuadratureCounter:
         if self._since is not None:
             lasted = np.append(ticks[0] - self._since, lasted)
         told = lasted[(lasted < DWELL_TICKS) | (lasted >= 2 * DWELL_TICKS)]
-        self._check_states(told.tolist(), int(ticks[-1]))
+        turns = np.diff(told < DWELL_TICKS, prepend=self._burst)  # where a burst begins or ends
+        self._check_states(told[turns].tolist(), int(ticks[-1]))
         self._since = int(ticks[-1])
 
     def _check_states(self, lasted: Sequence[int], tick: int) -> None:
