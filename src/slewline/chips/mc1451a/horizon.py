@@ -64,12 +64,19 @@ class Horizon(Updates):
         state = self.state
         if self.encoder is None or not state.step_ratio:
             return NEVER
-        fastest = (
-            0 if self.law is None else (self.limits.velocity if self.aim != "curve" else HIGH_RANGE * ONE) // ONE + 1
-        )
-        fastest = max(fastest, abs(state.velocity) // ONE + 1) if self.law is not None else 0
-        rate = fastest * state.step_ratio // 256 + 1 if fastest else 0
-        rate += 0 if self.encoder.quiet else COUNTS_PER_CYCLE
+        rate = self.fastest * state.step_ratio  # 2^-24 counts per cycle
+        if not self.encoder.quiet:
+            rate += COUNTS_PER_CYCLE << 24
         if not rate:
             return NEVER
-        return n + max(abs(state.pos_err - abs(state.error)) // rate, 1)
+        margin = abs(state.pos_err - abs(state.error)) - state.step_ratio // 256 - 2  # a step counts all at once
+        return n + max((margin << 24) // rate, 1)
+
+    @property
+    def fastest(self) -> int:
+        """No cycle of the run displaces by more."""
+        if self.law is None:
+            return 0
+        if self.aim == "curve":
+            return min(self.state.active.velocity, HIGH_RANGE * ONE)
+        return max(self.limits.velocity, abs(self.state.velocity))

@@ -69,7 +69,7 @@ class Limits:
         """
         jump = max(self.acceleration, self.start)
         slower = speed - self.acceleration
-        if 0 < remaining <= min(max(self.velocity, slower), jump) and speed <= remaining + jump:
+        if 0 <= remaining <= min(max(self.velocity, slower), jump) and speed <= remaining + jump:
             return remaining, True
         if remaining > 0:
             best = self.greatest(remaining)

@@ -48,7 +48,7 @@ class Updates(Pulses):
         if mode == GEAR:
             self.followed, self.backlog = self.counts, 0
             self.suspended = not state.motor_on or self.flagged
-        elif mode == VELOCITY and state.in_motion:
+        elif mode == VELOCITY and state.in_motion and self.aim != "stop":
             self.aim, self.fresh = "contour", True
 
     def update(self, n: int, taken: Profile) -> None:
