@@ -331,7 +331,7 @@ class Course:
         way = sign(velocity if curve is None else curve.distance)  # a curve begins slower than a velocity can tell
         if way != self.direction:
             self.direction = way
-            drivers[f"dir{number}"].drive(1 if way > 0 else 0)
+            self.tell(lambda: drivers[f"dir{number}"].drive(1 if way > 0 else 0))
         before, edges = self.pulse, []
         half = 1  # half steps from the last step made
         while (distance := half * ONE // 2 - way * self.lead) <= abs(velocity):
