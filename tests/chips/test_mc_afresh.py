@@ -33,7 +33,9 @@ def wrapped(stepwise: bool):
 def test_a_target_that_wraps_lies_on_the_other_side_of_its_destination():
     position, edges, direction = wrapped(stepwise=False)
     assert (position, edges, direction) == wrapped(stepwise=True)
-    assert -TOP - 1 <= position < -TOP + 100 and direction == 1 and len(edges) > 40  # it goes on upwards, behind the end
+    assert (
+        -TOP - 1 <= position < -TOP + 100 and direction == 1 and len(edges) > 40
+    )  # it goes on upwards, behind the end
 
 
 @pytest.mark.fact("PMD-HOME-1")

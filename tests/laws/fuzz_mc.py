@@ -61,9 +61,7 @@ class Mad(Misuse):
         bench.run(0)
         super().__init__(bench, chip, (Wires if wires else Calls)(bench, chip), rnd)
         self.inputs = [
-            row.name
-            for row in self.sheet.pins
-            if row.name.startswith(INPUTS) and row.name[:4] + row.name[-1] != turned
+            row.name for row in self.sheet.pins if row.name.startswith(INPUTS) and row.name[:4] + row.name[-1] != turned
         ]
         self.often = [row for row in self.rows for _ in range(1 + OFTEN.count(row.name))]
         self.misuses = (*MISUSES, *(OF_WIRES if wires else ()))
@@ -309,7 +307,10 @@ def main() -> None:
                 total += one.findings
                 kind = "by strobes" if how else "by calls"
                 virtual = one.bench.now_ps / 1e12
-                print(f"{part}: {one.hand.operations:,} operations {kind}, {one.steps:,} steps, {virtual:.0f} s virtual in {wall:.1f} s")
+                print(
+                    f"{part}: {one.hand.operations:,} operations {kind}, {one.steps:,} steps, "
+                    f"{virtual:.0f} s virtual in {wall:.1f} s"
+                )
                 again = run(part, operations, seed, wires=bool(how)).digest()
                 print("hash      ", one.digest(), "\nagain     ", again)
                 assert one.digest() == again

@@ -8,7 +8,7 @@ from __future__ import annotations
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from operator import attrgetter
+from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING
 
 from ..errors import UsageError
@@ -64,6 +64,7 @@ class Axis:
         self.past = [Stretch(0, 0, 0, 1, 1, None)]
         self.offsets = [(0, self.offset)]
         self.watchers: list[Callable[[], object]] = []  # called when a plan or the register changes
+        self.forgetters: list[Callable[[int], object]] = []  # called when the past before an instant is dropped
 
     @property
     def travel(self) -> int:
@@ -131,6 +132,10 @@ class Axis:
         """Drop the past before an instant."""
         keep = next((i for i in range(len(self.past) - 1, 0, -1) if self.past[i].start <= before), 0)
         del self.past[:keep]
+        in_force = bisect_right(self.offsets, self.past[0].start, key=itemgetter(0)) - 1
+        del self.offsets[: max(in_force, 0)]
+        for forgetter in self.forgetters:
+            forgetter(before)
 
     def _played(self, start: int, stop: int) -> Iterator[tuple[Stretch, Train, int, int]]:
         """Stretches with steps at start <= t <= stop, and which steps of their trains these are: a ... b-1."""

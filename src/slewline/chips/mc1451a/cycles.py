@@ -39,9 +39,10 @@ class ChipsetAxis(AxisInCycles):
         chip.motion.catch_up()
         now = self.kernel.now
         begin, end = 0 if start is None else picoseconds(start), now if stop is None else min(picoseconds(stop), now)
-        first = max(-(-(chip.clock.ticks_from(begin) - chip.origin) // CYCLE_TICKS), 0)
+        trajectory = chip.motion.trajectories[self.number - 1]
+        first = max(-(-(chip.clock.ticks_from(begin) - chip.origin) // CYCLE_TICKS), trajectory.past[0].first)
         last = (chip.clock.ticks_until(end) - chip.origin) // CYCLE_TICKS
-        return cycles_of(chip.motion.trajectories[self.number - 1], first, last + 1)
+        return cycles_of(trajectory, first, last + 1)
 
 
 def cycles_of(trajectory: Trajectory, first: int, stop: int) -> Cycles:

@@ -13,12 +13,14 @@ Positions and displacements are in 1/65536 step.
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from typing import TYPE_CHECKING, NamedTuple
 
 from ...core.cycles import CycleTrain, Law, SCurve, SquareView
 from ...core.train import Playing
 from .enc import FilteredInput, QuadratureCounter
 from .profile import Limits, Phases, Run
+from .sheet import CYCLE_TICKS
 from .state import NEGATIVE_LIMIT, ONE, POSITIVE_LIMIT, TRAPEZOIDAL, WRAPPED, AxisState, signed
 
 if TYPE_CHECKING:
@@ -55,6 +57,8 @@ class Pulses:
         if chip.encoder:
             a, b = chip.pins[f"quada{n}"], chip.pins[f"quadb{n}"]
             self.encoder = QuadratureCounter(a, b, chip.clock, chip.finding)
+        self.past: list[Past] = []
+        self.axis.forgetters.append(self.forget)
 
     def begin(self, state: AxisState) -> None:
         """Reset is over: cycle 0 is due."""
@@ -150,6 +154,11 @@ class Pulses:
             self.past[-1] = entry
         else:
             self.past.append(entry)
+
+    def forget(self, before: int) -> None:
+        """Nobody asks for the cycles before an instant any more."""
+        cycle = (self.chip.clock.ticks_until(before) - self.chip.origin) // CYCLE_TICKS
+        del self.past[: max(bisect_right(self.past, cycle, key=lambda entry: entry.first) - 1, 0)]
 
     def _base(self) -> None:
         """Count from the target as it is, which lies within its range."""

@@ -1,0 +1,88 @@
+"""What a chipset that runs for hours costs and keeps: it does not grow with what a host writes, nor with nothing."""
+
+from __future__ import annotations
+
+import pytest
+from mc import ONE, Rig, base, each
+
+FOR_HOURS = ("SET_PRFL_VEL", f"SET_VEL {ONE // 16}", "SET_ACC 0x100")
+
+
+def events(rig: Rig, time: str) -> int:
+    """How many events the kernel is told to come, while a time passes."""
+    before = next(rig.bench.kernel.order)
+    rig.bench.run(time)
+    return next(rig.bench.kernel.order) - before - 1
+
+
+@each
+def test_what_a_host_writes_during_a_motion_leaves_nothing_in_the_kernel(part: str) -> None:
+    rig = base(part)
+    rig.begin(*FOR_HOURS)
+    for number in range(100):
+        rig.do(f"SET_POS {number}", "UPDATE")
+        rig.next(2)
+    assert len(rig.bench.kernel.heap) < 5
+
+
+@each
+def test_resets_during_motions_leave_nothing_in_the_kernel_that_grows(part: str) -> None:
+    rig = base(part)
+    for _ in range(20):
+        rig.begin(*FOR_HOURS)
+        rig.bench.run("1 s")
+        rig.x.reset()
+        rig.bench.run("10 ms")
+    assert len(rig.bench.kernel.heap) < 5
+    n = rig.begin("SET_VEL 0x10000", "SET_ACC 0x10000", "SET_POS 3")
+    rig.rest()
+    assert rig.pulses(rig.at(n)) == [rig.at(n + k) for k in (1, 2, 3)]
+
+
+@pytest.mark.parametrize(
+    ("mode", "limit", "most"),
+    [
+        (FOR_HOURS, 32767, 10),  # the error is as great as can be told, and the limit is just that
+        (
+            ("SET_PRFL_S_CRV", f"SET_VEL {ONE // 16}", "SET_MAX_ACC 0x100", "SET_JERK 0x1000", f"SET_POS {1 << 29}"),
+            100,
+            400,
+        ),
+    ],
+    ids=["velocity", "s-curve"],
+)
+def test_an_encoder_that_nobody_has_mounted_costs_next_to_nothing(mode: tuple[str, ...], limit: int, most: int) -> None:
+    rig = base("mc1151a-e")
+    rig.do("SET_STEP_RATIO 2560", f"SET_POS_ERR {limit}")
+    rig.begin(*mode)
+    rig.bench.run("30 s")
+    rig.do("SET_ACTL_POS 0") if limit == 100 else rig.bench.run("30 s")
+    assert events(rig, "1000 s") < most
+
+
+def test_an_axis_forgets_its_cycles_with_its_steps() -> None:
+    rig = base("mc1151a-e")
+    rig.do("SET_PRFL_GEAR", f"SET_RATIO {ONE}", "UPDATE")
+    rig.turn(400, 8192)
+    rig.bench.run("100 ms")
+    axis, now = rig.x.axis(1), rig.bench.now_ps
+    rig.bench.run("50 ms")
+    before = axis.cycles(now)
+    axis.motor.forget(now)
+    after = axis.cycles()
+    assert len(axis.cycles(0, now)) <= 1 and after.targets[-len(before) :].tolist() == before.targets.tolist()
+    assert len(before) > 100 and len(axis.motor.past) < 200 and len(rig.x.motion.trajectories[0].past) < 200
+
+
+@each
+def test_positions_that_were_declared_are_forgotten_too(part: str) -> None:
+    rig = base(part)
+    for number in range(50):
+        rig.do(f"SET_ACTL_POS {number}")
+    n = rig.begin("SET_VEL 0x10000", "SET_ACC 0x10000", "SET_POS 53")
+    rig.rest()
+    steps = rig.x.steps(rig.at(n))
+    rig.x.motor.forget(rig.at(n))
+    kept = rig.x.steps(rig.at(n))
+    assert kept.positions.tolist() == steps.positions.tolist() == [50, 51, 52, 53]
+    assert rig.x.position_at(rig.at(n + 2)) == 51 and len(rig.x.motor.offsets) == 1
