@@ -1,8 +1,8 @@
 """The MC1451A family on a bench: four axes for ten virtual seconds, encoders, packets, moves.
 
-Nothing but the public face is used: a host at the pins of the port sets the axes in motion, time passes, and what they
-have done is asked for afterwards, every pulse of it or cycle by cycle.  Pulses and cycles come by different ways from
-the same law; they are compared before a figure is believed.
+A host at the pins of the port sets the axes in motion, time passes, and what they have done is asked for afterwards,
+every pulse of it or cycle by cycle.  Pulses and cycles come by different ways from the same law; they are compared
+before a figure is believed.
 """
 
 from __future__ import annotations
@@ -260,7 +260,7 @@ def moved(begins: str, settings: tuple[Setting, ...]) -> float:
 
         return run
 
-    wall, chip = best_of(prepare)
+    wall, chip = best_of(prepare, 9)
     steps = int(np.abs(np.diff([0, *positions])).sum()) if begins == "UPDATE" else 0
     assert len(chip.steps()) == steps
     return wall / MOVES

@@ -47,8 +47,9 @@ def checked(law: Law, hz: int) -> CycleTrain:
     for i in range(0, CYCLES, STRETCH):
         here = slice(i, i + STRETCH)
         first, last = int(steps[i]), int(steps[here][-1])
-        found = first + np.searchsorted(train.begins(first, last), begins[here], side="right")
-        assert (found == steps[here]).all()
+        times = train.begins(first, last)
+        assert (first + np.searchsorted(times, begins[here], side="right") == steps[here]).all()
+        assert times[-1] == train.clock.ps(train.begin(last - 1))
     return train
 
 
