@@ -14,6 +14,7 @@ Positions and displacements are in 1/65536 step.
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 from ...core.cycles import CycleTrain, Law, SCurve, SquareView
@@ -58,6 +59,7 @@ class Pulses:
             a, b = chip.pins[f"quada{n}"], chip.pins[f"quadb{n}"]
             self.encoder = QuadratureCounter(a, b, chip.clock, chip.finding)
         self.past: list[Past] = []
+        self.waiting: list[Callable[[], object]] = []  # for the next round
         self.axis.forgetters.append(self.forget)
 
     def begin(self, state: AxisState) -> None:
@@ -168,6 +170,7 @@ class Pulses:
     def end(self) -> None:
         """Reset: whatever is promised ends with this instant."""
         self.law = None
+        self.waiting.clear()
         if self.playing is not None:
             self.playing.until = self.kernel.now + 1
             self.pulse.renew()
@@ -183,7 +186,18 @@ class Pulses:
         self._move(n)
         self.remember(n)
         if run.speed or isinstance(law, SCurve):
-            self.kernel.call_at(self.kernel.now, lambda: self.play(law))
+            self.soon(lambda: self.play(law))
+
+    def soon(self, what: Callable[[], object]) -> None:
+        """Do something in the next round, when the old pulses of this instant are over; one thing after the other."""
+        if not self.waiting:
+            self.kernel.call_at(self.kernel.now, self._do)
+        self.waiting.append(what)
+
+    def _do(self) -> None:
+        waiting, self.waiting = self.waiting, []
+        for what in waiting:
+            what()
 
     def play(self, law: Law) -> None:
         """Promise the pulses of a run, unless a reset in this very instant has ended it."""
@@ -214,7 +228,7 @@ class Pulses:
         if self.encoder is not None:
             self.offset += value - state.actual
             state.actual = value
-        self.kernel.call_at(self.kernel.now, lambda: self._load(n, value))
+        self.soon(lambda: self._load(n, value))
 
     def _load(self, n: int, value: int) -> None:
         """The emitted position becomes this, and what has been emitted since cycle n began."""

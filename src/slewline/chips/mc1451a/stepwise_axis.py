@@ -71,7 +71,7 @@ class Course:
         self.pulse, self.direction = 0, 1  # the levels that have been put out or promised
         self.steps: list[int] = []  # ticks of this cycle's steps
         self.playing: Playing | None = None
-        self.over = False
+        self.told: list[Callable[[], object]] = []  # what the axis will be told
         # position error, in 1/256 count, and whole steps of the target that it does not count yet
         self.error = self.gone = 0
 
@@ -95,7 +95,15 @@ class Course:
 
     def tell(self, what: Callable[[], object]) -> None:
         """Tell the axis in the next round, when the step that is due at this very instant counts as made."""
-        self.chip.kernel.call_at(self.chip.kernel.now, lambda: None if self.over else what())
+        if not self.told:
+            self.chip.kernel.call_at(self.chip.kernel.now, self.say)
+        self.told.append(what)
+
+    def say(self) -> None:
+        """Say what is to be told, one thing after the other."""
+        told, self.told = self.told, []
+        for what in told:
+            what()
 
     def finding(self, code: str, text: str) -> None:
         """Keep what the host did wrong with this axis."""
@@ -411,6 +419,6 @@ class Course:
 
     def cut(self) -> None:
         """No step after this instant."""
-        self.over = True
+        self.told.clear()
         if self.playing is not None:
             self.playing.until = self.chip.kernel.now + 1
