@@ -156,14 +156,18 @@ class Wires(Hand):
         return bytes(data)
 
     def fumble(self, rnd: Random) -> None:
-        """Move any wire of the port, at any time."""
+        """Move any wire of the port, at any time; RESET and the supply may come between."""
         for _ in range(rnd.randrange(2, 40)):
-            pin = rnd.choice(("hostslct", "hostslct", "hostcmd", *STROBES * 2, "bus"))
+            pin = rnd.choice((*("hostslct", "hostcmd", *STROBES * 2, "bus") * 5, "reset", "supply"))
             if pin == "bus":
                 self.bus(rnd.choice((None, rnd.randrange(256))))
+            elif pin == "supply":
+                self.chip.power(bool(rnd.randrange(2)))
             else:
                 level = rnd.randrange(2)
                 self.operations += pin in STROBES and self.chip.pin(pin).level > level
                 self.put(**{pin: level})
             self.wait(rnd.choice((0, 10, 30, 60, 60, 1000, 3000, 82_000)))
         self.rest()
+        self.chip.power(True)
+        self.chip.pin("reset").release()
