@@ -99,7 +99,19 @@ def run_script(bench: Bench, host: Computer, script: Script | str | Iterable[str
 
 
 def check_script(bench: Bench, host: Computer, script: Script) -> None:
-    """Raise what is wrong with a script, pins and chips that the bench does not have included."""
+    """Raise what is wrong with a script.
+
+    Raises:
+        ProgramError: lines that cannot be played; all of them are in `.problems`.
+    """
+    script.refuse(refused(bench, host, script))
+
+
+def refused(bench: Bench, host: Computer, script: Script) -> list[Problem]:
+    """Return what is wrong with a script, pins and chips that the bench does not have included.
+
+    `run` plays nothing of a script with such lines, and `lint` calls each of them an error.
+    """
     found = list(script.problems)
     stage, chip = Stage(bench, host, script), host.chip
     for step in script.steps:
@@ -107,7 +119,7 @@ def check_script(bench: Bench, host: Computer, script: Script) -> None:
             chip = host.chips[step.to]
         elif step.to:
             found.append(step.problem("unknown-chip", f"{host.name} serves {', '.join(host.chips)}, but not {step.to}"))
-        found += _refused(step, chip.sheet)
+        found += _no_packet(step, chip.sheet)
         try:
             if step.pin:
                 stage.terminal(step.pin, chip)
@@ -115,10 +127,10 @@ def check_script(bench: Bench, host: Computer, script: Script) -> None:
                 step.fits(stage, chip)
         except SlewlineError as error:
             found.append(step.problem("unknown-pin" if step.pin else "directive", str(error)))
-    script.refuse(found)
+    return found
 
 
-def _refused(step: Step, sheet: Sheet) -> list[Problem]:
+def _no_packet(step: Step, sheet: Sheet) -> list[Problem]:
     """What is wrong with a command for a chipset that takes packets."""
     if sheet.packets is None or step.directs or step.fits is not None:
         return []

@@ -7,7 +7,7 @@ import json
 import re
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -17,6 +17,8 @@ from ..errors import BenchFileError, UsageError
 from .files import STDIN, Outputs, chip_of, read_program, sheet_for
 
 if TYPE_CHECKING:
+    from ..bench import Bench
+    from ..bench.stage import Computer, Script
     from ..core.table import Sheet
     from ..language.assemble import Assembly
     from ..language.disassemble import Instruction
@@ -168,27 +170,60 @@ def lint(files: tuple[str, ...], chip: str | None, strict: bool, as_json: bool) 
     """Print what is odd about programs."""
     from ..language.problems import picture
 
-    found = {file: (text := read_program(file), problems_of(file, text, chip)) for file in files}
+    found = [linted for file in files for linted in texts_of(file, chip)]
     if as_json:
-        print_json({file: [dataclasses.asdict(each) for each in problems] for file, (_, problems) in found.items()})
+        print_json({where: [dataclasses.asdict(each) for each in problems] for where, _, problems in found})
     else:
-        for file, (text, problems) in found.items():
+        for where, text, problems in found:
             for problem in problems:
-                head, _, rest = picture(problem, text, file).partition("\n")
+                head, _, rest = picture(problem, text, where).partition("\n")
                 click.echo(f"{click.style(head, fg=COLOURS[problem.severity])}\n{rest}\n")
-            click.echo(f"{file}: {tally(problems)}")
+            click.echo(f"{where}: {tally(problems)}")
     bad = ("error", "warning") if strict else ("error",)
-    return int(any(problem.severity in bad for _, problems in found.values() for problem in problems))
+    return int(any(problem.severity in bad for *_, problems in found for problem in problems))
 
 
-def problems_of(file: str, text: str, chip: str | None) -> list[Problem]:
-    """What is odd about a program and about its directives."""
-    from ..bench.script import read_script
+class Linted(NamedTuple):
+    """A text, where it stands, and what is odd about it."""
+
+    where: str
+    text: str
+    problems: list[Problem]
+
+
+def texts_of(file: str, chip: str | None) -> list[Linted]:
+    """A program file, or the scripts of a bench file, with what is odd about each.
+
+    Raises:
+        SlewlineError: the file cannot be read, or does not make a bench.
+    """
+    from ..bench import Bench
+    from ..bench.file import BenchFile
+    from .run import read
+
+    if file.lower().endswith(".toml"):
+        if chip is not None:
+            raise UsageError("a bench file says which chips there are; leave out --chip")
+        bench, scripts = BenchFile(file).staged()
+        return [Linted(script.where, script.text, problems_of(bench, host, script)) for host, script in scripts]
+    part, text = chip_of(file, chip), read_program(file)
+    script, straps = read(text, file, sheet_of(part))
+    bench = Bench()
+    return [Linted(file, text, problems_of(bench, bench.host(bench.add(part, straps=straps)), script))]
+
+
+def problems_of(bench: Bench, host: Computer, script: Script) -> list[Problem]:
+    """What is odd about a script, and whatever `run` would refuse; a line that is an error is told of once.
+
+    What is said to several chips is not followed: of such a script only the lines that cannot be played are told.
+    """
+    from ..bench.script import refused
     from ..language.lint import lint as check
 
-    part = chip_of(file, chip)
-    directives = [problem for problem in read_script(text, file).problems if problem.code == "directive"]
-    return sorted([*check(text, sheet_of(part), checks_of(part)), *directives])
+    alone = len(host.chips) == 1
+    found = check(script.text, host.chip.sheet, checks_of(host.chip.sheet.part)) if alone else []
+    wrong = {problem.line for problem in found if problem.severity == "error"}
+    return sorted([*found, *(problem for problem in refused(bench, host, script) if problem.line not in wrong)])
 
 
 def tally(problems: list[Problem]) -> str:

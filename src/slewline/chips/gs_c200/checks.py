@@ -75,8 +75,6 @@ def motions(source: Source) -> None:
         return after(statement, state)
 
     states, blocks, block = [State()], iter(source.blocks), None
-    if source.blocks and source.blocks[0].entry is None:
-        block = next(blocks)
     for statement in source.statements:
         if statement.block >= 0:
             continue
