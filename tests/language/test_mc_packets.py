@@ -115,9 +115,9 @@ def test_the_mistake_says_what_is_allowed():
     ("line", "code", "at", "end", "allowed", "remedy"),
     [
         ("SET_POS", "missing-argument", 7, 8, "-1073741824..1073741823 (steps)", ""),
-        ("SET_POS 1 2", "extra-argument", 10, 11, "position", ""),
-        ("SET_POS 11 1", "extra-argument", 11, 12, "position", ""),
-        ("STOP  now", "extra-argument", 6, 9, "no argument", ""),
+        ("SET_POS 1 2", "extra-argument", 10, 11, "", ""),
+        ("SET_POS 11 1", "extra-argument", 11, 12, "", ""),
+        ("STOP  now", "extra-argument", 6, 9, "", ""),
         ("SET_VEL -1", "range", 8, 10, "0..1073741823 (2^-16 steps/cycle)", "the nearest is 0"),
         ("SET_MAX_ACC 0x8000", "range", 12, 18, "0..32767 (2^-16 steps/cycle^2)", "the nearest is 32767"),
         ("SET_POS 0x40000000", "range", 8, 18, "-1073741824..1073741823 (steps)", "the nearest is 1073741823"),
@@ -330,7 +330,7 @@ def test_a_script_with_mistakes_is_refused_whole():
     assert str(error.value).split("\n\n") == [
         "a.txt, line 2, column 3: set_accel is no command of the MC1451A-E (MC1451A-E manual, command reference)\n"
         "      set_accel 7\n      ^^^^^^^^^\n    write SET_ACC",
-        "a.txt, line 4, column 8: UPDATE with now: allowed no argument (MC1451A-E manual, command reference)\n"
+        "a.txt, line 4, column 8: now behind UPDATE, which takes no argument (MC1451A-E manual, command reference)\n"
         "    UPDATE now\n           ^^^",
     ]
 

@@ -72,6 +72,7 @@ if TYPE_CHECKING:
     from .bench import Bench
     from .stage import Computer
 
+ZEROS = "\u00d8\u00f8\u2205"  # what people copy from a manual for a zero
 LONGEST = 1000  # characters of a line; no chip takes as many
 EXAMPLES = re.findall(r"^    (@(\w+).*?)  +\S", __doc__ or "", re.MULTILINE)
 
@@ -164,7 +165,8 @@ def _plain(step: Step) -> None:
     odd = next((c for c in step.text if not " " <= c <= "~"), None)
     if odd is not None and step.verb != "note":
         at = f"{odd!r} at character {step.text.index(odd) + 1}"
-        raise UsageError(f"{at} is not printable ASCII; @bytes sends other bytes")
+        remedy = "write 0 where a manual prints a zero with a stroke" if odd in ZEROS else "@bytes sends other bytes"
+        raise UsageError(f"{at} is not printable ASCII; {remedy}")
 
 
 def _line(step: Step) -> Step:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 
 from ..core.table import Arg, Bits, Packets, Port, Row, Sheet
@@ -9,7 +10,9 @@ from ..errors import UnknownName
 from . import lines, packets
 from .assemble import units
 from .dialects import Command
+from .source import LABELS
 
+MARK = "$"  # behind the letter of a label
 LEVEL = {0: "low", 1: "high", None: ""}
 OWN = "Opcodes are the model's own: the sheet gives none. A carriage return ends a line."
 SECTIONS = "; s. is a section, T. a table of it"
@@ -34,6 +37,8 @@ def describe(sheet: Sheet, command: str | None = None) -> str:
 
 def describe_command(sheet: Sheet, command: str) -> str:
     """One command in full: how it is written, sent and stored, what it takes, how long it lasts."""
+    if command == MARK and sheet.labels:
+        return _labels_in_full(sheet)
     in_full = _line_in_full if sheet.in_lines else _packet_in_full if sheet.in_packets else _in_full
     return "\n".join(in_full(sheet, row) for row in find(sheet, command))
 
@@ -50,6 +55,22 @@ def _in_full(sheet: Sheet, row: Row) -> str:
         f"- manual: {row.where}",
     ]
     text += [f"- `{arg.name}`: {_range(sheet, arg)}, {_bytes(arg.size)}" for arg in row.args]
+    text += [f"- {sheet.slips[row.form]}"] if row.form in sheet.slips else []
+    return "\n".join(text) + "\n"
+
+
+def _labels_in_full(sheet: Sheet) -> str:
+    first, last = sheet.labels[0], sheet.labels[-1]
+    used = ", ".join(row.form for row in sheet.commands if any(arg.label for arg in row.args))
+    text = [
+        "# LABEL: names the instruction that follows",
+        "",
+        f"- ASCII: `{first}{MARK}` to `{last}{MARK}`, directly in front of the instruction, without a carriage return",
+        "- binary: none; binary programs branch to addresses",
+        "- program buffer: no room",
+        f"- branches to it: {used}, with the letter alone, such as `J {first}`",
+        f"- manual: {LABELS}; T.II",
+    ]
     return "\n".join(text) + "\n"
 
 
@@ -83,7 +104,7 @@ def _packet_in_full(sheet: Sheet, row: Row) -> str:
 
 
 def find(sheet: Sheet, command: str) -> list[Row]:
-    """The rows of a command, by letter (all forms of it), by name, or by a line that is one.
+    """The rows of a command, by letter (all forms of it), by name, by a line that is one, or by the code of a packet.
 
     Raises:
         UnknownName: the part has no such command; the message says which it has.
@@ -96,7 +117,11 @@ def find(sheet: Sheet, command: str) -> list[Row]:
     if isinstance(line, Command):
         return [line.row]
     if sheet.in_packets:
-        return [packets.row(sheet, "".join(command.split()[:1]))]
+        coded = re.fullmatch(r"(?:0x|\$)?([0-9a-f]{2})", command.lower())
+        row = sheet.commands.by_code.get(int(coded[1], 16)) if coded else None
+        return [row or packets.row(sheet, "".join(command.split()[:1]))]
+    if command in sheet.slips:
+        raise UnknownName(f"{sheet.part} has no command {command!r}; {sheet.slips[command]}")
     letters = ", ".join(f"{row.form} ({row.name})" for row in sheet.commands)
     raise UnknownName(f"{sheet.part} has no command {command!r}; it has {letters}")
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, replace
 
-from .problems import Place
 from .source import read
 from .statements import Directive, Source, Statement
 
@@ -97,7 +96,7 @@ class Course:
 
 
 def course(source: Source) -> None:
-    """A running program takes no commands, X needs a program, and a position is read on the fly while the motor moves."""
+    """A running program takes no commands, X needs a program, a read-out on the fly needs a motion."""
     chip = Course(source)
     for item in source.items:
         if isinstance(item, Directive):

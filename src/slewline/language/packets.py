@@ -35,9 +35,8 @@ def words(row: Row, values: Sequence[int]) -> tuple[int, ...]:
     Raises:
         UsageError: too few values or too many, or one that is out of range; the message says what is allowed.
     """
-    takes = " and ".join(arg.name for arg in row.args) or "no argument"
     if len(values) != len(row.args):
-        raise UsageError(f"{row.name} takes {takes}, not {len(values)} values")
+        raise UsageError(f"{row.name} takes {row.takes}, not {len(values)} values")
     for arg, value in zip(row.args, values, strict=True):
         if not isinstance(value, int) or isinstance(value, bool) or not arg.allows(value):
             raise UsageError(f"{row.name} {arg.name} {value!r}: allowed {arg.low}..{arg.high} ({row.where})")
@@ -162,15 +161,15 @@ def number(text: str, arg: Arg) -> int | None:
 
 def _arguments(row: Row, text: str, at: int) -> Command | Refusal:
     """The number behind a mnemonic; it begins at character `at`."""
-    takes = row.args[0].name if row.args else "no argument"
     found = text[at:].split()
     if len(found) > len(row.args):
         first = text.index(found[len(row.args)], at + sum(map(len, found[: len(row.args)])))
-        return _refusal("extra-argument", first, len(text), f"{row.name} with {text[first:]}", takes)
-    if len(found) < len(row.args):
         return _refusal(
-            "missing-argument", len(text), len(text) + 1, f"{row.name} without {takes}", range_of(row.args[0])
+            "extra-argument", first, len(text), f"{text[first:]} behind {row.name}, which takes {row.takes}"
         )
+    if len(found) < len(row.args):
+        arg = row.args[0]
+        return _refusal("missing-argument", len(text), len(text) + 1, f"{row.name} without {arg.name}", range_of(arg))
     if not found:
         return Command(row, (), 0, b"", row.form)
     arg, written = row.args[0], found[0]

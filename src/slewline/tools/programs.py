@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from ..language.disassemble import Instruction
     from ..language.problems import Problem
 
+SOURCE = "a program text, not the bytes of a program; slewline asm makes bytes of it"
 COLOURS = {"error": "red", "warning": "yellow", "note": "cyan"}
 
 
@@ -38,6 +39,7 @@ def asm(
 ) -> int:
     """Assemble a program."""
     from ..language.assemble import assemble
+    from ..language.source import read
 
     sheet, text = sheet_for(file, chip), read_program(file)
     if checksum and not (sheet.port is not None and sheet.port.checksum_pin):
@@ -45,6 +47,10 @@ def asm(
     outputs = Outputs([file])
     outputs.claim(output)
     assembly = assemble(text, sheet, file, resolve)
+    if sheet.enter and not read(text, sheet).blocks:
+        enter, leave = (row.form for row in assembly.framing)
+        remedy = f"write {enter} above the first of them, and {leave} below the last"
+        raise UsageError(f"{file}: no program in it: without {enter} these are commands that a host sends; {remedy}")
     for problem in assembly.findings:
         click.echo(f"slewline: {file}, line {problem.line}: {problem.severity}: {problem.says}", err=True)
     if as_json:
@@ -75,7 +81,7 @@ def put(data: bytes, output: str | None, outputs: Outputs) -> None:
     """Bytes to a claimed file, or to the standard output."""
     if output is None or output == STDIN:
         if sys.stdout.isatty() and not data.decode("latin-1").replace("\n", "").isprintable():
-            raise UsageError("these bytes are not for a terminal; give --output FILE")
+            raise UsageError("these bytes are not for a terminal; give --output FILE, or lead them into a pipe")
         click.echo(data, nl=False)
     else:
         outputs.write_bytes(output, data)
@@ -100,22 +106,24 @@ def dis(
     file: str, chip: str | None, form: str | None, stream: bool, labels: bool, output: str | None, as_json: bool
 ) -> int:
     """Disassemble a program buffer, or a binary stream."""
-    from ..language.disassemble import disassemble, instructions
+    from ..language.disassemble import commands, disassemble, instructions
 
     sheet = sheet_for(file, chip)
     if stream and not sheet.in_letters:
         text = "text already" if sheet.in_lines else "what dis reads without it"
         raise UsageError(f"--stream: the {sheet.part.upper()} has no binary mode; what a host sends it is {text}")
-    data = program_bytes(file, form)
+    data = program_bytes(file, form, sheet)
     outputs = Outputs([file])
     outputs.claim(output)
     if not stream and len(data) > sheet.buffer_bytes > 0:
         remedy = "is it the right file?" if sheet.in_lines else "if a host sends it, give --stream"
         raise BenchFileError(f"{file}: {len(data)} bytes; the program buffer has {sheet.buffer_bytes}; {remedy}")
     if stream:
-        commands = streamed(data, sheet)
-        found: Any = {"chip": sheet.part, "commands": commands}
-        text = "".join(f"{command}\n" for command in commands)
+        said, notes = commands(data, sheet)
+        for note in notes:
+            click.echo(f"slewline: {note.code}: {note.text}", err=True)
+        found: Any = {"chip": sheet.part, "commands": said}
+        text = "".join(f"{command}\n" for command in said)
     else:
         found = {"chip": sheet.part, "lines": [line_object(line) for line in instructions(data, sheet)]}
         text = disassemble(data, sheet, labels=labels)
@@ -129,8 +137,12 @@ def line_object(line: Instruction) -> dict[str, Any]:
     return {"address": line.address, "data": line.data.hex(), "name": name, "values": list(line.values)}
 
 
-def program_bytes(file: str, form: str | None) -> bytes:
-    """The bytes of a hex or binary file; without `form`, a file that looks like hex is hex."""
+def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
+    """The bytes of a hex or binary file; without `form`, a file that looks like hex is hex.
+
+    Raises:
+        BenchFileError: the file cannot be read, is empty, is no hex though it looks like it, or is a program text.
+    """
     try:
         raw = sys.stdin.buffer.read() if file == STDIN else Path(file).read_bytes()
     except (OSError, ValueError) as error:
@@ -140,29 +152,35 @@ def program_bytes(file: str, form: str | None) -> bytes:
     code = re.sub(rb";[^\n]*", b"", raw).split()
     digits = b"".join(code)
     if form == "bin" or (form is None and re.fullmatch(rb"[0-9A-Fa-f]+", digits) is None):
+        if form is None and looks_like_source(raw, sheet):
+            raise BenchFileError(f"{file}: {SOURCE}")
         return raw
     for number, line in enumerate(read_text(file, raw).splitlines(), 1):
         try:
             bytes.fromhex(line.split(";", 1)[0])
         except ValueError:
+            if form is None and looks_like_source(raw, sheet):
+                raise BenchFileError(f"{file}: {SOURCE}") from None
             found = f"{file}, line {number}: {line[:60]!r}"
             raise BenchFileError(f"{found}: bytes are pairs of hexadecimal digits") from None
     return bytes.fromhex(digits.decode("ascii"))
 
 
-def streamed(data: bytes, sheet: Sheet) -> list[str]:
-    """What a binary host says, a command a line; what is wrong with it goes to the standard error."""
-    from ..language.dialects import Command, Decoder
+def looks_like_source(raw: bytes, sheet: Sheet) -> bool:
+    """Is it text, and are most of its lines commands of this part?"""
+    from ..language.source import host_lines, read
 
-    decoder, lines, entering = Decoder(sheet), [], False
-    for byte in data:
-        found = decoder.feed(byte, False, entering)
-        if isinstance(found, Command):
-            entering = found.row.name == "ENTER" if found.row.name in ("ENTER", "QUIT") else entering
-            lines.append(found.text)
-        for note in decoder.take_notes():
-            click.echo(f"slewline: {note.code}: {note.text}", err=True)
-    return lines
+    try:
+        text = raw.decode()
+    except UnicodeDecodeError:
+        return False
+    lines = host_lines(text)
+    taken = {item.line for item in read(text, sheet).items}
+    return (
+        b"\n" in raw
+        and text.replace("\n", "").replace("\r", "").replace("\t", "").isprintable()
+        and (2 * len(taken) > len(lines))
+    )
 
 
 # ----------------------------------------------------------------------------------------------------------------- lint
@@ -255,10 +273,12 @@ def describe(chip: str, command: str | None, as_json: bool) -> int:
 
 def sheet_object(sheet: Sheet, command: str | None) -> dict[str, Any]:
     """A data sheet as data; the commands alone, or one of them, when one is named."""
-    from ..language.describe import find
+    from ..language.describe import MARK, find
 
-    rows = find(sheet, command) if command is not None else list(sheet.commands)
     found: dict[str, Any] = {"chip": sheet.part, "title": sheet.title, "manual": sheet.manual}
+    if command == MARK and sheet.labels:
+        return found | {"commands": [], "labels": sheet.labels}
+    rows = find(sheet, command) if command is not None else list(sheet.commands)
     found["commands"] = [dataclasses.asdict(row) for row in rows]
     if command is None:
         found["pins"] = [dataclasses.asdict(pin) for pin in sheet.pins]

@@ -16,7 +16,7 @@ from ...language.lint import Check, explored
 from ...language.problems import Severity
 from ...language.statements import Block, Directive, Source, Statement
 from .profile import head, ramp, steps
-from .sheet import RATE_TOP, SHORT_SLEW_STEPS, STEP_TICKS, STEPS_PER_SECOND, VERIFY_BYTES
+from .sheet import RATE_TOP, SHORT_SLEW_STEPS, SLIPS, STEP_TICKS, STEPS_PER_SECOND, VERIFY_BYTES
 
 NUMBER_TOP = 65535
 RAMP_TOP = (NUMBER_TOP - SHORT_SLEW_STEPS) // 2  # longest ramp that leaves room to slew ("32K or so", s.7)
@@ -144,7 +144,8 @@ def motions(source: Source) -> None:
     for line, statement in walk.halts.items():
         if line not in used:
             found = "no G or P follows this H"
-            source.report(statement, "halt-unused", "warning", found, section="s.7", remedy="H counts for one motion")
+            remedy = f"H counts for one motion; {SLIPS['H']}"
+            source.report(statement, "halt-unused", "warning", found, section="s.7", remedy=remedy)
 
 
 def unset(source: Source, found: Iterable[Motion]) -> None:
