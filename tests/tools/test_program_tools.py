@@ -288,6 +288,70 @@ def test_lint_reads_the_scripts_of_a_bench_file_on_its_bench(call, write):
     assert "y.cy525, line 3, column 1: error: tell gate 'open'; allowed nothing" in ran.out
     assert "y.cy525: 2 errors" in ran.out.replace(str(Path.cwd()) + "/", "")
     assert call("lint", bench, "--chip", "cy525").status == 2
+    assert call("lint", write("e.toml", chips[0])).out == "e.toml: nothing to complain about\n"
+
+
+def test_lint_of_a_bench_file_tells_of_each_host_that_plays_a_file(call, write):
+    write("y.cy525", "@drive nix=0")
+    hosts = [f'[[host]]\nchips = ["{name}"]\nfile = "y.cy525"' for name in "xy"]
+    chips = [f'[[chip]]\npart = "cy525"\nname = "{name}"' for name in "xy"]
+    found = call("lint", write("b.toml", *chips, *hosts), "--json").json
+    assert [problem["found"][:20] for problems in found.values() for problem in problems] == [
+        "x (cy525) has no pin",
+        "y (cy525) has no pin",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("behind", "lost"),
+    [
+        (("V 0",), True),
+        (("@drive abort=1", "V 0"), True),
+        (("@live R 5", "V 0"), True),
+        (("@until run=1", "V 0"), False),
+        (("@wait 1 s", "V 0"), False),
+        (("@live 0", "V 0"), False),
+        ((), False),
+    ],
+)
+def test_run_loses_or_delays_the_commands_behind_x_that_lint_warns_of(call, write, behind, lost):
+    program = write("p.cy525", "E", "D 50", "D 50", "0", "QX", *behind)
+    findings = call("run", program, "--json").json["findings"]
+    assert ("request-while-running" in {found["code"] for found in findings}) == lost
+    assert ("the program that X of line 5 started may still run" in call("lint", program).out) == lost
+
+
+@pytest.mark.parametrize("lines", [("X",), ("E", "Q", "X"), ("E", "0", "QI", "X"), ("J 0",), ("@read position",)])
+def test_run_hangs_where_lint_warns_of_it(call, write, lines):
+    program = write("p.cy525", *lines)
+    assert call("run", program, "-q", "--timeout", "1 s").status == 1
+    assert "1 warning" in call("lint", program).out
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        (
+            "E}",
+            "extra-argument: ENTER takes no argument; } is ignored; the manual prints } for the return key",
+        ),
+        ("A 0}", "bad-number: ABSOLUTE 0}: not a decimal number; ignored; the manual prints } for the return key"),
+        ("D", "missing-argument: DELAY needs delay; ignored; in the CY512 D ran the program: here X does"),
+        ("X 5", "extra-argument: EXECUTE takes no argument; 5 is ignored; in the CY512 X was the delay: here D is"),
+        ("r 5", "unknown-command: r is no command; the line is ignored; write R: command letters are upper case"),
+        ("K 5", "unknown-command: K is no command; the line is ignored\n"),
+        ("R x", "bad-number: RATE x: not a decimal number; ignored\n"),
+    ],
+)
+def test_run_tells_what_to_write_instead(call, write, line, told):
+    assert f"! {told}" in call("run", write("p.cy525", "E", "0", "Q", line, "@wait 1 ms"), "--until", "5 ms").out
+
+
+def test_run_refuses_the_zero_of_the_manual_and_says_what_to_write(call, write):
+    ran = call("run", write("p.cy525", "E", "\u00d8", "Q"))
+    assert ran.status == 2 and "write 0 where a manual prints a zero with a stroke" in ran.err
+    ran = call("run", write("p.cy525", "R \u00b2"))
+    assert ran.status == 2 and "@bytes sends other bytes" in ran.err
 
 
 # ------------------------------------------------------------------------------------------------------ describe, chips

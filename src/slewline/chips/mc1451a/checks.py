@@ -3,7 +3,7 @@
 A script is read as the chipset would take it, packet by packet.  A register that the text has not written yet holds
 what was there before, which nobody knows (None) unless RESET stands above; no rule speaks about it then.  Two things
 are taken as they are at power-up until the script says otherwise: the pulse range is the standard one, and a script
-that gives destination and velocity, but neither acceleration nor start velocity, has none.
+that gives destination and velocity, but no acceleration, has none.
 """
 
 from __future__ import annotations
@@ -136,12 +136,13 @@ class Script:
         needed = {
             "": ("SET_ACC",) if axis.known else (),  # power-up is trapezoidal
             "SET_PRFL_TRAP": ("SET_ACC",),
+            "SET_PRFL_VEL": ("SET_ACC",),
             "SET_PRFL_S_CRV": ("SET_MAX_ACC", "SET_JERK"),
         }.get(axis.mode, ())
-        if "SET_ACC" in needed and axis.value("SET_START_VEL"):
+        if axis.mode in ("", "SET_PRFL_TRAP") and axis.value("SET_START_VEL"):
             needed = ()
         missing = [name for name in needed if not axis.value(name)]
-        moves = axis.is_reset or "SET_POS" in axis.written
+        moves = axis.is_reset or axis.mode == "SET_PRFL_VEL" or "SET_POS" in axis.written
         if missing and moves and axis.value("SET_VEL") and axis.pending:
             last = list(axis.pending.values())[-1]
             found = f"{last.text} is updated without {' and '.join(missing)}: the move does not start"
