@@ -16,7 +16,7 @@ KINDS = ("abort", "inhibit", "rate", "read", "reset", "tie")
 
 
 def explained(dialogue: Dialogue, found: list[str]) -> str:
-    text = f"dialogue {dialogue.seed} at {dialogue.crystal}: {found[:3]}"
+    text = f"dialogue {dialogue.seed} at {dialogue.crystal}, {dialogue.options}: {found[:3]}"
     return f"{text}\n  sent {dialogue.sent!r}\n  events {dialogue.events}"
 
 
