@@ -29,11 +29,11 @@ def found(text, part=C200S):
 @pytest.mark.parametrize(
     ("part", "text"),
     [
-        (C200S, f"Po\n{STR}+21\nE\n@until ready\nV1"),
+        (C200S, f"Po\n{STR}+22\nE\n@until ready\nV1"),
         (C200S, f"Po\n{STR}L0\n+100\nL3\nL0\n-100\nL3\nPx\nE"),
         (C200S, stored(f"{STR}jc1,16\nj12\n+50\nj12")),
         (C200S, f"I1\nPo\n{STR}-50\nE\n@until ready\nPo\n+50\nE"),  # the speeds are still known
-        (C200S, f"Po\n{STR}+21\nE\nPo\n+60\nL0\nR50\n+101\nL2\nE"),  # a loop begins behind its L0
+        (C200S, f"Po\n{STR}+22\nE\nPo\n+60\nL0\nR50\n+102\nL2\nE"),  # a loop begins behind its L0
         (C200, f"I1\nP\n{STR}G9999999\n-9999\nE"),
         (C200, f"P\n{STR}G-2\nA1\nE"),
         (C200S, f"I1\nPo\n{STR}G-8388608\n-100\nE"),  # this counter wraps
@@ -72,7 +72,11 @@ def test_nothing_to_complain_about(part, text):
         (stored("+50\n" + STR), [(2, 1, 3, "unset-speed")]),
         (stored("S10\nT100\n+50\n+50\nR10"), [(4, 1, 3, "unset-speed")]),
         (stored("S10\nT10\nR5\n+50"), [(5, 1, 3, "no-ramp")]),
-        (stored(STR + "-20"), [(5, 1, 3, "rate-unreached")]),
+        (stored(STR + "-21"), [(5, 1, 3, "rate-unreached")]),
+        (stored("S10\nT100\nR1\n+3"), [(5, 1, 2, "rate-unreached")]),
+        (stored("S10\nT100\nR1\n+4"), [(5, 1, 2, "sudden-ramp")]),
+        (stored("S10\nT100\nR1\ng+"), [(5, 1, 2, "sudden-ramp")]),
+        (stored("S10\nT100\nR2\ng+"), []),
         ("S10\nF\nA1", [(1, 1, 3, "not-now"), (3, 1, 2, "not-now")]),  # without P they are commands, and too early
         ("Po\nE", [(2, 1, 1, "empty-program")]),
         ("Po\nD1\nM\nE", [(2, 1, 2, "no-autorun")]),
@@ -114,7 +118,10 @@ def test_severities_and_texts():
         "note",
         "T100 is not reached: the ramps take 10 steps each, the move has 15",
     )
-    assert short.remedy == "the move gets as far as 838 steps/s; from 21 steps on T is reached"
+    assert short.remedy == "the move gets as far as 777 steps/s; from 22 steps on T is reached"
+    (sudden,) = problems(stored("S10\nT100\nR1\n+9"), C200S)
+    assert (sudden.severity, sudden.remedy) == ("note", "a longer R")
+    assert sudden.found == "R1 has no rate between S and T: 100 steps/s, then 1000, and down as suddenly"
     assert [problem.severity for problem in problems(stored("D1\nL2"), C200S)] == ["note"]
     assert [problem.severity for problem in problems(stored("L0\nD1\nL3\nD2\nL2"), C200S)] == ["warning"]
     (inside,) = problems(stored("j3\nA1"), C200S)
