@@ -277,7 +277,7 @@ def describe(chip: str, command: str | None, as_json: bool) -> int:
 
 def sheet_object(sheet: Sheet, command: str | None) -> dict[str, Any]:
     """A data sheet as data; the commands alone, or one of them, when one is named."""
-    from ..language.describe import MARK, find
+    from ..language.lookup import MARK, find
 
     found: dict[str, Any] = {"chip": sheet.part, "title": sheet.title, "manual": sheet.manual}
     if command == MARK and sheet.labels:
