@@ -350,6 +350,8 @@ def test_run_tells_what_to_write_instead(call, write, line, told):
 def test_run_refuses_the_zero_of_the_manual_and_says_what_to_write(call, write):
     ran = call("run", write("p.cy525", "E", "\u00d8", "Q"))
     assert ran.status == 2 and "write 0 where a manual prints a zero with a stroke" in ran.err
+    ran = call("run", write("p.gs-c200", "S10\u2193"))
+    assert ran.status == 2 and "leave out the sign of the return key" in ran.err
     ran = call("run", write("p.cy525", "R \u00b2"))
     assert ran.status == 2 and "@bytes sends other bytes" in ran.err
 

@@ -72,7 +72,10 @@ if TYPE_CHECKING:
     from .bench import Bench
     from .stage import Computer
 
-ZEROS = "\u00d8\u00f8\u2205"  # what people copy from a manual for a zero
+COPIED = {  # what manuals print, and what to write instead
+    **dict.fromkeys("\u00d8\u00f8\u2205", "write 0 where a manual prints a zero with a stroke"),
+    **dict.fromkeys("\u2193\u21b5", "leave out the sign of the return key"),
+}
 LONGEST = 1000  # characters of a line; no chip takes as many
 EXAMPLES = re.findall(r"^    (@(\w+).*?)  +\S", __doc__ or "", re.MULTILINE)
 
@@ -165,8 +168,7 @@ def _plain(step: Step) -> None:
     odd = next((c for c in step.text if not " " <= c <= "~"), None)
     if odd is not None and step.verb != "note":
         at = f"{odd!r} at character {step.text.index(odd) + 1}"
-        remedy = "write 0 where a manual prints a zero with a stroke" if odd in ZEROS else "@bytes sends other bytes"
-        raise UsageError(f"{at} is not printable ASCII; {remedy}")
+        raise UsageError(f"{at} is not printable ASCII; {COPIED.get(odd, '@bytes sends other bytes')}")
 
 
 def _line(step: Step) -> Step:

@@ -242,7 +242,9 @@ class _CommandLine(_Line):
         alike = [row for row in self.sheet.commands if row.head[0] == letter]
         unknown, remedy = found.code == "unknown", ""
         code = {"unknown": "unknown-command", "argument": "bad-argument"}.get(found.code, found.code)
-        if meant := self.meant():
+        if word := slip(self.sheet, self.text):
+            remedy = word
+        elif meant := self.meant():
             remedy = f"write {meant}: no blanks, and capitals count"
         elif unknown and alike:
             remedy = f"with this letter it has {', '.join(map(usage, alike))}"

@@ -194,6 +194,7 @@ def _sheet(part: str, rows: tuple[Row, ...], foreign: tuple[str, ...]) -> Sheet:
         notes=NOTES,
         port=PORT,
         foreign=foreign,
+        slips={"\u2193": "the data sheet prints \u2193 for the return key: leave it out"},
         enter="PROGRAM",
         leave=tuple(row.name for row in (*ROWS, *rows) if row.name in ("EXECUTE", "PROGRAM_END")),
     )
