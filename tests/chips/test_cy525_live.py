@@ -463,7 +463,9 @@ def test_a_host_gives_live_commands(rig):
     r.send("C\rE\rG\rD 5\rX\rQ")
     r.start("X\r")
     r.bench.run("20 ms")
-    r.host.live("B", "R 20", "F 20")
+    sent = r.host.sent
+    assert r.host.live("B", "R 20", "F 20") == b""
+    assert r.host.sent - sent == len("B\rR 20\rF 20\r")
     assert r.level("programmable_output") == 1
     assert r.level("prog") == 1
     r.bench.run("40 ms")
