@@ -248,12 +248,12 @@ def _live(rest: str) -> Reading:
     if not all(commands):
         raise UsageError(f"{rest!r}: an empty command")
 
-    def queue(stage: Stage) -> None:
-        stage.do(_telling(f"live {rest}"))
-        with stage.only_queued() as host:
-            host.live(*commands)
+    async def act(stage: Stage, chip: Chip) -> None:
+        stage.tell(f"live {rest}")
+        for group, data in await stage.bus_host.live_now(stage.port(chip), commands):
+            stage.tell(f"verify {group}: {_shown(data)}")
 
-    return Reading(queue, fits=_on_bus)
+    return Reading(_acting(act), fits=_on_bus)
 
 
 def _rate(rest: str) -> Reading:
@@ -282,12 +282,12 @@ def _read(rest: str) -> Reading:
 def _verify(rest: str) -> Reading:
     group = _number(rest, 0, 3)
 
-    def queue(stage: Stage) -> None:
-        with stage.only_queued() as host:
-            host.verify(group)
-        stage.do(lambda stage, chip: _tell(stage, f"verify {group}: {_shown(stage.bus_host.answer)}"))
+    async def act(stage: Stage, chip: Chip) -> None:
+        host, port = stage.bus_host, stage.port(chip)
+        await host.command_mode(port, f"@until run=1 waits for its end, @live V {group} reads through PROG/LIVE")
+        stage.tell(f"verify {group}: {_shown(await host.verify_now(port, group))}")
 
-    return Reading(queue, fits=_on_bus)
+    return Reading(_acting(act), fits=_on_bus)
 
 
 def _shown(data: bytes) -> str:

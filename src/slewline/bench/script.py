@@ -18,7 +18,7 @@ Directives take times such as 20 ms, and pins of the chip that the host speaks t
 (y.abort):
 
     @wait 20 ms            let time pass
-    @until run=1           wait for a level of a pin
+    @until run=1           wait for a level of a pin; here, behind X, until the program has ended
     @until position=40     wait for a position
     @drive abort=0         put a level on a pin, now
     @drive abort=0@12 ms   or at an instant of the run
@@ -33,7 +33,7 @@ Directives take times such as 20 ms, and pins of the chip that the host speaks t
 To a chip on a bus (CY525); while ASCII/BINARY is low, commands go out in binary form:
 
     @reset                 pulse RESET
-    @live R 20 | B         commands to a running program, through PROG/LIVE
+    @live R 20 | V 0       commands to a running program, through PROG/LIVE; V reads its group
     @rate 60               another rate on the fly, when the motor slews
     @read position         read the position on the fly, while the motor steps
     @verify 3              read a verify group
