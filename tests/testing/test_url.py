@@ -110,10 +110,10 @@ def test_the_url_that_is_advised_is_one_that_opens(opened):
 
 
 def test_straps_and_options_of_the_query(opened):
-    port = opened("slewline://gs-c200s?chs=0&br0=1&eeprom_time=20 ms&sel0=1&early_y=false", baudrate=4800)
+    port = opened("slewline://gs-c200s?chs=0&br0=1&eeprom_time=2.4 s&sel0=1&early_y=false", baudrate=4800)
     port.write(b"M\r")
     assert port.read_until(b"\r") == b"Y\r"
-    # two characters, the turnround, the EEPROM, two characters
+    # two characters, the turnround, a byte into the EEPROM, two characters
     assert 20 * 10**9 < port.bench.now_ps < 32 * 10**9
 
 
@@ -265,7 +265,7 @@ def test_a_loop_that_waits_for_in_waiting_ends(opened):
 
 
 def test_a_read_without_timeout_waits_as_long_as_something_is_coming(opened):
-    port = opened("slewline://gs-c200s?eeprom_time=30 s", timeout=None)
+    port = opened("slewline://gs-c200s?eeprom_time=3600 s", timeout=None)
     assert ask(port, "M") == b"YY\r"
     assert port.bench.now_ps > 30 * 10**12
 

@@ -90,6 +90,7 @@ class Furnished(Recording):
         chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
         self.chips[name] = chip
         chip.on_power = self._power_input
+        self._keep_inputs(chip)
         self._adopt(chip)
         self.kernel.settle()
         return chip
@@ -127,7 +128,7 @@ class Furnished(Recording):
         if self.journal is not None:
             self.journal.write(do, **what)
 
-    def _keep_inputs(self, part: Part) -> None:
+    def _keep_inputs(self, part: Part | Chip) -> None:
         """Let the journal have what the part is told."""
         if self.journal is not None:
             part.on_input = lambda verb, args: self._note("input", part=part.name, verb=verb, args=args)

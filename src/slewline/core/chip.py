@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..errors import UnknownName, UsageError
 from .axis import Axis, Steps
@@ -158,6 +158,7 @@ class Chip(OneAxis):
         self.findings: list[Finding] = []
         self.on_finding: Callable[[Finding], object] | None = None
         self.on_power: Callable[[Chip, bool], object] | None = None  # the journal
+        self.on_input: Callable[[str, list[Any]], object] | None = None  # the journal, too: other inputs from outside
         self.task: Task | None = None
         self.idle = False
         self._waiting: tuple[str, int] = ("nothing yet", 0)
