@@ -282,7 +282,13 @@ class Chip(OneAxis):
     def waiting(self) -> str:
         """What the chip waits for, and since when."""
         text, since = self._waiting
-        return f"{self.name}: {text} since {readable(since)}"
+        rest = f"; {self.unfinished!r} has come without its carriage return" if self.unfinished else ""
+        return f"{self.name}: {text} since {readable(since)}{rest}"
+
+    @property
+    def unfinished(self) -> str:
+        """The line that has come so far, where lines end with a carriage return."""
+        return ""
 
     def finding(self, code: str, text: str) -> None:
         """Keep what a host did wrong, or where the manual is silent."""
