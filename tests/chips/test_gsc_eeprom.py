@@ -8,6 +8,7 @@ import pytest
 from gsc import C200, C200S, CHARACTER, MS, STR, Rig, base, both
 
 import slewline
+from slewline.core.store import Memory
 
 BYTE = 10 * MS
 PROGRAM, OTHER = [*STR, "+5"], [*STR, "+9"]  # 16 locations each
@@ -280,6 +281,7 @@ def test_a_failed_write_is_answered_e6_and_spoils_the_eeprom(part: str) -> None:
     start = rig.bench.now_ps
     assert rig.obeyed("M") == start + LINE + MS + WRITE
     assert rig.host.answers == ["E6"] and rig.codes == ["E6"]
+    assert base(part, options={"store": Memory(rig.x.store.read())}).ask("X") == "E6"  # whoever reads it
     assert rig.listed() == OTHER
     assert rig.asks("F", "X") == ["R", "E6"]
     assert rig.listed() == OTHER
