@@ -70,6 +70,7 @@ class Decoder:
         self.sheet = sheet
         self.notes: list[Note] = []
         self._rows = {ord(row.form): row for row in sheet.commands}
+        self._line_feeds = False  # one has come within a line, and been told of
         self.reset()
 
     def reset(self) -> None:
@@ -82,6 +83,13 @@ class Decoder:
         self._after_quit = False
         self._entering = False  # program entry as it was with the letter; no command changes it half-way
         self._entry_empty = True  # no command since program entry began
+
+    @property
+    def unfinished(self) -> str:
+        """The line that has come so far; nothing between commands, and in binary, where a count says the end."""
+        if self.at_letter or self._state not in (self._in_line, self._skip_line):
+            return ""
+        return (self._row.form if self._row is not None else "") + _text(self._line)
 
     def take_notes(self) -> list[Note]:
         """The notes so far, which are then forgotten."""
@@ -140,7 +148,15 @@ class Decoder:
     def _skip_line(self, byte: int) -> Decoded:
         if byte == CR:
             self.at_letter = True
+        elif byte == LF:
+            self._line_feed()
         return None
+
+    def _line_feed(self) -> None:
+        """A line feed within a line: say once what it tells of the host."""
+        if not self._line_feeds:
+            self._line_feeds = True
+            self._note("line-end", "the host ends its lines with LF; this part wants CR")
 
     def _in_line(self, byte: int) -> Decoded:
         if byte == CR:
@@ -148,6 +164,8 @@ class Decoder:
             return self._line_end()
         if byte == MARK:
             return self._mark()
+        if byte == LF:
+            self._line_feed()
         if len(self._line) >= LINE_LIMIT - 1:
             self._note("too-long", f"a command of more than {LINE_LIMIT} characters; the line is ignored")
             self._state = self._skip_line
