@@ -210,7 +210,7 @@ class Instructions(Registers):
         self.state.motor_on = True
 
     def do_mtr_off(self) -> None:
-        self.state.motor_on = False
+        self.state.switch_off()
 
     # ---------------------------------------------------------------------------------------------------------- encoder
     def do_get_actl_pos(self) -> int:

@@ -50,6 +50,7 @@ class AxisState:
     auto_stop: bool = False
     high_speed: bool = False
     motor_on: bool = True
+    held: bool = False  # the motor has been off, and no update was commanded since it is on: nothing starts
     breakpoint: str = ""  # what is armed: time, pos, neg, actl_pos, actl_neg, mtn_cmplt, ext
     comparison: int = 0  # of the breakpoint, as written: 32 bits unsigned
     mask: int = 0  # of interrupts
@@ -85,11 +86,20 @@ class AxisState:
         )
 
     def take(self) -> None:
-        """An update: what is buffered now takes effect with the next cycle, and so do actions taken since the last."""
+        """An update: what is buffered now takes effect with the next cycle, and so do actions taken since the last.
+
+        Whether it may start something is decided now, by the motor: behind MTR_ON the axis stays at rest until a move
+        is initiated (pulse generation control), whichever cycle sees that.
+        """
+        self.held = not self.motor_on
         before, self.update = self.update or Profile(), self.buffer.copy()
         for action in ("stop", "smooth_stop", "synch_prfl"):
             setattr(self.update, action, getattr(before, action) or getattr(self.buffer, action))
             setattr(self.buffer, action, False)
+
+    def switch_off(self) -> None:
+        """The motor goes off, by command or by a stall."""
+        self.motor_on, self.held = False, True
 
     def clear(self, mask: int) -> None:
         """Clear the events whose bit in `mask` is 0; a motion error that lasts is not cleared."""

@@ -167,7 +167,8 @@ class Trajectory(Horizon):
         if error:
             state.events |= MOTION_ERROR
             if state.auto_stop and not state.motion_error:
-                state.motor_on, self.was_off = False, True
+                state.switch_off()
+                self.was_off = True
         state.motion_error = error
 
     def look_at_breakpoint(self, n: int) -> None:

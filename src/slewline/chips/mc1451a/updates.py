@@ -47,7 +47,7 @@ class Updates(Pulses):
         self.mode, state.phase = mode, 0
         if mode == GEAR:
             self.followed, self.backlog = self.counts, 0
-            self.suspended = not state.motor_on or self.flagged
+            self.suspended = state.held or self.flagged
         elif mode == VELOCITY and state.in_motion and self.aim != "stop":
             self.aim, self.fresh = "contour", True
 
@@ -65,7 +65,7 @@ class Updates(Pulses):
             self.engage()
         elif taken.smooth_stop:
             self.slow_down(n)
-        elif state.motor_on:
+        elif not state.held:
             self.start()
 
     def synchronise(self, n: int) -> None:
@@ -97,7 +97,7 @@ class Updates(Pulses):
 
     def engage(self) -> None:
         """The gear follows again, from the counts of now on."""
-        if self.suspended and self.state.motor_on and not self.flagged:
+        if self.suspended and not self.state.held and not self.flagged:
             self.suspended = False
             self.followed = self.counts
 
