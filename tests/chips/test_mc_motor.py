@@ -1,8 +1,8 @@
 """What an update may start is decided by the motor as it is commanded, in whichever cycle it is worked.
 
-    motor     ‾‾‾\\_________________/‾‾‾‾‾‾‾‾‾‾      off by MTR_OFF or by a stall
-    commands            UPDATE                       starts nothing, even if the motor is on again in the next cycle
-    cycles    |              |              |
+motor     ‾‾‾\\_________________/‾‾‾‾‾‾‾‾‾‾      off by MTR_OFF or by a stall
+commands            UPDATE                       starts nothing, even if the motor is on again in the next cycle
+cycles    |              |              |
 """
 
 from __future__ import annotations
@@ -158,5 +158,3 @@ def test_a_gear_follows_behind_motor_on_with_an_update(stepwise: bool, commands:
         assert rig.x.travel == before + 3
         rig.do("SET_PRFL_TRAP", f"SET_POS {rig.shows('trgt_pos')}")
         rig.next()
-
-

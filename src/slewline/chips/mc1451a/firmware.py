@@ -169,7 +169,7 @@ class Chipset(Instructions):
         """With no interrupt pending, the lowest axis with an event that its mask lets through interrupts."""
         if not self.interrupting:
             for state in self.states:
-                if state.events & state.mask:
+                if state.interrupts:
                     self.interrupting = state.number
                     self.drivers["hostintrpt"].drive(0)
                     return

@@ -195,11 +195,12 @@ class Course:
                 self.mode, ()
             )
         active.position = new.position
-        if any(getattr(new, name) != getattr(active, name) for name in fixed):
+        if any(name in new.loaded and getattr(new, name) != getattr(active, name) for name in fixed):
             self.event(COMMAND_ERROR)
             return
         for name in ("velocity", "acceleration", "max_acceleration", "jerk", "ratio"):
-            setattr(active, name, getattr(new, name))
+            if name not in fixed:
+                setattr(active, name, getattr(new, name))
 
     def engage(self) -> None:
         """The gear follows (again), from the counts of now on."""
@@ -377,6 +378,7 @@ class Course:
         was_wrong, state.motion_error = state.motion_error, state.step_ratio != 0 and abs(reported) > state.pos_err
         if state.motion_error:
             self.event(MOTION_ERROR)
+            state.reported &= was_wrong
             if state.auto_stop and not was_wrong:
                 state.switch_off()
                 self.was_off = True
