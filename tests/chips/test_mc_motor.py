@@ -77,6 +77,18 @@ def test_the_recovery_from_a_stall_leaves_the_axis_at_rest_whenever_it_begins(wa
         rig.do("CLR_STATUS")
 
 
+@pytest.mark.fact("PMD-STALL-9", "PMD-UND-STALL-CLEAR")
+def test_with_checksums_read_a_packet_between_update_and_clr_status_is_enough() -> None:
+    rig = mover("mc1151a-e")
+    rig.do("SET_STEP_RATIO 256", "SET_POS_ERR 8", "SET_AUTO_STOP_ON", *FAST, "SET_POS 100000")
+    for phase in phases():
+        rig.begin()
+        rig.next(4)
+        rig.to(rig.cycle + 1, phase)
+        rig.do(*RECOVERY, "CLR_STATUS")
+        assert rig.status() == 0x300, f"begun {phase} clocks into a cycle"
+
+
 @both
 @ways
 @pytest.mark.fact("PMD-PULSE-10", "PMD-UND-MTR-OFF-UPDATE")
