@@ -196,6 +196,11 @@ class Chipset(Instructions):
         return super().waiting
 
     @property
+    def armed(self) -> bool:
+        """Does an axis have a breakpoint, which an input may meet at any time?"""
+        return any(state.breakpoint for state in self.states)
+
+    @property
     def answering(self) -> bool:
         """Is a byte or a word of the host in work?"""
         return not self.port.ready
