@@ -123,7 +123,7 @@ def refused(bench: Bench, host: Computer, script: Script) -> list[Problem]:
             chip = host.chips[step.to]
         elif step.to:
             found.append(step.problem("unknown-chip", f"{host.name} serves {', '.join(host.chips)}, but not {step.to}"))
-        found += _no_packet(step, chip.sheet)
+        found += _no_packet(step, chip.sheet, chip.crystal_hz)
         try:
             if step.pin:
                 stage.terminal(step.pin, chip)
@@ -134,11 +134,11 @@ def refused(bench: Bench, host: Computer, script: Script) -> list[Problem]:
     return found
 
 
-def _no_packet(step: Step, sheet: Sheet) -> list[Problem]:
+def _no_packet(step: Step, sheet: Sheet, crystal_hz: int) -> list[Problem]:
     """What is wrong with a command for a chipset that takes packets."""
     if sheet.packets is None or step.directs or step.fits is not None:
         return []
-    no = packets.parse(sheet, step.text)
+    no = packets.parse(sheet, step.text, crystal_hz)
     if not isinstance(no, Refusal):
         return []
     place = step.line, step.column + no.at, no.end - no.at

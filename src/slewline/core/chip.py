@@ -223,6 +223,11 @@ class Chip(OneAxis):
         """Is a line of a host in work, or its answer on its way?"""
         return False
 
+    @property
+    def armed(self) -> bool:
+        """Does the chip, at rest, wait for an input that lets it go on?"""
+        return False
+
     def step_nets(self) -> list[Net]:
         """Outputs that show every step of a motor."""
         return []
