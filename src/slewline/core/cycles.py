@@ -23,7 +23,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from .timebase import Clock
 from .train import Playing, Train
@@ -36,10 +36,10 @@ ONE = 1 << 16  # a step
 CYCLE = 8192  # ticks
 BLOCK = 3 << 12  # steps that are expanded at a time: they stay in the cache, and in memory that is at hand
 STRETCH = 1 << 10  # cycles that are expanded at a time where steps are rare
-EXACT = 1 << 61  # below it, a remainder and its neighbours fit into int64
+PLACES = 58  # binary places of an S-curve: of positions in 1/65536 step, and of times in cycles
+HALF_WORD = 1 << 63
 NEAREST = 1.5 * 2.0**52  # a float plus this has no decimals; its bits are then those of this plus the integer
 NEAREST_BITS = 0x4338 << 48
-JERKS = (1, 0, -1, 0, -1, 0, 1)  # of the seven phases of an S-curve
 
 
 # ------------------------------------------------------------------------------------------------------------- answers
@@ -119,91 +119,99 @@ class Linear:
     velocities = velocity
 
 
-class SCurve:
-    r"""A distance in seven phases of constant jerk: after k cycles, `distance * c(k) / whole` is covered, rounded down.
+class Piece(NamedTuple):
+    """Cycles of an S-curve in which the jerk is constant: `position` is where they begin.
 
-        a    __                       phase     1   2   3   4   5   6   7
-            /  \                      cycles   n1  n2  n1  n4  n1  n2  n1
-           /    \____      _          jerk      1   0  -1   0  -1   0   1
-                     \    /
-                      \__/            in every cycle a += jerk, then v += a, then c += v
-
-    So c ends at n1 * (n1 + n2) * (2 * n1 + n2 + n4), which is `whole`.  A stop makes some of the `lengths` of the
-    phases shorter and leaves `whole` as it was.  `first` is the cycle of the curve with which the law begins.  The
-    distance is at most 2^47, which is 2^31 steps.
+    From cycle to cycle position += speed, then speed += change, then change += jerk.  All have PLACES binary places.
     """
 
-    __slots__ = ("_table", "distance", "first", "phases", "start", "starts", "whole")
+    cycle: int  # the first one
+    phase: int
+    position: int
+    speed: int
+    change: int
+    jerk: int
+
+    def covered(self, k: int) -> int:
+        """The position when cycle k of the curve begins."""
+        m = k - self.cycle
+        return self.position + m * self.speed + m * (m - 1) // 2 * self.change + m * (m - 1) * (m - 2) // 6 * self.jerk
+
+    def displaced(self, k: int) -> int:
+        """The displacement of cycle k of the curve."""
+        m = k - self.cycle
+        return self.speed + m * self.change + m * (m - 1) // 2 * self.jerk
+
+
+class SCurve:
+    """The cycles of an S-curve, from one of them on: pieces of constant jerk, the last of which is its end.
+
+    Positions are rounded down, and so are velocities, each by itself.
+    """
+
+    __slots__ = ("_tables", "cycles", "first", "pieces", "start")
     steady = 0
 
-    def __init__(self, distance: int, whole: int, lengths: tuple[int, ...], first: int = 0) -> None:
-        self.distance, self.whole, self.first = distance, whole, first
-        self.phases: list[tuple[int, int, int, int, int]] = []  # begin, then c, v and a there, jerk
-        begin = c = v = a = 0
-        for length, jerk in zip(lengths, JERKS, strict=True):
-            self.phases.append((begin, c, v, a, jerk))
-            c = _advanced(length, c, v, a, jerk)
-            v += length * a + length * (length + 1) // 2 * jerk
-            a += length * jerk
-            begin += length
-        self.starts = [phase[0] for phase in self.phases]
-        self._table: NDArray[np.int64] | None = None
-        self.start = self._covered(first)
+    def __init__(self, pieces: list[Piece], first: int = 0) -> None:
+        self.pieces, self.first = pieces, first
+        self.cycles = [piece.cycle for piece in pieces]
+        self._tables: tuple[Any, ...] | None = None
+        self.start = self._piece(first).covered(first) >> PLACES
 
-    def _covered(self, k: int) -> int:
-        """Distance after k cycles of the curve."""
-        begin, c, v, a, jerk = self.phases[bisect_right(self.starts, k) - 1]
-        here: int = _advanced(k - begin, c, v, a, jerk)
-        return self.distance * here // self.whole
+    def _piece(self, k: int) -> Piece:
+        """The piece in which a cycle of the curve lies."""
+        return self.pieces[bisect_right(self.cycles, k) - 1]
 
     def travel(self, i: int) -> int:
-        return self._covered(self.first + i) - self.start
+        k = self.first + i
+        return (self._piece(k).covered(k) >> PLACES) - self.start
 
     def velocity(self, i: int) -> int:
-        """`distance * v / whole` of cycle i, rounded down."""
         k = self.first + i
-        begin, _, v, a, jerk = self.phases[bisect_right(self.starts, k) - 1]
-        m = k - begin + 1
-        return self.distance * (v + m * a + m * (m + 1) // 2 * jerk) // self.whole
+        return self._piece(k).displaced(k) >> PLACES
 
-    def velocities(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
-        import numpy as np
-
-        if self.whole >= EXACT:
-            return np.array([self.velocity(cycle) for cycle in i.tolist()], np.int64)
-        k, (begin, _, v, a, jerk) = self._phases_of(i)
-        m = k - begin + 1
-        return self._shared(v + m * a + m * (m + 1) // 2 * jerk)
+    def phase(self, i: int) -> int:
+        """The phase, 1 to 7, of cycle i."""
+        return self._piece(self.first + i).phase
 
     def travels(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
+        return self._sums(i, 0) - self.start
+
+    def velocities(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
+        return self._sums(i, 1)
+
+    def phases(self, i: NDArray[np.int64]) -> NDArray[np.int8]:
+        """The phases of many cycles, any order: shape as `i`."""
         import numpy as np
 
-        if self.whole >= EXACT:
-            return np.array([self.travel(cycle) for cycle in i.tolist()], np.int64)
-        k, (begin, c, v, a, jerk) = self._phases_of(i)
-        return self._shared(_advanced(k - begin, c, v, a, jerk)) - self.start
+        which = np.searchsorted(self.cycles, i + self.first, side="right") - 1
+        return np.array([piece.phase for piece in self.pieces], np.int8).take(which)
 
-    def _phases_of(self, i: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Cycles of the curve, and for each its phase: begin, then c, v and a there, jerk."""
+    def _sums(self, i: NDArray[np.int64], of: int) -> NDArray[np.int64]:
+        """Positions (0) or displacements (1) of many cycles.
+
+        They are computed twice: as floats, of which all but the last bits are right, and as integers with PLACES binary
+        places, of which nothing is lost but what does not fit into 64 bits.
+        """
         import numpy as np
 
-        if self._table is None:
-            self._table = np.array([*zip(*self.phases, strict=True)], np.int64)
+        if self._tables is None:
+            numbers = [*zip(*self.pieces, strict=True)]
+            wrapped = [[(number + HALF_WORD) % (2 * HALF_WORD) - HALF_WORD for number in row] for row in numbers[2:]]
+            floats = [[number / (1 << PLACES) for number in row] for row in numbers[2:]]
+            self._tables = np.array(self.cycles, np.int64), np.array(wrapped, np.int64), np.array(floats)
+        cycles, integers, floats = self._tables
         k = i + self.first
-        return k, self._table.take(np.searchsorted(self._table[0], k, side="right") - 1, axis=1)
-
-    def _shared(self, c: NDArray[np.int64]) -> NDArray[np.int64]:
-        """`distance * c / whole`, rounded down, for c from 0 to `whole`."""
-        # As a float it is wrong by less than 1/16, being at most 2^47.  So what is guessed here is right or one too
-        # small, and the remainder tells: its products wrap around, but it is less than 2^62 itself.
-        guess: NDArray[np.int64] = (c * (self.distance / self.whole) - 0.125).astype("int64")
-        guess += c * self.distance - guess * self.whole >= self.whole
+        which = np.searchsorted(cycles, k, side="right") - 1
+        m = k - cycles.take(which)
+        exact, about = integers[of].take(which), floats[of].take(which)
+        for order in range(1, 4 - of):
+            times = m if order == 1 else m * (m - 1) // 2 if order == 2 else m * (m - 1) * (m - 2) // 6
+            exact += times * integers[of + order].take(which)
+            about += times * floats[of + order].take(which)
+        guess: NDArray[np.int64] = about.astype(np.int64)
+        guess += (exact - (guess << PLACES)) >> PLACES
         return guess
-
-
-def _advanced(m: Any, c: Any, v: Any, a: Any, jerk: Any) -> Any:
-    """The c of an S-curve after m cycles of a phase; ints, or arrays of them."""
-    return c + m * v + m * (m + 1) * (3 * a + (m + 2) * jerk) // 6
 
 
 # -------------------------------------------------------------------------------------------------------------- train
