@@ -203,6 +203,17 @@ def test_each_phase_has_its_jerk_and_the_second_half_mirrors_the_first(name: str
     assert peak - UNIT // 3 <= max(speeds) <= peak and speeds == speeds[::-1]
 
 
+@pytest.mark.fact("PMD-UND-SCRV-ALGO")
+def test_numbers_of_an_s_curve_are_rounded_up_while_it_gains_speed_and_down_while_it_loses_it() -> None:
+    """J/6 has no end in binary; 32 k^3 / 6 is a whole number in every third cycle."""
+    rig = mover("mc1151a")
+    begun = rig.begin(*S1)
+    rig.rest()
+    targets = rig.x.axis(1).cycles(rig.at(begun), rig.at(begun + S1_CYCLES)).targets.tolist()
+    assert targets[:33] == [16 * k**3 // 3 for k in range(33)]
+    assert targets[-2:-34:-1] == [1000 * ONE - 16 * k**3 // 3 - 1 for k in range(1, 33)]
+
+
 def check_maxima(number: int, seed: int) -> None:
     """Ask the registers of random moves in the cycles that lie in phase 4, and in those of phases 2 and 6.
 

@@ -19,10 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slewline.chips.mc1451a.profile import UNIT, Limits, Phases, Run, s_curve, trapezoid
+from slewline.chips.mc1451a.stepwise_profile import SCurve as Twin
 from slewline.core.cycles import SCurve
 
 ONE = 1 << 16
 CYCLES = 10**6  # longer moves are not asked for
+JERK = (1 << 31) - 1
 SHORT = 3000  # S-curves up to so many cycles are looked at cycle by cycle
 EVEN = 1e-9  # floating point is right to so much of a duration
 
@@ -186,9 +188,41 @@ def check_coast(law: SCurve, phases: Phases, move: tuple[int, int, int, int]) ->
     assert law.travel(last) - law.travel(first) == (last - first) * move[1], move
 
 
+def compare_with_twin(number: int, seed: int, most: int = 200) -> int:
+    """Short S-curves, cycle by cycle beside the law of the slow twin; most of them are told to stop smoothly, once or
+    more often.
+
+    Returns how many stops changed something.
+    """
+    chance, stops = Random(seed), 0
+    while number:
+        move = numbers(chance, 34), numbers(chance, 25), min(numbers(chance, 15), 32767), min(numbers(chance, 31), JERK)
+        phases = s_curve(*move)
+        if phases.cycles > most or chance.random() * most > phases.cycles + 20:
+            continue
+        number -= 1
+        twin = Twin(*move)
+        law, first = SCurve(phases.pieces()), 0
+        stop = chance.randrange(1, phases.cycles + 1) if chance.random() < 0.8 else CYCLES
+        done = 0
+        while done < phases.cycles:
+            if done == stop or (done > stop and chance.random() < 0.1):
+                twin.smooth_stop()
+                stopped = phases.stopped(done)
+                if stopped != phases:
+                    phases, law, first = stopped, SCurve(stopped.pieces(), done), done
+                    stops += 1
+            i = done - first
+            here = law.travel(i + 1) - law.travel(i), law.velocity(i), law.phase(i)
+            assert twin.step() == here, (move, stop, done)
+            done += 1
+        assert twin.over, move
+    return stops
+
+
 def random_curve(chance: Random) -> tuple[int, int, int, int] | None:
     move = (numbers(chance, 31) * ONE, numbers(chance, 25), min(numbers(chance, 15), 32767), numbers(chance, 31))
-    move = (*move[:3], min(move[3], (1 << 31) - 1))
+    move = (*move[:3], min(move[3], JERK))
     return None if continuous(*move[:3], move[3] / ONE) > CYCLES else move
 
 
@@ -258,4 +292,5 @@ def follow(limits: Limits, position: int, speed: int, sign: int, destination: in
 if __name__ == "__main__":
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 10_000
     print(check_moves(count))
+    print(f"{compare_with_twin(count // 10, seed=1, most=1000)} smooth stops: the twin does the same")
     print(f"{check_retargets(count // 10)} retargets: all arrive")
