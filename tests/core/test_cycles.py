@@ -11,7 +11,8 @@ import pytest
 from promises import bounds, check_promise
 
 from slewline.core.axis import Axis
-from slewline.core.cycles import BLOCK, CYCLE, ONE, PLACES, STRETCH, CycleTrain, Linear, Piece, SCurve, SquareView
+from slewline.core.curves import PLACES, Piece, SCurve
+from slewline.core.cycles import BLOCK, CYCLE, ONE, STRETCH, CycleTrain, Linear, SquareView
 from slewline.core.kernel import Kernel
 from slewline.core.timebase import Clock
 from slewline.core.train import OPEN, Playing, StepTrain

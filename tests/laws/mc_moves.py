@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from slewline.chips.mc1451a.profile import UNIT, Limits, Phases, Run, s_curve, trapezoid
 from slewline.chips.mc1451a.stepwise_profile import SCurve as Twin
-from slewline.core.cycles import SCurve
+from slewline.core.curves import SCurve
 
 ONE = 1 << 16
 CYCLES = 10**6  # longer moves are not asked for

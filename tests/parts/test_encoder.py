@@ -8,7 +8,8 @@ from random import Random
 import pytest
 
 import slewline
-from slewline.core.cycles import PLACES, CycleTrain, Linear, Piece, SCurve, SquareView
+from slewline.core.curves import PLACES, Piece, SCurve
+from slewline.core.cycles import CycleTrain, Linear, SquareView
 from slewline.core.kernel import Kernel
 from slewline.core.net import Driver, Net, Wave
 from slewline.core.reading import Reading

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ...core.chip import AxisInCycles
-from ...core.cycles import Cycles, SCurve
+from ...core.curves import SCurve
+from ...core.cycles import Cycles
 from ...core.timebase import picoseconds
 from ...errors import UsageError
 from .motion import Motion

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from math import isqrt
 from typing import NamedTuple
 
-from ...core.cycles import PLACES, Piece
+from ...core.curves import PLACES, Piece
 from ...core.train import OPEN
 
 UNIT = 1 << PLACES
@@ -169,7 +169,7 @@ class Phases(NamedTuple):
 
     Times are in 2^-PLACES cycle.  Up to the end of phase 2 positions are counted from the start, in phases 3 to 5 from
     the line on which the axis coasts, and from phase 6 on back from the destination.  So what the rounding of the times
-    leaves over, less than 2^-10 in 1/65536 step, shows nowhere.
+    leaves over, less than 2^-30 of 1/65536 step, does not add up.
     """
 
     jerked: int  # phases 1, 3, 5, 7

@@ -17,7 +17,8 @@ from bisect import bisect_right
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
-from ...core.cycles import CycleTrain, Law, SCurve, SquareView
+from ...core.curves import SCurve
+from ...core.cycles import CycleTrain, Law, SquareView
 from ...core.train import Playing
 from .enc import FilteredInput, QuadratureCounter
 from .profile import Limits, Phases, Run

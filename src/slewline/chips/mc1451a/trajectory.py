@@ -14,7 +14,8 @@ Positions and displacements are in 1/65536 step.
 
 from __future__ import annotations
 
-from ...core.cycles import Law, Linear, SCurve
+from ...core.curves import SCurve
+from ...core.cycles import Law, Linear
 from .horizon import Horizon
 from .profile import Limits, Run, brake, contour, trapezoid
 from .state import (
