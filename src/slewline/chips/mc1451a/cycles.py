@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ...core.chip import AxisInCycles
+from ...core.curves import SCurve
 from ...core.cycles import Cycles
 from ...core.timebase import picoseconds
 from ...errors import UsageError
@@ -65,10 +66,8 @@ def cycles_of(trajectory: Trajectory, first: int, stop: int) -> Cycles:
             cycles = np.arange(a - entry.since, b - entry.since)
             targets[here] += entry.sign * entry.law.travels(cycles)
             velocities[here] = entry.sign * entry.law.velocities(cycles)
-        if entry.phases is not None:
-            ends = np.cumsum(entry.phases.lengths)
-            done = np.arange(a, b) - entry.since + entry.done
-            phases[here] = np.minimum(np.searchsorted(ends, done, side="right"), 6) + 1
+            if isinstance(entry.law, SCurve):
+                phases[here] = entry.law.phases(cycles)
     numbers = np.arange(first, first + count)
     clock = trajectory.chip.clock
     targets = (targets + RANGE // 2) % RANGE - RANGE // 2
