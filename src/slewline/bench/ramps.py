@@ -45,8 +45,9 @@ def find_ramps(
     """Return the ramps that come nearest to what is wanted, of all values of the free parameters, best first.
 
     Free are S and Z of the CY525, R of the GS-C modules, SET_ACC or one of SET_MAX_ACC and SET_JERK of the MC1451A
-    family, as far as no value is given.  Of two ramps that are equally far off the slower one comes first; of equal
-    ramps only one is listed, that with the least Z, or with the least acceleration or jerk.
+    family, as far as no value is given.  Of two ramps that are equally far off the slower one comes first.  Of those
+    that have the same of what is wanted one is listed: the slowest, then that with the least Z, then with the least S,
+    R, acceleration or jerk.
 
     Args:
         part, crystal, values: as for `ramp`.

@@ -104,7 +104,7 @@ class Move(ABC):
     """A whole move from rest to rest."""
 
     steps: int
-    time_ps: int  # from the begin of the first step, or cycle, to the end of the last
+    time_ps: int  # from the begin of the first step, or cycle, until the part says that it is over
     top: float  # the greatest rate, steps/s
     reached: bool  # the rate that is asked for
     legs: Sequence[tuple[str, float]]  # "up", "slew", "down" ...: steps
@@ -153,7 +153,7 @@ class Ramp(ABC):
 
 
 class Search(NamedTuple):
-    """What is looked for: values of the `free` quantities, for the `best` ramps that are nearest to what is `wanted`."""
+    """What is looked for: values of the `free` quantities, for the `best` ramps, those nearest to what is `wanted`."""
 
     wanted: Wanted
     fixed: Values
@@ -194,9 +194,7 @@ class Calculator(ABC):
 
     @abstractmethod
     def candidates(self, search: Search) -> Iterable[Candidate]:
-        """Yield values of the free quantities among which are the best.
-
-        Of those with the same ramp the first that is yielded stands for all.
+        """Yield values of the free quantities among which are the best; of those with the same ramp one is enough.
 
         Raises:
             UsageError: these quantities cannot be looked for together.
@@ -282,21 +280,22 @@ def _unit(quantity: Quantity) -> str:
 
 # ----------------------------------------------------------------------------------------------------------- searching
 def nearest(calculator: Calculator, search: Search) -> list[Ramp]:
-    """Return the ramps that come nearest to what is wanted, best first; of equal ramps only the first.
+    """Return the ramps that come nearest to what is wanted, best first.
 
-    Of two that are equally far off the slower one comes first.
+    Of two that are equally far off the slower one comes first.  Of those with the same of what is wanted only one is
+    listed: the slowest, and of the slowest the first candidate.
     """
     wanted = search.wanted
-    best: dict[tuple[int, float, float], tuple[tuple[float, int, int], Ramp]] = {}
+    best: dict[float, tuple[tuple[float, int, int], Ramp]] = {}
     listed = enumerate(calculator.candidates(search))
     for bound, number, candidate in sorted((wanted.beyond(each.bounds), number, each) for number, each in listed):
         if len(best) == search.best and bound > max(key[0] for key, _ in best.values()):
             break  # what is left is further off than all that are found
         ramp = calculator.ramp({**search.fixed, **candidate.values}, search.crystal_hz)
         key = (wanted.error(ramp), -ramp.time_ps, number)
-        same = (ramp.time_ps, ramp.steps, ramp.acceleration)
-        if same not in best or key < best[same][0]:
-            best[same] = key, ramp
+        has = wanted.of(ramp)
+        if has not in best or key < best[has][0]:
+            best[has] = key, ramp
         if len(best) > search.best:
             del best[max(best, key=lambda each: best[each][0])]
     return [ramp for _, ramp in sorted(best.values(), key=lambda found: found[0])]

@@ -131,8 +131,9 @@ def ramp_command(**options: Any) -> int:
 
     A number is what the command takes; "SET_VEL=12345 steps/s", "R=6000 steps/s" is the nearest to a rate, and
     "SET_ACC=20000 steps/s2" to an acceleration.  With --time, --accel or --steps, S and Z, R, SET_ACC, or one of
-    SET_MAX_ACC and SET_JERK may be left out: all that they can be is compared.  The nearest ramps are listed, the
-    slower first of two that are equally near; of equal ramps only the one with the least Z, or the least acceleration.
+    SET_MAX_ACC and SET_JERK may be left out: the nearest of all ramps that they can give are listed, the slower first
+    of two that are equally near.  Of those with the same time (acceleration, steps) only one is listed: the slowest,
+    then that with the least Z, then with the least S, R, acceleration or jerk.
     """
     from .ramp import ramp
 

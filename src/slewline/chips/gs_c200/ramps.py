@@ -29,7 +29,7 @@ from ...language.ramps import (
     levels,
 )
 from . import profile
-from .sheet import POSITIONS
+from .sheet import POSITIONS, TIMES
 
 if TYPE_CHECKING:
     import numpy as np
@@ -80,13 +80,13 @@ class GscRamp(Ramp):
 
 
 class GscMove(Move):
-    """A whole move, to the end of the interval behind its last step."""
+    """A whole move, to the end of its last pulse, when MOV falls."""
 
     def __init__(self, ramp: GscRamp, number: int) -> None:
         plan = profile.move(number, *ramp.law)
         shortest = min(interval for interval, _ in plan.runs)
         self.train = StepTrain(CLOCK, 0, plan.runs)
-        self.steps, self.time_ps = number, self.train.length
+        self.steps, self.time_ps = number, self.train.begin(number - 1) + TIMES["clock"].ticks
         self.reached = shortest <= profile.period(ramp.law[1])
         self.top = ramp.top if self.reached else PS_PER_S / shortest
         self.legs = [(leg.name, leg.count) for leg in plan.legs]

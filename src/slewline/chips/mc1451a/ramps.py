@@ -142,9 +142,12 @@ class Trapezoid(ChipsetRamp):
         while not landing:
             run = profile.trapezoid(self.limits, remaining, speed)
             law, travel = Linear(run.speed, run.change), Linear(run.speed, run.change).travel(run.cycles)
-            at_top = run.speed == self.velocity and not run.change
-            legs["slew" if at_top else "up" if run.speed > speed else "down"] += travel
-            speed, landing = law.velocity(run.cycles - 1), run.landing
+            last = law.velocity(run.cycles - 1)
+            slewed = travel if not run.change else run.speed if run.speed == self.velocity else last
+            slewed *= self.velocity in (run.speed, last)
+            legs["slew"] += slewed
+            legs["up" if run.speed > speed else "down"] += travel - slewed
+            speed, landing = last, run.landing
             remaining, top = remaining - travel, max(top, run.speed, speed)
             parts.append((law, run.cycles))
         return ChipsetMove(self, distance, parts, top, legs)
