@@ -114,8 +114,10 @@ def lint_command(**options: Any) -> int:
 @click.option("--crystal", type=Frequency(), help="Such as '11 MHz'; the chip's own by default.")
 @click.option("--distance", type=int, metavar="STEPS", help="Tell of a move of so many steps, too.")
 @click.option("--time", type=Time(), help="Look for the ramp that takes nearest to this time, such as '0.5 s'.")
-@click.option("--accel", type=float, metavar="A", help="... that has the mean acceleration A, in steps/s^2.")
-@click.option("--steps", type=float, metavar="N", help="... that takes N steps.")
+@click.option(
+    "--accel", type=float, metavar="A", help="Look for the ramp whose mean acceleration is nearest to A, in steps/s^2."
+)
+@click.option("--steps", type=float, metavar="N", help="Look for the ramp that takes nearest to N steps.")
 @click.option("--best", type=int, metavar="N", default=5, show_default=True, help="How many of the nearest to list.")
 @click.option("--table", is_flag=True, help="Print the ramp rate by rate, step by step, or cycle by cycle.")
 @JSON
@@ -123,15 +125,13 @@ def lint_command(**options: Any) -> int:
 def ramp_command(**options: Any) -> int:
     """What a ramp of a chip does: its time, its steps, its acceleration, and which moves come to its rate.
 
-    \b
-    CY525            F, R, S, Z                        slewline ramp cy525 F=3 R=127 S=200
-    GS-C200, C200S   S, T, R, law                      slewline ramp gs-c200 S=10 T=100 R=50
-    MC1451A family   SET_VEL, SET_ACC, SET_START_VEL   slewline ramp mc1451a SET_VEL=265107 SET_ACC=478
-                     or profile=s-curve SET_VEL, SET_MAX_ACC, SET_JERK; output=high
+    Parameters have the names of the commands that set them: F, R, S, Z (CY525); S, T, R and law (GS-C modules);
+    SET_VEL, SET_ACC, SET_START_VEL and output, or profile=s-curve with SET_VEL, SET_MAX_ACC, SET_JERK and output
+    (MC1451A family).  Try: slewline ramp cy525 F=3 R=127 S=200
 
-    A number is what the command takes; "SET_VEL=12345 steps/s", "R=6000 steps/s" is the nearest to a rate, and
-    "SET_ACC=20000 steps/s2" to an acceleration.  With --time, --accel or --steps, S and Z, R, SET_ACC, or one of
-    SET_MAX_ACC and SET_JERK may be left out: the nearest of all ramps that they can give are listed, the slower first
+    A number is what the command takes; "SET_VEL=12345 steps/s" or "R=6000 steps/s" is the nearest to a rate, and
+    "SET_ACC=20000 steps/s2" to an acceleration.  With --time, --accel or --steps these may be left out: S and Z, R,
+    SET_ACC, one of SET_MAX_ACC and SET_JERK.  The nearest of all ramps that they can give are listed, the slower first
     of two that are equally near.  Of those with the same time (acceleration, steps) only one is listed: the slowest,
     then that with the least Z, then with the least S, R, acceleration or jerk.
     """
