@@ -194,7 +194,7 @@ class Calculator(ABC):
 
     @abstractmethod
     def candidates(self, search: Search) -> Iterable[Candidate]:
-        """Yield values of the free quantities among which are the best; of those with the same ramp one is enough.
+        """Yield values of the free quantities among which are the best, those with the nearest bounds first.
 
         Raises:
             UsageError: these quantities cannot be looked for together.
@@ -283,16 +283,15 @@ def nearest(calculator: Calculator, search: Search) -> list[Ramp]:
     """Return the ramps that come nearest to what is wanted, best first.
 
     Of two that are equally far off the slower one comes first.  Of those with the same of what is wanted only one is
-    listed: the slowest, and of the slowest the first candidate.
+    listed: the slowest, and of these the one with the least value of its last free quantity, and so on.
     """
     wanted = search.wanted
-    best: dict[float, tuple[tuple[float, int, int], Ramp]] = {}
-    listed = enumerate(calculator.candidates(search))
-    for bound, number, candidate in sorted((wanted.beyond(each.bounds), number, each) for number, each in listed):
-        if len(best) == search.best and bound > max(key[0] for key, _ in best.values()):
+    best: dict[float, tuple[tuple[float, int, tuple[int, ...]], Ramp]] = {}
+    for candidate in calculator.candidates(search):
+        if len(best) == search.best and wanted.beyond(candidate.bounds) > max(key[0] for key, _ in best.values()):
             break  # what is left is further off than all that are found
         ramp = calculator.ramp({**search.fixed, **candidate.values}, search.crystal_hz)
-        key = (wanted.error(ramp), -ramp.time_ps, number)
+        key = (wanted.error(ramp), -ramp.time_ps, tuple(reversed(candidate.values.values())))
         has = wanted.of(ramp)
         if has not in best or key < best[has][0]:
             best[has] = key, ramp

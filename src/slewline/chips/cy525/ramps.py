@@ -6,8 +6,11 @@ fitted.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from bisect import bisect_left
+from collections.abc import Iterator
 from fractions import Fraction
+from functools import lru_cache
+from heapq import merge
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, cast
 
@@ -106,20 +109,36 @@ class Cy525Ramps(Calculator):
             raise UsageError(f"{found}; allowed {float(slowest):.0f}..{float(fastest):.0f} steps/s (T.VII)")
         return min(range(len(STEP_TICKS)), key=lambda each: abs(Fraction(crystal_hz, STEP_TICKS[each]) - rate))
 
-    def candidates(self, search: Search) -> Iterable[Candidate]:
-        """Yield one pair of S and Z for every time that a rate unit can take: of those with the same, the least Z."""
+    def candidates(self, search: Search) -> Iterator[Candidate]:
+        """Yield a pair of S and Z for every time that a rate unit can take, of those with the same the least Z."""
         slopes, divisors = (
-            range(arg.low, arg.high + 1) if name in search.free else (int(search.fixed[name]),)
+            range(arg.low, arg.high + 1) if name in search.free else range(fixed := int(search.fixed[name]), fixed + 1)
             for name, arg in (("S", SLOPE), ("Z", DIVISOR))
         )
         bounds = Bounds(search)
-        units: dict[int, tuple[int, int]] = {}
-        for divisor in divisors:
-            for slope in slopes:
-                units.setdefault(profile.unit_ticks(slope, divisor), (slope, divisor))
-        for unit, pair in units.items():
+        listed = every_unit(slopes, divisors)
+        rising = listed if search.wanted.goal != "acceleration" else listed[::-1]
+
+        def candidate(index: int) -> Candidate:
+            unit, pair = rising[index]
             values = {name: value for name, value in zip("SZ", pair, strict=True) if name in search.free}
-            yield Candidate(values, bounds.of(unit))
+            return Candidate(values, bounds.of(unit))
+
+        middle = bisect_left(rising, search.wanted.value, key=lambda each: bounds.of(each[0])[1])
+        above, below = range(middle, len(rising)), range(middle - 1, -1, -1)
+        return merge(
+            *(map(candidate, side) for side in (above, below)), key=lambda each: search.wanted.beyond(each.bounds)
+        )
+
+
+@lru_cache(maxsize=4)
+def every_unit(slopes: range, divisors: range) -> list[tuple[int, tuple[int, int]]]:
+    """Every time that a rate unit can take, in clocks and ascending, with the S and the least Z that give it."""
+    units: dict[int, tuple[int, int]] = {}
+    for divisor in divisors:
+        for slope in slopes:
+            units.setdefault(profile.unit_ticks(slope, divisor), (slope, divisor))
+    return sorted(units.items())
 
 
 class Bounds:
