@@ -176,6 +176,11 @@ class Calculator(ABC):
     quantities: tuple[Quantity, ...]
     parameter = ""  # what a stretch of a ramp calls its `parameter`
 
+    def told(self, values: Values) -> dict[str, Value]:
+        """Values without those that are at their default and cannot be looked for."""
+        defaults = {quantity.name: quantity.default for quantity in self.quantities if not quantity.free}
+        return {name: value for name, value in values.items() if value != defaults.get(name)}
+
     def arg(self, name: str) -> Arg:
         """The range of a quantity that is a number."""
         return next(quantity.arg for quantity in self.quantities if quantity.name == name and quantity.arg is not None)
@@ -251,9 +256,10 @@ def _value(calculator: Calculator, quantity: Quantity, value: object, crystal_hz
     """A value within its range."""
     where = f"{calculator.sheet.part}: {quantity.name} {value!r}"
     if quantity.arg is None:
-        if value not in quantity.choices:
-            raise UsageError(f"{where}; allowed {quantity.allowed}")
-        return str(value)
+        for choice in quantity.choices:
+            if str(value).lower() == choice.lower():
+                return choice
+        raise UsageError(f"{where}; allowed {quantity.allowed}")
     if isinstance(value, str):
         value = _number(calculator, quantity, value, crystal_hz)
     if not isinstance(value, int) or isinstance(value, bool) or not quantity.arg.allows(value):

@@ -91,7 +91,8 @@ UNITS = {"time": "time_ps", "acceleration": "acceleration_sps2", "steps": "steps
 # ----------------------------------------------------------------------------------------------------------------- text
 def summary(calculator: Calculator, ramp: Ramp) -> Iterator[str]:
     """A ramp in a few lines."""
-    yield f"{head(calculator, ramp)}: {', '.join(f'{name} {value}' for name, value in ramp.values.items())}"
+    told = calculator.told(ramp.values)
+    yield f"{head(calculator, ramp)}: {', '.join(f'{name} {value}' for name, value in told.items())}"
     yield f"rates         {number(ramp.start)} to {number(ramp.top)} steps/s"
     if not ramp.time_ps:
         yield "ramp          none"
@@ -120,7 +121,7 @@ def move_line(move: Move | None) -> Iterator[str]:
 
 def list_of(calculator: Calculator, found: Sequence[Ramp], free: Sequence[str]) -> Iterator[str]:
     """The ramps that come nearest, a line each."""
-    fixed = ", ".join(f"{name} {value}" for name, value in found[0].values.items() if name not in free)
+    fixed = ", ".join(f"{name} {value}" for name, value in calculator.told(found[0].values).items() if name not in free)
     yield f"{head(calculator, found[0])}: {fixed}; {number(found[0].start)} to {number(found[0].top)} steps/s"
     rows = (
         [
@@ -224,5 +225,5 @@ def draw(path: str, calculator: Calculator, ramp: Ramp, move: Move | None) -> No
     count = np.arange(1, move.steps + 1)
     steps = Steps(move.times(), np.ones(move.steps, np.int8), count)
     rates = {"top": ramp.top} | ({"start": ramp.start} if ramp.start else {})
-    motion = Motion(calculator.sheet.part, steps, rates, dict(ramp.values))
+    motion = Motion(calculator.sheet.part, steps, rates, calculator.told(ramp.values))
     plot(path, f"{head(calculator, ramp)}: {move.steps} steps", motion, start=0, stop=move.time_ps)

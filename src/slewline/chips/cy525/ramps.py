@@ -12,14 +12,15 @@ from fractions import Fraction
 from functools import lru_cache
 from heapq import merge
 from itertools import accumulate, pairwise
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
-from ...core.table import Sheet
+from ...core.table import Arg, Sheet
 from ...core.timebase import PS_PER_S, Clock
 from ...core.train import StepTrain
 from ...errors import UsageError
 from ...language.ramps import Accelerations, Calculator, Candidate, Move, Quantity, Ramp, Search, Stretch, Values, least
 from . import profile
+from .firmware import LONGEST_UNIT
 from .sheet import COMMANDS, STEP_TICKS
 
 if TYPE_CHECKING:
@@ -28,12 +29,20 @@ if TYPE_CHECKING:
 
 NUMBER = COMMANDS["N"].args[0]
 SLOPE, DIVISOR = COMMANDS["S"].args[0], COMMANDS["Z"].args[0]
+UNIT = Arg("ramp_unit", 2, 1, LONGEST_UNIT, unit="clocks")
 QUANTITIES = (
     Quantity("F", COMMANDS["F"].says, COMMANDS["F"].args[0], per_s=1),
     Quantity("R", COMMANDS["R"].says, COMMANDS["R"].args[0], per_s=1),
     Quantity("S", COMMANDS["S"].says, SLOPE, free=True),
     Quantity("Z", COMMANDS["Z"].says, DIVISOR, default=1, free=True),
+    Quantity("ramp_unit", "option of the chip: a rate unit at S 255, Z 1", UNIT, default=profile.LAW.unit),
+    Quantity("ramp_jumps", "option of the chip: several units a step", choices=("False", "True"), default="False"),
 )
+
+
+def law_of(values: Values) -> profile.Law:
+    """How fast the rate parameter moves."""
+    return profile.Law(int(values["ramp_unit"]), values["ramp_jumps"] == "True")
 
 
 class CyRamp(Ramp):
@@ -41,8 +50,8 @@ class CyRamp(Ramp):
 
     def __init__(self, values: Values, crystal_hz: int) -> None:
         self.values, self.crystal_hz, self.clock = values, crystal_hz, Clock(crystal_hz)
-        self.law = cast(tuple[int, int, int, int], tuple(values[name] for name in "FRSZ"))
-        first, rate, *_ = self.law
+        first, rate, slope, divisor = (int(values[name]) for name in "FRSZ")
+        self.law = first, rate, slope, divisor, law_of(values)
         self.runs = profile.ramp(*self.law)
         self.start, self.top = (crystal_hz / STEP_TICKS[each] for each in (first, max(first, rate)))
         self.time_ps = self.clock.ps(sum(interval * count for interval, count in self.runs))
@@ -116,7 +125,7 @@ class Cy525Ramps(Calculator):
             for name, arg in (("S", SLOPE), ("Z", DIVISOR))
         )
         bounds = Bounds(search)
-        listed = every_unit(slopes, divisors)
+        listed = every_unit(slopes, divisors, law_of(search.fixed))
         rising = listed if search.wanted.goal != "acceleration" else listed[::-1]
 
         def candidate(index: int) -> Candidate:
@@ -132,12 +141,12 @@ class Cy525Ramps(Calculator):
 
 
 @lru_cache(maxsize=4)
-def every_unit(slopes: range, divisors: range) -> list[tuple[int, tuple[int, int]]]:
+def every_unit(slopes: range, divisors: range, law: profile.Law) -> list[tuple[int, tuple[int, int]]]:
     """Every time that a rate unit can take, in clocks and ascending, with the S and the least Z that give it."""
     units: dict[int, tuple[int, int]] = {}
     for divisor in divisors:
         for slope in slopes:
-            units.setdefault(profile.unit_ticks(slope, divisor), (slope, divisor))
+            units.setdefault(profile.unit_ticks(slope, divisor, law), (slope, divisor))
     return sorted(units.items())
 
 
