@@ -97,7 +97,14 @@ def test_a_ramp_that_leaves_no_room_to_slew_in_any_move_says_so() -> None:
     assert not ramp.move(65_535).reached
 
 
-def test_the_mean_acceleration_is_that_of_the_manual_s_formula() -> None:
+@pytest.mark.parametrize(("slope", "ms"), [
+    (1, 1299), (2, 1294), (10, 1254), (25, 1177), (50, 1050), (100, 795), (150, 540), (200, 285), (225, 158),
+])  # fmt: skip
+def test_the_times_are_those_that_the_manual_has_computed(slope: int, ms: int) -> None:
+    assert round(asked(3, 127, slope, 1, "11 MHz").time_ps / 1e9) == ms
+
+
+def test_the_mean_acceleration_is_what_the_rate_gains_over_the_time_of_the_ramp() -> None:
     ramp = asked(3, 127, 100, 1, "11 MHz")
     first, mean, greatest = ramp.accelerations
     assert mean == ramp.acceleration == pytest.approx((ramp.top - ramp.start) / (ramp.time_ps / PS_PER_S))
@@ -164,13 +171,16 @@ def cases() -> list[tuple[int, int, str, float, dict[str, int]]]:
         }[goal]
         fixed = ({}, {}, {}, {}, {"Z": chance.randint(1, 9)}, {"S": chance.randint(1, 255)})[number % 6]
         found.append((first, rate, goal, value, fixed))
-    return [
-        *found,
+    edges = [
         (3, 127, "time", 5e11, {}),
+        (3, 127, "time", 4.4e10, {}),  # most steps take longer than their unit
+        (3, 127, "steps", 135, {}),
+        (3, 127, "acceleration", 215_000, {}),
         (3, 4, "steps", 2, {}),
-        (3, 127, "time", 9e15, {}),
+        (3, 127, "time", 9e15, {}),  # longer than any
         (3, 127, "time", 1, {}),
     ]
+    return [*found, *edges]
 
 
 @pytest.mark.parametrize("case", cases())
@@ -182,6 +192,8 @@ def test_what_is_found_is_the_best_of_all_s_and_z(
     found = slewline.find_ramps("cy525", F=first, R=rate, **wanted, **fixed)
     best = best_of_all(mover.period, first, rate, goal, value, fixed)  # type: ignore[attr-defined]
     assert [(ramp.values["S"], ramp.values["Z"]) for ramp in found] == best
+    (only,) = slewline.find_ramps("cy525", F=first, R=rate, count=1, **wanted, **fixed)
+    assert (only.values["S"], only.values["Z"]) == best[0]
 
 
 def test_without_a_free_parameter_there_is_nothing_to_look_for() -> None:
