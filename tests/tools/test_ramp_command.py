@@ -89,6 +89,11 @@ def test_each_part_looks_for_each_thing(call: Any, part: str, option: tuple[str,
         "ramp", part, *(f"{name}={value}" for name, value in given.items()), *option, "--json", "--distance", "900"
     )
     found = slewline.find_ramps(part, **given, **wanted)
+    free = {"cy525": ["S", "Z"], "gs-c200s": ["R"], "mc1251a-e": ["SET_ACC"]}
+    assert (ran.json["free"], list(ran.json["wanted"].values())) == (
+        free[part],
+        [4e10 if "time" in wanted else next(iter(wanted.values()))],
+    )
     assert [each["parameters"] for each in ran.json["found"]] == [dict(ramp.values) for ramp in found]
     assert [each["time_ps"] for each in ran.json["found"]] == [ramp.time_ps for ramp in found]
     assert [each["move"]["time_ps"] for each in ran.json["found"]] == [ramp.move(900).time_ps for ramp in found]
@@ -129,7 +134,9 @@ def test_a_plot_shows_the_move_that_is_asked_for_or_the_shortest_that_reaches_it
 @pytest.mark.parametrize(("arguments", "says"), [
     (("cy999",), "no chip 'cy999'; there are: cy525"),
     (("cy525", "R"), "'R': give a parameter and its value, such as R=100"),
-    (("cy525", "R=1", "r=2"), "r twice; give one value"),
+    (("cy525", "R=1", "r=2"), "cy525: r twice; give one value"),
+    ((*CY, "time=3", "--steps", "4"), "cy525: no parameter 'time'; there are: F, R, S, Z"),
+    ((*CY, "part=3"), "cy525: no parameter 'part'; there are: F, R, S, Z"),
     (("cy525", "F=3", "R=200", "S=1"), "cy525: R '200'; allowed 0..127"),
     (("cy525", "F=3", "R=9"), "cy525: no value for S (acceleration"),
     ((*CY, "--time", "1 s", "--accel", "4"), "give one of time, acceleration and steps"),

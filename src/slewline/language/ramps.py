@@ -176,6 +176,18 @@ class Calculator(ABC):
     quantities: tuple[Quantity, ...]
     parameter = ""  # what a stretch of a ramp calls its `parameter`
 
+    def quantity(self, name: str) -> Quantity:
+        """The quantity of this name, whatever its case.
+
+        Raises:
+            UnknownName: there is none; the message says which there are.
+        """
+        for quantity in self.quantities:
+            if quantity.name.lower() == name.lower():
+                return quantity
+        names = ", ".join(quantity.name for quantity in self.quantities)
+        raise UnknownName(f"{self.sheet.part}: no parameter {name!r}; there are: {names}")
+
     def told(self, values: Values) -> dict[str, Value]:
         """Values without those that are at their default and cannot be looked for."""
         defaults = {quantity.name: quantity.default for quantity in self.quantities if not quantity.free}
@@ -183,7 +195,9 @@ class Calculator(ABC):
 
     def arg(self, name: str) -> Arg:
         """The range of a quantity that is a number."""
-        return next(quantity.arg for quantity in self.quantities if quantity.name == name and quantity.arg is not None)
+        arg = self.quantity(name).arg
+        assert arg is not None
+        return arg
 
     @abstractmethod
     def ramp(self, values: Values, crystal_hz: int) -> Ramp:
@@ -219,14 +233,11 @@ def read(calculator: Calculator, given: Values, crystal_hz: int, search: bool) -
         UsageError: a value out of range or of the wrong kind, or one that is missing.
     """
     part = calculator.sheet.part
-    by_name = {quantity.name.lower(): quantity for quantity in calculator.quantities}
     named: dict[str, Value] = {}
     for name, value in given.items():
-        if name.lower() not in by_name:
-            raise UnknownName(
-                f"{part}: no parameter {name!r}; there are: {', '.join(q.name for q in by_name.values())}"
-            )
-        quantity = by_name[name.lower()]
+        quantity = calculator.quantity(name)
+        if quantity.name in named:
+            raise UsageError(f"{part}: {name} twice; give one value")
         named[quantity.name] = _value(calculator, quantity, value, crystal_hz)
     values: dict[str, Value] = {}
     missing: list[Quantity] = []

@@ -36,37 +36,37 @@ def ramp(
     """Print a ramp, or the ramps that come nearest to what is wanted."""
     outputs = Outputs([])
     outputs.claim(plot, (".svg", ".png"))
-    calculator, values = ramps_of(chip), named(parameters)
+    calculator = ramps_of(chip)
+    values = named(calculator, parameters)
     wanted = {"time": time, "acceleration": accel, "steps": steps}
     search = any(value is not None for value in wanted.values())
-    if search:
-        found = find_ramps(chip, crystal=crystal, count=best, **wanted, **values)  # type: ignore[arg-type]
-    else:
-        found = [ramp_of(chip, crystal=crystal, **values)]
-    moves = [each.move(distance) for each in found] if distance is not None else [None] * len(found)
-    if plot:
-        draw(plot, calculator, found[0], moves[0])
+    found = (
+        find_ramps(chip, crystal=crystal, count=best, **wanted, **values)  # type: ignore[arg-type]
+        if search
+        else [ramp_of(chip, crystal=crystal, **values)]
+    )
+    moves = [None if distance is None else each.move(distance) for each in found]
+    outputs.save(plot, lambda path: draw(path, calculator, found[0], moves[0]))
+    free = [name for name in found[0].values if calculator.quantity(name).free and name not in values]
     if as_json:
         objects = [ramp_object(each, move, table) for each, move in zip(found, moves, strict=True)]
         head = {"chip": calculator.sheet.part, "crystal_hz": crystal_hz(calculator, found[0])}
-        print_json(head | ({"wanted": given(wanted), "found": objects} if search else objects[0]))
+        goal = {UNITS[goal]: value for goal, value in wanted.items() if value is not None}
+        print_json(head | ({"wanted": goal, "free": free, "found": objects} if search else objects[0]))
         return 0
-    if search:
-        free = [name for name in found[0].values if name.lower() not in {name.lower() for name in values}]
-        lines = list_of(calculator, found, [q.name for q in calculator.quantities if q.free and q.name in free])
-    else:
-        lines = summary(calculator, found[0])
-    for line in (*lines, *move_line(moves[0]), *(table_of(calculator, found[0]) if table else ())):
+    lines = [*(list_of(calculator, found, free) if search else summary(calculator, found[0])), *move_line(moves[0])]
+    for line in (*lines, *(table_of(calculator, found[0]) if table else ())):
         click.echo(line)
-    if plot:
-        click.echo(f"wrote {plot}")
+    for path in outputs.written:
+        click.echo(f"wrote {path}")
     return 0
 
 
-def named(parameters: Iterable[str]) -> dict[str, str]:
+def named(calculator: Calculator, parameters: Iterable[str]) -> dict[str, str]:
     """Parameters by name.
 
     Raises:
+        UnknownName: no such parameter.
         UsageError: no NAME=VALUE, or a name twice.
     """
     values: dict[str, str] = {}
@@ -74,15 +74,11 @@ def named(parameters: Iterable[str]) -> dict[str, str]:
         name, equals, value = (part.strip() for part in parameter.partition("="))
         if not (name and equals and value):
             raise UsageError(f"{parameter!r}: give a parameter and its value, such as R=100")
-        if name.lower() in (each.lower() for each in values):
-            raise UsageError(f"{name} twice; give one value")
-        values[name] = value
+        known = calculator.quantity(name).name
+        if known in values:
+            raise UsageError(f"{calculator.sheet.part}: {name} twice; give one value")
+        values[known] = value
     return values
-
-
-def given(wanted: dict[str, Any]) -> dict[str, Any]:
-    """What is wanted, as data."""
-    return {UNITS[goal]: value for goal, value in wanted.items() if value is not None}
 
 
 UNITS = {"time": "time_ps", "acceleration": "acceleration_sps2", "steps": "steps"}
