@@ -115,7 +115,8 @@ def every_trapezoid(velocity: int, start: int) -> tuple[np.ndarray, ...]:
 def best_of_all(velocity: int, start: int, goal: str, value: float) -> list[int]:
     """The accelerations of the five nearest, the slower of two first; of those with the same the slowest, the least."""
     acceleration, cycles, travel = every_trapezoid(velocity, start)
-    has = {"time": cycles * CYCLE_PS, "steps": travel / ONE, "acceleration": acceleration / ONE * PER_S**2}[goal]
+    adds = np.minimum(acceleration, velocity) / ONE * PER_S**2
+    has = {"time": cycles * CYCLE_PS, "steps": travel / ONE, "acceleration": adds}[goal]
     order = np.lexsort((acceleration, -cycles, np.abs(has - value)))
     found: dict[float, int] = {}
     for each in order.tolist():
@@ -139,7 +140,13 @@ def cases() -> list[tuple[int, int, str, float]]:
             "acceleration": velocity / cycles / ONE * PER_S**2,
         }[goal]
         found.append((velocity, start, goal, value))
-    return found
+    edges = [
+        (49, 0, "steps", 0.0001),
+        (279, 0, "acceleration", 47_102),
+        (3, 0, "time", CYCLE_PS),
+        (1000, 999, "steps", 1),
+    ]
+    return [*found, *edges]
 
 
 @pytest.mark.parametrize("case", cases())

@@ -9,11 +9,8 @@ import pytest
 
 import slewline
 from slewline.chips import PARTS, ramps_of, sheet_of
-from slewline.core.table import Arg
 from slewline.errors import UnknownName, UsageError
 from slewline.language.ramps import least, levels
-
-HUNDRED = Arg("value", 1, 1, 100)
 
 
 @pytest.mark.parametrize("part", PARTS)
@@ -95,8 +92,8 @@ def test_levels_around_a_target_are_told_by_their_least_values() -> None:
     def tens(value: int) -> int:
         return -(value // 10)
 
-    assert list(levels(tens, -4, HUNDRED, 3)) == [40, 50, 60, 30, 20, 10]
-    assert list(levels(tens, -3.5, HUNDRED, 1)) == [40, 30]
-    assert list(levels(tens, 99, HUNDRED, 2)) == [1, 10]
-    assert list(levels(tens, -99, HUNDRED, 2)) == [100, 90, 80]
-    assert list(islice(levels(lambda value: -value, -1, HUNDRED, 5), 3)) == [1, 2, 3]
+    assert list(levels(tens, -4, 1, 100, 3)) == [40, 50, 60, 30, 20, 10]
+    assert list(levels(tens, -3.5, 1, 100, 1)) == [40, 30]
+    assert list(levels(tens, 99, 1, 100, 2)) == [1, 10]
+    assert list(levels(tens, -99, 1, 100, 2)) == [100, 90, 80]
+    assert list(islice(levels(lambda value: -value, -1, 1, 100, 5), 3)) == [1, 2, 3]

@@ -330,7 +330,7 @@ def least(enough: Callable[[int], bool], low: int, high: int) -> int | None:
     return low
 
 
-def levels(measure: Callable[[int], float], target: float, arg: Arg, count: int) -> Iterator[int]:
+def levels(measure: Callable[[int], float], target: float, low: int, high: int, count: int) -> Iterator[int]:
     """Yield values around those where something comes to a target that never grows with them: `count` to either side.
 
     Of values with the same measure the least one stands for all.
@@ -338,22 +338,22 @@ def levels(measure: Callable[[int], float], target: float, arg: Arg, count: int)
 
     def first(most: float) -> int:
         """The least value that comes down so far."""
-        value = least(lambda each: measure(each) <= most, arg.low, arg.high)
+        value = least(lambda each: measure(each) <= most, low, high)
         assert value is not None
         return value
 
-    middle = first(max(target, measure(arg.high)))
+    middle = first(max(target, measure(high)))
     value = middle
     for _ in range(count):  # further down
         yield value
         here = measure(value)
-        lower = least(lambda each, here=here: measure(each) < here, value, arg.high)  # type: ignore[misc]
+        lower = least(lambda each, here=here: measure(each) < here, value, high)  # type: ignore[misc]
         if lower is None:
             break
         value = lower
     value = middle
     for _ in range(count):  # further up
-        if value == arg.low:
+        if value == low:
             break
         value = first(measure(value - 1))
         yield value

@@ -128,7 +128,8 @@ class GscRamps(Calculator):
         def measure(length: int) -> float:
             return sign * search.wanted.of(self.ramp({**search.fixed, "R": length}, search.crystal_hz))
 
-        found = levels(measure, sign * search.wanted.value, self.arg("R"), search.best)
+        arg = self.arg("R")
+        found = levels(measure, sign * search.wanted.value, arg.low, arg.high, search.best)
         return (Candidate({"R": length}) for length in found)
 
 

@@ -221,6 +221,7 @@ class ChipsetRamps(Calculator):
             names = " and ".join(search.free)
             raise UsageError(f"{self.sheet.part}: {names} cannot both be looked for; give one of them")
         name, wanted = search.free[0], search.wanted
+        arg = self.arg(name)
         sign = -1 if wanted.goal == "acceleration" else 1
 
         @cache
@@ -228,9 +229,11 @@ class ChipsetRamps(Calculator):
             return self.ramp({**search.fixed, name: value}, search.crystal_hz)
 
         if wanted.goal == "steps" and name == "SET_ACC":
-            found = sawtooth(lambda each: ramp(each).cycles, lambda each: ramp(each).steps, search, self.arg(name))
+            found = sawtooth(lambda each: ramp(each).cycles, lambda each: ramp(each).steps, search, arg)
         else:
-            found = levels(lambda each: sign * wanted.of(ramp(each)), sign * wanted.value, self.arg(name), search.best)
+            found = levels(
+                lambda each: sign * wanted.of(ramp(each)), sign * wanted.value, arg.low, arg.high, search.best
+            )
         return (Candidate({name: value}) for value in found)
 
 
@@ -251,8 +254,7 @@ def sawtooth(cycles: Callable[[int], int], steps: Callable[[int], float], search
 
     def within(low: int, high: int) -> Iterator[int]:
         """The values of a tooth around the target."""
-        value = least(lambda each: steps(each) >= target, low, high) or high
-        yield from range(max(value - around, low), min(value + around, high) + 1)
+        return levels(lambda each: -steps(each), -target, low, high, around)
 
     middle = tooth(least(lambda each: steps(tooth(each)[0]) <= target, arg.low, arg.high) or arg.high)
     low, high = middle
