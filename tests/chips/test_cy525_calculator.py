@@ -196,6 +196,23 @@ def test_what_is_found_is_the_best_of_all_s_and_z(
     assert (only.values["S"], only.values["Z"]) == best[0]
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(5))
+def test_the_best_s_and_z_are_found_for_any_rates(mover: Make, seed: int) -> None:
+    chance = Random(seed)
+    for _ in range(60):
+        first = chance.randint(3, 126)
+        rate = chance.randint(first + 1, min(127, first + chance.choice((3, 30, 127))))
+        for goal, value in (
+            ("time", int(10 ** chance.uniform(9, 13))),
+            ("steps", chance.randint(1, 20_000)),
+            ("acceleration", round(10 ** chance.uniform(2, 6))),
+        ):
+            found = slewline.find_ramps("cy525", F=first, R=rate, **{goal: value})
+            best = best_of_all(mover.period, first, rate, goal, value, {})  # type: ignore[attr-defined]
+            assert [(ramp.values["S"], ramp.values["Z"]) for ramp in found] == best, (first, rate, goal, value)
+
+
 def test_without_a_free_parameter_there_is_nothing_to_look_for() -> None:
     with pytest.raises(UsageError, match="cy525: every parameter is given; leave out S or Z"):
         slewline.find_ramps("cy525", time="1 s", F=3, R=100, S=1, Z=1)

@@ -154,3 +154,21 @@ def test_what_is_found_is_the_best_of_all_accelerations(case: tuple[int, int, st
     velocity, start, goal, value = case
     found = slewline.find_ramps("mc1451a", SET_VEL=velocity, SET_START_VEL=start, **{goal: value})
     assert [ramp.values["SET_ACC"] for ramp in found] == best_of_all(*case)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(5))
+def test_the_best_acceleration_is_found_at_any_velocities(seed: int) -> None:
+    chance = Random(seed)
+    for _ in range(400):
+        velocity = chance.randint(1, chance.choice((30, 300, 3000, 20_000)))
+        start = chance.choice((0, chance.randint(0, velocity + 3)))
+        cycles = 10 ** chance.uniform(-0.5, 3)
+        for goal, value in (
+            ("time", max(1, round(cycles * CYCLE_PS))),
+            ("steps", cycles * velocity / 2 / ONE),
+            ("acceleration", velocity / cycles / ONE * PER_S**2),
+        ):
+            found = slewline.find_ramps("mc1451a", SET_VEL=velocity, SET_START_VEL=start, **{goal: value})
+            best = best_of_all(velocity, min(start, velocity), goal, value)
+            assert [ramp.values["SET_ACC"] for ramp in found] == best, (velocity, start, goal, value)
