@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from ..core.chip import Chip
     from ..core.table import Sheet
     from ..language.lint import Check
+    from ..language.ramps import Calculator
 
 PARTS = {  # part: (package, class, name of its sheet, what it is)
     "cy525": ("cy525", "Cy525", "SHEET", "CY525 intelligent ramping stepper motor controller (Cybernetic, 1984)"),
@@ -46,6 +47,12 @@ def checks_of(part: str) -> tuple[Check, ...]:
     """What only the linter of this part knows."""
     package = _entry(part)[0]
     return import_module(package + ".checks").checks(sheet_of(part))  # type: ignore[no-any-return]
+
+
+def ramps_of(part: str) -> Calculator:
+    """The ramp calculator of a part."""
+    package = _entry(part)[0]
+    return import_module(package + ".ramps").ramps(sheet_of(part))  # type: ignore[no-any-return]
 
 
 def sheet_of(part: str) -> Sheet:
