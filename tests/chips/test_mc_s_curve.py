@@ -297,7 +297,7 @@ def test_another_destination_in_motion_is_no_error_and_waits_for_an_update_at_re
     assert rig.lows("atrest1")[1] == (second, S1_CYCLES) and rig.moves() == [2000]
 
 
-@pytest.mark.fact("PMD-ERRC-15", "PMD-SCRV-10", "PMD-CON-CMDERR-SCOPE")
+@pytest.mark.fact("PMD-ERRC-15", "PMD-SCRV-10", "PMD-CON-CMDERR-SCOPE", "PMD-UND-CMDERR-ONCE")
 @pytest.mark.parametrize(
     ("change", "then"), [("SET_VEL 0x8000", 2064), ("SET_MAX_ACC 0x200", 1144), ("SET_JERK 0x100000", 1128)]
 )
@@ -305,6 +305,9 @@ def test_other_limits_in_motion_are_a_command_error_and_count_from_the_next_star
     rig, begun = moving(500)
     rig.heeds(begun + 500, change, "SET_POS 2000", "UPDATE")
     assert rig.look().status == 0x780
+    rig.do("CLR_STATUS", "UPDATE")  # nothing is loaded now, so nothing is wrong
+    rig.next()
+    assert rig.look().status == 0x700
     rig.rest()
     assert rig.lows("atrest1") == [(begun, S1_CYCLES)] and rig.do("GET_TRGT_POS") == 1000
     second = rig.begin()

@@ -166,8 +166,11 @@ class Trajectory(Horizon):
         error = bool(state.step_ratio) and abs(saturated(state.error)) > state.pos_err
         if error:
             state.events |= MOTION_ERROR
-            if state.auto_stop and not state.motion_error:
-                state.motor_on, self.was_off = False, True
+            if not state.motion_error:
+                state.reported = False
+                if state.auto_stop:
+                    state.switch_off()
+                    self.was_off = True
         state.motion_error = error
 
     def look_at_breakpoint(self, n: int) -> None:
