@@ -1,7 +1,7 @@
 """What the MC1451A family brings to the ramp calculator: trapezoids and S-curves, in the units of their commands.
 
 Both are made in cycles.  The ramp of a trapezoid is the way up before the first cycle at its maximum velocity, that of
-an S-curve its phases 1 to 3.
+an S-curve its phases 1 to 3, up to the end of the cycle in which phase 3 ends.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from ...core.cycles import CYCLE, ONE, CycleTrain, Law, Linear, SCurve
+from ...core.curves import SCurve
+from ...core.cycles import CYCLE, ONE, CycleTrain, Law, Linear
 from ...core.table import Arg, Sheet
 from ...core.timebase import Clock
 from ...core.train import OPEN
@@ -160,13 +161,13 @@ class Curve(ChipsetRamp):
         super().__init__(units, values, crystal_hz)
         self.limits = self.velocity, int(values["SET_MAX_ACC"]), int(values["SET_JERK"])
         phases, law = self.planned(POSITION.high)
-        self.settle(law, 2 * phases.jerked + phases.steady)
+        self.settle(law, phases.risen)
         self.start, self.top = 0.0, units.rate(VELOCITY, self.velocity)
 
     def planned(self, distance: int) -> tuple[profile.Phases, SCurve]:
         """The phases of a move, and its law."""
         phases = profile.s_curve(distance * ONE, *self.limits)
-        return phases, SCurve(phases.distance, phases.whole, phases.lengths)
+        return phases, SCurve(phases.pieces())
 
     @property
     def accelerations(self) -> Accelerations:
@@ -177,10 +178,9 @@ class Curve(ChipsetRamp):
 
     def made(self, distance: int) -> ChipsetMove:
         phases, law = self.planned(distance)
-        middle = 2 * phases.jerked + phases.steady
-        up, over = law.travel(middle), law.travel(middle + phases.coasting)
+        up, over = law.travel(phases.risen), law.travel(max(phases.coasted, phases.risen))
         legs = {"up": up, "slew": over - up, "down": law.travel(phases.cycles) - over}
-        return ChipsetMove(self, distance, [(law, phases.cycles)], law.velocity(middle), legs)
+        return ChipsetMove(self, distance, [(law, phases.cycles)], phases.top, legs)
 
 
 PROFILES: dict[str, type[Trapezoid | Curve]] = {"trapezoid": Trapezoid, "s-curve": Curve}
