@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from difflib import get_close_matches
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -31,7 +32,9 @@ def _entry(part: str) -> tuple[str, str, str]:
         package, cls, sheet, _ = PARTS[part.lower().replace("_", "-")]
         return f"{__name__}.{package}", cls, sheet
     except KeyError:
-        raise UnknownName(f"no chip {part!r}; there are: {', '.join(PARTS)}") from None
+        near = get_close_matches(part.lower().replace("_", "-"), PARTS, 1)
+        remedy = f"; did you mean {near[0]}?" if near else ""
+        raise UnknownName(f"no chip {part!r}; there are: {', '.join(PARTS)}{remedy}") from None
 
 
 def chip_class(part: str) -> type[Chip]:

@@ -75,7 +75,10 @@ def run_command(**options: Any) -> int:
 @click.option("--checksum", is_flag=True, help="With --format ascii: every line ends in its checksum (GS-C).")
 @JSON
 def asm_command(**options: Any) -> int:
-    """Assemble a stored program: address, bytes and source of every instruction, or the bytes alone."""
+    """Assemble a stored program: address, bytes and source of every instruction, or the bytes alone.
+
+    The program is what lies between the commands that begin and end its entry, such as E and Q.
+    """
     from .programs import asm
 
     return asm(**options)
@@ -102,7 +105,10 @@ def dis_command(**options: Any) -> int:
 @click.option("--strict", is_flag=True, help="Exit status 1 for warnings too.")
 @JSON
 def lint_command(**options: Any) -> int:
-    """Look for mistakes in programs without running them; exit status 1 if there are errors."""
+    """Look for mistakes in programs, or in the scripts of bench files (BENCH.toml); exit status 1 if there are errors.
+
+    Nothing is run; what `run` would refuse to begin with is an error.
+    """
     from .programs import lint
 
     return lint(**options)
