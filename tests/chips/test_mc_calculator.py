@@ -139,14 +139,15 @@ def test_a_velocity_that_no_move_comes_to_says_so() -> None:
 def test_registers_may_be_given_in_steps_and_seconds(part: str) -> None:
     ramp = slewline.ramp(part, SET_VEL="12345 steps/s", SET_ACC="67927.9 steps/s^2")
     assert (ramp.values["SET_VEL"], ramp.values["SET_ACC"]) == (265_107, 478)
+    assert slewline.ramp(part, SET_VEL="0.25 steps/cycle", SET_ACC=1).values["SET_VEL"] == 0x4000
     assert ramp.accelerations == pytest.approx((478 / ONE * PER_S**2,) * 3)
 
 
 @pytest.mark.parametrize(("values", "says"), [
     ({"SET_VEL": 1}, "no value for SET_ACC"),
     ({"SET_VEL": 1, "SET_ACC": 0}, r"SET_ACC 0; allowed 1\.\."),
-    ({"SET_VEL": 1, "SET_ACC": "20 steps/s"}, "SET_ACC '20 steps/s'; it takes steps/s2"),
-    ({"SET_VEL": "1 steps/s3", "SET_ACC": 2}, "SET_VEL '1 steps/s3'; it takes steps/s"),
+    ({"SET_VEL": 1, "SET_ACC": "20 steps/s"}, "acceleration 20 steps/s: allowed steps/s2 or steps/cycle2"),
+    ({"SET_VEL": "1 steps/s3", "SET_ACC": 2}, "velocity 1 steps/s3: allowed steps/s or steps/cycle"),
     ({"SET_VEL": 1, "SET_ACC": 1, "SET_JERK": 1}, "SET_JERK belongs to profile s-curve; leave it out, or set profile="),
     ({"SET_VEL": 1, "profile": "gear"}, "profile 'gear'; allowed trapezoid, s-curve"),
 ])  # fmt: skip

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from fractions import Fraction
 from functools import cache, cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -225,9 +224,8 @@ class ChipsetRamps(Calculator):
     def ramp(self, values: Values, crystal_hz: int) -> Trapezoid | Curve:
         return PROFILES[str(values[TRAPEZOID[0]])](Units(self.sheet, crystal_hz), values, crystal_hz)
 
-    def register(self, quantity: Quantity, rate: Fraction, crystal_hz: int) -> int:
-        assert quantity.arg is not None
-        return rates.register(quantity.arg, rate, rates.cycles_per_s(self.sheet, crystal_hz))
+    def spoken(self, quantity: Quantity, text: str, crystal_hz: int) -> int | None:
+        return rates.spoken(self.arg(quantity.name), text, rates.cycles_per_s(self.sheet, crystal_hz))
 
     def candidates(self, search: Search) -> Iterable[Candidate]:
         """Yield the values around the one that is wanted; the gentlest of those with the same ramp."""
