@@ -192,21 +192,6 @@ class Phases(NamedTuple):
         return ceil(sum(self.lengths), UNIT)
 
     @property
-    def risen(self) -> int:
-        """Cycles up to the end of the one in which phase 3 ends."""
-        return ceil(2 * self.jerked + self.steady, UNIT)
-
-    @property
-    def coasted(self) -> int:
-        """Cycles up to the begin of the one in which phase 4 ends."""
-        return (2 * self.jerked + self.steady + self.coasting) // UNIT
-
-    @property
-    def top(self) -> int:
-        """The velocity of phase 4, or where phase 3 meets phase 5, in 1/65536 step per cycle, rounded down."""
-        return self.peak >> 16 + 2 * PLACES
-
-    @property
     def peak(self) -> int:
         """The same with 16 + 2 * PLACES binary places."""
         fast = self.jerked + self.steady
