@@ -56,12 +56,7 @@ class Bench(Furnished):
         self.kernel.call_at(ps, function)
 
     def _start(self) -> None:
-        if not self._started:
-            self._started = True
-            for part in self.parts.values():
-                part.rewired()
-            for chip in self.chips.values():
-                chip.check_wiring()
+        self._begin()
         self.kernel.settle()
 
     def run(self, duration: Time) -> None:

@@ -1,4 +1,4 @@
-"""Furnishing a bench: chips, parts and hosts are put on it, and wired, before time passes."""
+"""Furnishing a bench: chips, parts and hosts are put on it, and wired, before time passes or later."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Furnished(Recording):
         self.chips: dict[str, Chip] = {}
         self.parts: dict[str, Part] = {}
         self.journal = Journal(journal, self.kernel, seed) if journal is not None else None
-        self._started = False
+        self._fresh: list[Chip | Part] = []  # what has been put on the bench since time passed last
         self.on_finding: Callable[[Finding], object] | None = None
 
     # ---------------------------------------------------------------------------------------------------- furnishing
@@ -103,8 +103,6 @@ class Furnished(Recording):
             to: chip or part to whose pins those of the new part are wired in the standard way.
             options: of the part.
         """
-        if self._started:
-            raise WiringError(f"part {kind}: time has passed already; furnish the bench before the first run")
         name = self._new_name(name, kind)
         part = make_part(kind, self.kernel, name, options)
         self._note(
@@ -145,6 +143,19 @@ class Furnished(Recording):
         owner.on_finding = lambda found: self.on_finding(found) if self.on_finding is not None else None
         for terminal in owner.pins.values():
             terminal.on_input = self._pin_input
+        if not self._fresh and self.kernel.running:  # furnished in mid-run: it counts from the next round on
+            self.kernel.call_at(self.kernel.now, self._begin)
+        self._fresh.append(owner)
+
+    def _begin(self) -> None:
+        """Time is about to pass: what is new on the bench is wired."""
+        fresh, self._fresh = self._fresh, []
+        for owner in fresh:
+            if isinstance(owner, Part):
+                owner.rewired()
+        for owner in fresh:
+            if isinstance(owner, Chip):
+                owner.check_wiring()
 
     def _owners(self) -> list[Chip | Part]:
         """Everything that stands on the bench."""
@@ -197,8 +208,7 @@ class Furnished(Recording):
         """A host on a bus, which its chips share."""
         name = self._new_name(name, "host")
         for chip in chips[1:]:
-            if chip.bus is not chips[0].bus:
-                self._join(chips[0].bus, chip.bus)
+            chips[0].bus.join(chip.bus)
         self._note("host", name=name, chips=[chip.name for chip in chips], delay_ps=picoseconds(delay))
         if chips[0].sheet.in_packets:
             packet_host = PacketHost(self.kernel, name, chips, picoseconds(delay))
@@ -235,28 +245,26 @@ class Furnished(Recording):
         self.place(host)
         if line is not None:
             for theirs, own in line.wiring.items():
-                self._join(host.pins[own].net, line.pins[theirs].net)
+                host.pins[own].net.join(line.pins[theirs].net)
         self._connect(host if line is None else line, chips)
         return host
 
     def connect(self, connector: Part, chips: Sequence[Chip]) -> None:
         """Wire a serial connector to modules on one line; several need the pull-down of the last one."""
-        if self._started:
-            raise WiringError(f"connect {connector.name}: time has passed already; wire before the first run")
         self._note("connect", part=connector.name, chips=[chip.name for chip in chips])
         self._connect(connector, [chip for chip in chips if isinstance(chip, LineChip)])
 
     def _connect(self, connector: Part, chips: Sequence[LineChip]) -> None:
         for chip in chips:
-            self._join(connector.pins["txd"].net, chip.pins["rxd"].net)
-            self._join(connector.pins["rxd"].net, chip.pins["txd"].net)
+            connector.pins["txd"].net.join(chip.pins["rxd"].net)
+            connector.pins["rxd"].net.join(chip.pins["txd"].net)
         addresses = [chip.strapped_address() for chip in chips]
         for address in sorted({address for address in addresses if addresses.count(address) > 1}):
             who = ", ".join(chip.name for chip, own in zip(chips, addresses, strict=True) if own == address)
             connector.finding("same-address", f"{who} have the same address on one line: all of them answer")
         rxd, last = connector.pins["rxd"].net, chips[-1].pins
-        if "txpd" in last and not any(chip.pins["txpd"].net is rxd for chip in chips):
-            self._join(rxd, last["txpd"].net)
+        if "txpd" in last and not any(chip.pins["txpd"].net.hub is rxd.hub for chip in chips):
+            rxd.join(last["txpd"].net)
         self.kernel.settle()
 
     def __getitem__(self, name: str) -> Any:
@@ -282,8 +290,6 @@ class Furnished(Recording):
 
         "x.db" and "y.db" are whole buses ("x.hostdata", where the chip calls it so).
         """
-        if self._started:
-            raise WiringError(f"wire {a} to {b}: time has passed already; wire before the first run")
         one, two = self._net(a), self._net(b)
         if isinstance(one, Bus) != isinstance(two, Bus):
             raise WiringError(f"wire {a} to {b}: a bus of eight wires does not fit a single pin; wire bus to bus")
@@ -294,7 +300,7 @@ class Furnished(Recording):
             out.drive(None if one.level is None else 1 - one.level)
             one.watch(lambda net: out.drive(None if net.level is None else 1 - net.level))
         else:
-            self._join(one, two)
+            one.join(two)
         self.kernel.settle()
 
     def _net(self, name: str) -> Net:
@@ -307,24 +313,6 @@ class Furnished(Recording):
                 f"{name} (pin {terminal.row.number}: {terminal.row.says}) carries no signal and stays unconnected"
             )
         return terminal.net
-
-    def _join(self, one: Net, two: Net) -> None:
-        """Two nets become one; whoever had the second has the first."""
-        if one is two:
-            return
-        one.merge(two)
-        for owner in self._owners():
-            for terminal in owner.pins.values():
-                if terminal.net is two:
-                    terminal.net = one
-        for chip in self.chips.values():
-            if chip.bus is two:
-                chip.bus = one  # type: ignore[assignment]
-            chip.rewired()
-        for name, net in self.recorded.items():
-            if net is two:
-                self.recorder.record(one, two.log.keep_ps)  # type: ignore[union-attr]
-                self.recorded[name] = one
 
     def _wait_for(self, met: Callable[[], bool], what: str, timeout: str) -> None:
         """Let time pass until something is met."""

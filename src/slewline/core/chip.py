@@ -267,11 +267,8 @@ class Chip(OneAxis):
         """Pulse the RESET pin for as long as the part needs."""
         raise NotImplementedError
 
-    def rewired(self) -> None:
-        """Nets of pins have changed: look them up anew."""
-
     def check_wiring(self) -> None:
-        """The first run begins: report inputs without pull-up that nobody drives (they read low)."""
+        """Time is about to pass for the chip: report inputs without pull-up that nobody drives (they read low)."""
         for row in self.sheet.pins:
             net = self.pins[row.name].net
             if row.way == "in" and row.pull is None and net.tie is None and not net.drivers:

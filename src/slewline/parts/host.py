@@ -34,16 +34,11 @@ class Port:
         self.chip = chip.name
         self.sheet: Sheet = chip.sheet
         self.clock: Clock = chip.clock
-        self.pins = chip.pins
         self.request, self.select = (Driver(chip.pin(name).net, host) for name in ("io_request", "io_select"))
         self.prog, self.bus = Driver(chip.pin("prog").net, host), Driver(chip.bus, host)
         self.request.drive(1)
         self.select.drive(0)
-        self.renet()
-
-    def renet(self) -> None:
-        """Look the nets up that the host reads: wiring may have changed them."""
-        pins = self.pins
+        pins = chip.pins
         self.ready, self.slew, self.mode = pins["ready"].net, pins["slew"].net, pins["ascii_binary"].net
         self.outstrobe, self.motion_complete = pins["outstrobe"].net, pins["motion_complete"].net
 
@@ -149,10 +144,6 @@ class Host(Part):
     def _journal(self, verb: str, args: list[Any]) -> None:
         if self.on_input is not None:
             self.on_input(verb, args)
-
-    def rewired(self) -> None:
-        for port in self.ports.values():
-            port.renet()
 
     @property
     def idle(self) -> bool:

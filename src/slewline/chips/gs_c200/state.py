@@ -138,16 +138,9 @@ class State(LineChip):
         self.clock_pin, self.reset_pin, self.rdy = drivers["clock"], drivers["reset"], drivers["rdy"]
         self.outputs = tuple(drivers[f"uo{n}"] for n in (1, 2, 3))
 
-    def rewired(self) -> None:
-        """Pins have been joined with others: take their nets anew (called by the bench before the first run)."""
-        super().rewired()
-        self._name_pins()
-
     def _tie_pull_down(self) -> None:
         """The standard wiring of a module on a line of its own: TXPD to TXD."""
-        txd, txpd = self.pins["txd"], self.pins["txpd"]
-        txd.net.merge(txpd.net)
-        txpd.net = txd.net
+        self.pins["txd"].net.join(self.pins["txpd"].net)
 
     def strapped_address(self) -> int:
         """The address that the SEL pins say; 0: point-to-point."""
