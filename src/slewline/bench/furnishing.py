@@ -14,7 +14,7 @@ from ..core.kernel import Kernel
 from ..core.net import Bus, Driver, Net
 from ..core.pin import Terminal
 from ..core.table import Sheet
-from ..core.timebase import hertz, picoseconds
+from ..core.timebase import Time, hertz, picoseconds
 from ..errors import UnknownName, UsageError, WiringError
 from ..parts import make_part
 from ..parts.caller import Caller
@@ -28,7 +28,6 @@ from .recording import Recording
 if TYPE_CHECKING:
     from os import PathLike
 
-Time = str | int
 PORTS = {  # how a chip is spoken to: in lines, in packets
     (False, False): "a bus",
     (True, False): "a serial line",
@@ -66,7 +65,10 @@ class Furnished(Recording):
         bare: bool = False,
         **options: Any,
     ) -> Chip:
-        """Put a chip on the bench.
+        """Put a chip on the bench, at any time; it powers up at once.
+
+        Open strap pins read as the sheet says: a GS-C module listens at 110 baud, with checksums.  `slewline run`,
+        `serve`, slewline:// and the pytest plugin strap it for 9600 baud (a table in docs/reference/api.md).
 
         Args:
             part: part number in lower case, for example "cy525"; or the class of a chip of one's own.
@@ -75,6 +77,10 @@ class Furnished(Recording):
             straps: fixed levels of input pins.
             bare: leave out the standard wiring (ABORT high, STEP INHIBIT low ...).
             options: of the part, for example rate=80 or stepwise=True.
+
+        Raises:
+            UnknownName: no such part, or a strap that is no pin of it; the message lists those there are.
+            UsageError: a name that is taken, a crystal, strap or option out of range.
         """
         cls = chip_class(part) if isinstance(part, str) else part
         if not (isinstance(cls, type) and issubclass(cls, Chip)):
@@ -85,7 +91,14 @@ class Furnished(Recording):
             options.setdefault("store", self.stores(name))
         if self.journal is not None:
             kept = {"store": list(options["store"].read())} if options.get("store") is not None else {}
-            what = {"part": cls.sheet.part, "name": name, "crystal_hz": hz, "straps": dict(straps or {}), "bare": bare}
+            what = {
+                "part": cls.sheet.part,
+                "behaviour": cls.sheet.behaviour,
+                "name": name,
+                "crystal_hz": hz,
+                "straps": dict(straps or {}),
+                "bare": bare,
+            }
             self._note("add", **what, options=options | kept)
         chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
         self.chips[name] = chip
@@ -95,13 +108,18 @@ class Furnished(Recording):
         return chip
 
     def part(self, kind: str, name: str | None = None, to: Chip | Part | str | None = None, **options: Any) -> Any:
-        """Make a part and put it on the bench.
+        """Make a part and put it on the bench, at any time; it works from this instant on.
 
         Args:
             kind: for example "uart"; slewline.parts.KINDS lists them.
             name: defaults to the kind, numbered when there are several.
             to: chip or part to whose pins those of the new part are wired in the standard way.
             options: of the part.
+
+        Raises:
+            UnknownName: no such kind, or `to` lacks a pin of the standard wiring.
+            UsageError: a name that is taken, or an option that the kind does not have or allow.
+            WiringError: a bus would be wired to a single pin.
         """
         name = self._new_name(name, kind)
         part = make_part(kind, self.kernel, name, options)
@@ -179,12 +197,16 @@ class Furnished(Recording):
         baud: int | None = None,
         line: Part | None = None,
     ) -> Any:
-        """A host computer on the command port of a chip, or of several that share its bus or its line.
+        """Put a host computer on the command port of a chip, or of several that share its bus or its line, at any time.
 
         Args:
             delay: what the host's own program takes before each byte (on a bus).
             baud: another rate than the chip is strapped for (on a serial line).
             line: a part of kind rs232_line between the host and the chips.
+
+        Raises:
+            UsageError: no chip, chips that are spoken to in different ways, or an argument that does not fit them.
+            WiringError: a chip's serial line has a host already.
         """
         if not chips:
             raise UsageError("host: which chip? bench.host(x)")
@@ -277,7 +299,11 @@ class Furnished(Recording):
         )
 
     def pin(self, name: str) -> Terminal:
-        """A pin by its full name, for example "x.slew"."""
+        """Return a pin by its full name, for example "x.slew".
+
+        Raises:
+            UnknownName: no such chip, part or pin; the message lists those there are.
+        """
         owner, dot, pin = name.partition(".") if isinstance(name, str) else (repr(name), "", "")
         if not dot:
             raise UnknownName(f"pin {name!r}: give owner and pin, for example 'x.slew'")
@@ -286,9 +312,13 @@ class Furnished(Recording):
 
     # ------------------------------------------------------------------------------------------------------- wiring
     def wire(self, a: str, b: str, invert: bool = False) -> None:
-        """Connect two pins; with `invert` an inverter drives the second from the first.
+        """Connect two pins, at any time; with `invert` an inverter drives the second from the first.
 
         "x.db" and "y.db" are whole buses ("x.hostdata", where the chip calls it so).
+
+        Raises:
+            UnknownName: no such pin.
+            WiringError: a bus and a single pin, or a pin that carries no signal.
         """
         one, two = self._net(a), self._net(b)
         if isinstance(one, Bus) != isinstance(two, Bus):
@@ -314,7 +344,7 @@ class Furnished(Recording):
             )
         return terminal.net
 
-    def _wait_for(self, met: Callable[[], bool], what: str, timeout: str) -> None:
+    def _wait_for(self, met: Callable[[], bool], what: str, timeout: Time) -> None:
         """Let time pass until something is met."""
         raise NotImplementedError
 

@@ -15,7 +15,7 @@ from ..core.kernel import Kernel, Task
 from ..core.net import Driver
 from ..core.pin import Condition, GotCondition
 from ..core.table import Sheet
-from ..core.timebase import Clock, readable
+from ..core.timebase import Clock, Time, readable
 from ..core.waits import first_of, level, until
 from ..errors import Timeout, UsageError
 from .part import Part, served
@@ -78,7 +78,7 @@ class Host(Part):
         self.doing = ""
         self.since = 0
         self.answer: Any = None
-        self.wait_for: Callable[[Callable[[], bool], str, str], None] | None = None  # the bench lets time pass
+        self.wait_for: Callable[[Callable[[], bool], str, Time], None] | None = None  # the bench lets time pass
         self.on_input: Callable[[str, list[Any]], object] | None = None  # the journal
         self.on_event: Callable[[str], object] | None = None  # a transcript
 
@@ -207,7 +207,7 @@ class Host(Part):
         return bytes(data)
 
     # -------------------------------------------------------------------------------------- calls that let time pass
-    def _call(self, verb: str, args: list[Any], action: Action, timeout: str) -> Any:
+    def _call(self, verb: str, args: list[Any], action: Action, timeout: Time) -> Any:
         self._journal("call", [verb, self.port.chip, *args])
         self.answer = None
         self.do(action)
@@ -228,7 +228,7 @@ class Host(Part):
             self._journal("give_up", [])
             self.queue.pop()
 
-    def live(self, *commands: str, timeout: str = "5 s") -> None:
+    def live(self, *commands: str, timeout: Time = "5 s") -> None:
         """Give commands to a chip whose program is running, through PROG/LIVE (s.7)."""
         for command in commands:
             if not isinstance(command, str) or not command.isascii():
@@ -256,7 +256,7 @@ class Host(Part):
             if await first_of(self.kernel, self.kernel.now + port.ps(SETTLED_US), (port.ready, 0)) is None:
                 return
 
-    def verify(self, group: int, number: int | None = None, timeout: str = "5 s") -> bytes:
+    def verify(self, group: int, number: int | None = None, timeout: Time = "5 s") -> bytes:
         """Read a verify group: bytes as the chip delivers them (group 0: five digits, or two bytes in binary mode)."""
         if group not in self.port.sheet.verify_bytes or (
             number is not None and (not isinstance(number, int) or number < 0)
@@ -271,7 +271,7 @@ class Host(Part):
 
         return self._call("verify", [group, number], action, timeout)  # type: ignore[no-any-return]
 
-    def change_rate(self, rate: int, timeout: str = "5 s") -> None:
+    def change_rate(self, rate: int, timeout: Time = "5 s") -> None:
         """Request a new rate on the fly (s.7): SLEW low, rate on the bus, I/O REQUEST low until SLEW is high."""
         if not isinstance(rate, int) or not 0 <= rate <= 255:
             raise UsageError(f"{self.name}: rate {rate!r}; allowed 0 to 127 (a byte goes out as it is)")
@@ -287,7 +287,7 @@ class Host(Part):
 
         self._call("change_rate", [rate], action, timeout)
 
-    def read_position(self, timeout: str = "5 s") -> int:
+    def read_position(self, timeout: Time = "5 s") -> int:
         """Read the position on the fly (s.6): I/O SELECT high, one byte at each rise of OUTSTROBE."""
 
         async def action(port: Port) -> None:

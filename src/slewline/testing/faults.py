@@ -15,7 +15,7 @@ from random import Random
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-from ..core.timebase import picoseconds, readable
+from ..core.timebase import Time, picoseconds, readable
 from ..errors import UsageError
 from ..language.lines import KEPT
 from ..links.line import SerialLine
@@ -25,7 +25,6 @@ from ..parts.part import Part
 if TYPE_CHECKING:
     from ..core.chip import Chip
 
-Time = str | int
 WAYS = ("module", "host")
 BLIND = KEPT.bit_length() - 1  # the number of the bit that a checksum always has: it may be wrong, and the checksum fit
 FAULTS = {"parity": "its parity is wrong", "framing": "its stop bit is wrong", "late": "it is late"}

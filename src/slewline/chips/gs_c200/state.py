@@ -12,7 +12,7 @@ from ...core.net import Driver, Net
 from ...core.pin import strapped
 from ...core.store import Memory, Store
 from ...core.table import Row
-from ...core.timebase import picoseconds
+from ...core.timebase import Time, picoseconds
 from ...errors import UsageError
 from ...language.lines import KEPT, spell
 from ..line import LineChip
@@ -35,10 +35,10 @@ class Options:
     address: int | None = None  # in place of the SEL straps; 0: point-to-point
     pin_order: bool = False  # SEL as the pin description orders it
     law: str | Law = "constant acceleration"  # of the ramps; or "linear in steps", or a function
-    turnround: str | int = TIMES["turnround"]  # carriage return to answer
-    instruction_time: str | int = TIMES["instruction"]  # of a program, before its effect
-    dir_setup: str | int = TIMES["dir_setup"]  # DIR and MOV to the first step
-    eeprom_time: str | int = TIMES["eeprom"]  # what M takes
+    turnround: Time = TIMES["turnround"]  # carriage return to answer
+    instruction_time: Time = TIMES["instruction"]  # of a program, before its effect
+    dir_setup: Time = TIMES["dir_setup"]  # DIR and MOV to the first step
+    eeprom_time: Time = TIMES["eeprom"]  # what M takes
     lenient: bool = False  # forgives LF between lines, and P0 for Po
     direct: bool = False  # delayed commands act at once outside programming
     early_y: bool = False  # M answers before it writes
