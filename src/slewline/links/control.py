@@ -15,6 +15,8 @@ A client connects by TCP, sends one JSON object a line, and gets one JSON object
                                                                          noise on the next characters: lost, garbled,
                                                                          parity, framing, late; to the chip or the host
     {"do": "clear", "line": "x"}                                         no more noise; hits: how many were hit
+    {"do": "fault", "chip": "x", "kind": "eeprom"}                       programming the EEPROM fails, until it is
+    {"do": "clear", "chip": "x"}                                         clear: M and X are answered E6
     {"do": "power", "chip": "x", "on": false}                            switch the supply of a module
     {"do": "status"}                                                     chips, lines, pace
     {"do": "steps", "chip": "x", "axis": 2, "start": 0, "stop": "1 s"}   times_ps, directions, positions
@@ -199,8 +201,8 @@ KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {  # what a request n
     "read": (("pins",), ()),
     "advance": (("time",), ()),
     "until": ((), ("pin", "level", "chip", "position", "axis", "timeout")),
-    "fault": (("line", "to", "kind"), ("count", "chance", "seed")),
-    "clear": (("line",), ()),
+    "fault": (("kind",), ("line", "to", "count", "chance", "seed", "chip")),
+    "clear": ((), ("line", "chip")),
     "power": (("chip", "on"), ()),
     "status": ((), ()),
     "steps": (("chip",), ("start", "stop", "axis")),
@@ -274,7 +276,21 @@ class Requests:
             raise UsageError(f"no serial line {name!r}; there are: {', '.join(lines) or 'none'}")
         return lines[name]
 
+    def eeprom(self, request: Reply, fails: bool) -> Reply:
+        """Let the EEPROM of a module fail, or no more."""
+        chip = self.chip(request["chip"])
+        if not hasattr(chip, "eeprom_fault"):
+            raise UsageError(f"chip {chip.name!r}: a {chip.sheet.part} has no EEPROM")
+        if {"line", "to", "count", "chance", "seed"} & set(request) or request.get("kind", "eeprom") != "eeprom":
+            raise UsageError(f"{request['do']}: a chip has the kind eeprom alone; all others are those of a line")
+        chip.eeprom_fault = fails
+        return {}
+
     def do_fault(self, request: Reply) -> Reply:
+        if "chip" in request:
+            return self.eeprom(request, True)
+        if not {"line", "to"} <= set(request):
+            raise UsageError("fault: needs line, to and kind, or chip and the kind eeprom")
         line, to = self.line(request["line"]), request["to"]
         if to not in DIRECTIONS:
             raise UsageError(f"to {to!r}; allowed {', '.join(DIRECTIONS)}")
@@ -283,6 +299,10 @@ class Requests:
         return {}
 
     def do_clear(self, request: Reply) -> Reply:
+        if "chip" in request:
+            return self.eeprom(request, False)
+        if "line" not in request:
+            raise UsageError("clear: needs line or chip")
         line = self.line(request["line"])
         line.to_chip.clear()
         line.to_host.clear()

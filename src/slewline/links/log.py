@@ -44,11 +44,16 @@ class Log:
         self.kernel, self.path, self.failed = kernel, path, failed
         self.file: TextIO | None = None
         self.open: dict[str, tuple[str, int, bytearray]] = {}  # by line: direction, instant, characters so far
-        if path is not None:
-            try:
-                self.file = open(path, "a", encoding="ascii", buffering=1)  # noqa: SIM115
-            except OSError as error:
-                raise UsageError(f"log {path}: {error.strerror}; give a file that can be written") from None
+        self.reopen()
+
+    def reopen(self) -> None:
+        """Write behind what is in the file, if there is one; the transcript may have been closed before."""
+        if self.path is None or self.file is not None:
+            return
+        try:
+            self.file = open(self.path, "a", encoding="ascii", buffering=1)  # noqa: SIM115
+        except OSError as error:
+            raise UsageError(f"log {self.path}: {error.strerror}; give a file that can be written") from None
 
     def characters(self, line: str, way: str, data: bytes) -> None:
         """Characters have passed."""

@@ -26,6 +26,7 @@ from .log import Log
 from .loop import Loop
 from .pace import Pace
 from .registers import RegisterLine, RegisterPort
+from .store import FileStore
 from .tcp import TcpPort
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ class Server:
         tell: Callable[[str], object] = lambda _text: None,
     ) -> None:
         self.bench, self.pace, self.allow_remote, self.tell = bench, pace, allow_remote, tell
-        self.troubles: list[str] = []  # files that take no more
+        self.troubles: list[str] = []  # files that take no more, and what else is wrong around the chips
         self.log = Log(bench.kernel, log, self._trouble)
         if bench.journal is not None:
             bench.journal.on_failure = self._trouble
@@ -81,6 +82,9 @@ class Server:
         self.forgotten: Counter[str] = Counter()  # steps of chips, as far as their past is no longer kept
         self.over = False
         bench.on_finding = self._finding
+        for chip in bench.chips.values():
+            if isinstance(store := getattr(chip, "store", None), FileStore):
+                store.on_failure = self._trouble
 
     # ---------------------------------------------------------------------------------------------------- furnishing
     def line(self, *chips: Chip, framing: bool = False) -> Line:
@@ -119,6 +123,8 @@ class Server:
         name = f"{chips[0].name}_line"
         port: SerialPort = self.bench.part("serial_port", name=name, baud=baud, bits=bits, parity=parity, stop=stop)
         self.bench.connect(port, chips)
+        for found in port.findings:
+            self._trouble(found.text)
         return port
 
     def _uart(self, chip: Chip) -> SerialPort:
@@ -223,9 +229,10 @@ class Server:
 
     # -------------------------------------------------------------------------------------------------- housekeeping
     def _trouble(self, text: str) -> None:
-        self.troubles.append(text)
-        self.log.event("server", text)
-        self.tell(text)
+        if text not in self.troubles:  # what a host tries again is not told again
+            self.troubles.append(text)
+            self.log.event("server", text)
+            self.tell(text)
 
     def _finding(self, found: Finding) -> None:
         self.found += 1
