@@ -155,7 +155,7 @@ def option_rows() -> Iterator[tuple[str, str, str]]:
     yield "`store`", "", "what keeps the EEPROM's program: an object with read() and write(data)"
     for field in fields(Options):
         default = getattr(Options(), field.name)
-        yield f"`{field.name}`", f"`{readable(default) if field.type == 'str | int' else default!r}`", says[field.name]
+        yield f"`{field.name}`", f"`{readable(default) if field.type == 'Time' else default!r}`", says[field.name]
 
 
 def quirk_lines(folder: str, quirks: Iterable[Quirk], note: str = "") -> list[str]:

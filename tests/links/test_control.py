@@ -53,7 +53,7 @@ def test_time_advances_as_far_as_it_is_told(stand):
     _, _, ask = stand
     before = ask("status")["time_ps"]
     assert ask("advance", time="250 ms")["time_ps"] == before + 250 * 10**9
-    assert ask("advance", time=1)["time_ps"] == before + 250 * 10**9 + 1
+    assert ask("advance", time="1 ps")["time_ps"] == before + 250 * 10**9 + 1
 
 
 def test_a_program_runs_as_far_as_time_does(stand):

@@ -405,6 +405,8 @@ def test_a_bench_file_without_serve_is_told(capfd, folder):
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--option", "xyz=0"], "no option 'xyz'"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--option", "xyz"], "an option and its value"),
         (["gs-c200x", "--tcp", "127.0.0.1:0"], "no chip 'gs-c200x'"),
+        (["gs-c200s", "--tcp", "127.0.0.1:0", "--log", "a", "--journal", "./a"], "--log and --journal: the same file"),
+        (["gs-c200s", "--tcp", "127.0.0.1:0", "--anywhere"], "--anywhere goes with --bench"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--log", "no/where"], "give a file that can be written"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--state", "/dev/null/x"], "give a directory that can be written"),
         (["--bench", "b.toml", "--strap", "chs=0"], "a bench file says all of this itself"),

@@ -35,7 +35,7 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 from ..core.pin import Condition
-from ..core.timebase import picoseconds
+from ..core.timebase import moment, picoseconds
 from ..errors import SlewlineError, UsageError
 from .line import SerialLine
 from .pace import Wait
@@ -320,7 +320,7 @@ class Requests:
     def do_steps(self, request: Reply) -> Reply:
         axis = self.axis(request)
         start, stop = request.get("start", 0), request.get("stop", self.bench.now_ps)
-        count = axis.motor.count(picoseconds(start), min(picoseconds(stop), self.bench.now_ps))
+        count = axis.motor.count(moment(start), min(moment(stop), self.bench.now_ps))
         if count > MOST_STEPS:
             raise UsageError(f"steps: {count} of them; ask for windows of at most {MOST_STEPS}")
         steps = axis.steps(start, stop)

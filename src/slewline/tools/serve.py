@@ -18,6 +18,7 @@ import click
 from ..bench import Bench
 from ..chips import chip_class, sheet_of
 from ..errors import UsageError
+from .files import say_replaced
 
 if TYPE_CHECKING:
     from ..links.line import Line
@@ -49,6 +50,7 @@ class Serve:
     state: str | None
     log: str | None
     journal: str | None
+    anywhere: bool
     strap: tuple[tuple[str, int], ...]
     option: tuple[tuple[str, Any], ...]
     allow_remote: bool
@@ -57,6 +59,7 @@ class Serve:
     def perform(self) -> int:
         """Do it, until a signal ends it; returns the exit status."""
         ports = self.check_options()
+        say_replaced(self.journal)
         with state_directory(self.state) as stores:
             bench = self.furnished(stores)
             server = self.server(bench)
@@ -93,6 +96,10 @@ class Serve:
             raise click.UsageError(f"where? Give one of --{', --'.join(PORTS)}")
         if self.lockstep and self.rate is not None:
             raise click.UsageError("--lockstep has no clock; leave out --rate")
+        if self.anywhere and self.bench is None:
+            raise click.UsageError("--anywhere goes with --bench")
+        if self.log and self.journal and os.path.realpath(self.log) == os.path.realpath(self.journal):
+            raise click.UsageError("--log and --journal: the same file; give each a file of its own")
         if self.state is not None and self.chip is not None and not keeps(self.chip):
             raise click.UsageError(f"--state keeps EEPROMs, and a {self.chip} has none; leave it out")
         return ports
@@ -103,7 +110,7 @@ class Serve:
         if self.bench is not None:
             from ..bench.file import BenchFile
 
-            self.file = BenchFile(self.bench)
+            self.file = BenchFile(self.bench, self.anywhere)
             if not self.file.tables.serve:
                 raise UsageError(f"{self.bench}: no [[serve]] table, so there is nothing to serve")
             return self.file.load(journal=self.journal, stores=stores)
