@@ -46,14 +46,14 @@ class Line:
 
     # ---------------------------------------------------------------------------------------------------- the host
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
-        """A host is there: `host` takes bytes and returns how many it had to drop; `resume` says there is room."""
+        """A host is there: `host` takes bytes, returns how many it dropped; `resume` is called when more may come."""
         self.host, self.host_name, self.resume = host, name, resume
         self.log.event(self.name, f"{name} is connected")
 
     def detach(self, why: str) -> None:
         """It has gone; what it has sent is played all the same."""
         self.log.event(self.name, f"{self.host_name}: {why}")
-        self.host, self.host_name, self.resume = None, "", None
+        self.host, self.host_name = None, ""
 
     def take(self, data: bytes) -> None:
         """Bytes have come from the host."""
@@ -97,6 +97,10 @@ class Line:
         """How many bytes may come now; when none may, `resume` is called once there is room again."""
         raise NotImplementedError
 
+    def sent(self) -> bool:
+        """Has everything that has come gone out, so that another host may begin?"""
+        raise NotImplementedError
+
     def quiet(self) -> bool:
         """Is everything that was sent played, and answered?"""
         raise NotImplementedError
@@ -131,6 +135,9 @@ class SerialLine(Line):
             half = self.kernel.now + port.clock.ps(port.word.ticks * BACKLOG // 2)
             self.kernel.call_at(half, lambda: self.resume() if self.resume is not None else None)
         return room
+
+    def sent(self) -> bool:
+        return not self.port.outgoing
 
     def quiet(self) -> bool:
         if self.port.outgoing or self.coming:

@@ -167,11 +167,11 @@ class Server:
         self._check(line, "serial")
         return self._opened(DevicePort(self.loop, line, device))
 
-    def control(self, address: str) -> Opened:
-        """Open a control port, HOST:PORT."""
+    def control(self, address: str, token: str | None = None) -> Opened:
+        """Open a control port, HOST:PORT; with a token, which clients must know, other machines may reach it, too."""
         from .control import Control
 
-        return self._opened(Control(self, address))
+        return self._opened(Control(self, address, token))
 
     def _opened(self, port: Opened) -> Opened:
         self.ports.append(port)

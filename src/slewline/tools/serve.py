@@ -46,6 +46,7 @@ class Serve:
     rate: str | None
     lockstep: bool
     control: str | None
+    token: str | None
     state: str | None
     log: str | None
     journal: str | None
@@ -72,7 +73,7 @@ class Serve:
         try:
             found = self.open_bench_file(server) if self.bench else self.open_chip(server, *ports[0])
             if self.control:
-                found.append(("control", server.control(self.control).where))
+                found.append(("control", server.control(self.control, self.token).where))
             for name, where in found:
                 click.echo(f"{name}: {where}")
             sys.stdout.flush()
@@ -89,8 +90,11 @@ class Serve:
             raise click.UsageError(
                 "a bench file says all of this itself; leave out ports, --strap, --option, --framing"
             )
-        if self.chip is not None and len(ports) != 1:
+        if self.chip is not None and not ports:
             raise click.UsageError(f"where? Give one of --{', --'.join(PORTS)}")
+        if len(ports) > 1:
+            given = " and ".join(f"--{kind}" for kind, _ in ports)
+            raise click.UsageError(f"a chip has one port, and {given} are {len(ports)}; leave out all but one")
         if self.lockstep and self.rate is not None:
             raise click.UsageError("--lockstep has no clock; leave out --rate")
         if self.state is not None and self.chip is not None and not keeps(self.chip):
