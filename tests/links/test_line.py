@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 from pathlib import Path
 
@@ -214,12 +215,22 @@ def test_a_transcript_that_cannot_be_written_is_told(lockstep):
         lockstep(log="nowhere/transcript")
 
 
+@pytest.mark.parametrize("path", ["fifo", "/dev/null"])
+def test_a_transcript_goes_to_a_regular_file_only(lockstep, path):
+    """To open a FIFO is to wait for its other end."""
+    os.mkfifo("fifo")
+    with pytest.raises(UsageError, match="is no regular file; give a file, or - for standard error"):
+        lockstep(log=path)
+
+
 def test_a_disk_that_is_full_is_told_once_and_the_server_goes_on(begun):
-    server, line, host = begun(log="/dev/full")
+    server, line, host = begun(log="transcript")
+    server.log.close()
+    server.log.file = open("/dev/full", "w", buffering=1)  # noqa: SIM115
     for _ in range(2):
         line.take(b"F\r")
         play(server)
-    says = "log /dev/full: No space left on device; the transcript ends here"
+    says = "log transcript: No space left on device; the transcript ends here"
     assert status(server)["troubles"] == [says]
     assert says in as_line(server)
     assert host.text == b"R\rR\r"

@@ -252,3 +252,13 @@ def test_a_directory_that_is_missing(tmp_path):
 def test_it_can_be_caught_as_the_error_of_the_system_that_it_is(tmp_path):
     with pytest.raises(OSError, match="cannot read the memory: Is a directory"):
         FileStore(tmp_path).read()
+
+
+@pytest.mark.parametrize("name", ["x.eeprom", ".x.eeprom.part"])
+def test_what_is_no_regular_file_is_refused_and_not_waited_for(tmp_path, name):
+    """To open a FIFO is to wait for its other end."""
+    os.mkfifo(tmp_path / name)
+    store = FileStore(tmp_path / "x.eeprom")
+    for call in (store.read, lambda: store.write(NEW)):
+        with pytest.raises(StoreError, match="is no regular file"):
+            call()

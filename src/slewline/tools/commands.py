@@ -146,7 +146,7 @@ def chips_command(**options: Any) -> int:
     help="What clients of the control port must know; also taken from the environment, SLEWLINE_TOKEN.",
 )
 @click.option("--state", metavar="DIR", help="Where the EEPROMs are kept.")
-@click.option("--log", metavar="F", help="Write a transcript of all lines behind what is in F.")
+@click.option("--log", metavar="F", help="Write a transcript of all lines behind what is in F; -: on standard error.")
 @click.option("--journal", metavar="F", help="Write every input from outside, for slewline run --replay.")
 @click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=0. May be repeated.")
 @click.option("--option", type=Setting(), multiple=True, help="An option of the chip, such as 'eeprom_time=20 ms'.")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import signal
 import sys
@@ -17,7 +16,16 @@ import click
 
 from ..bench import Bench
 from ..chips import chip_class, sheet_of
-from ..errors import UsageError
+from ..errors import SlewlineError, UsageError
+
+try:
+    import fcntl
+    import termios  # noqa: F401  # for a pty; where one of them is missing, signals and pipes differ as well
+except ImportError:
+    raise SlewlineError(
+        "serve needs Linux, or another POSIX system (WSL has one); here everything else works: run, lint, plots, the "
+        "pytest plugin, and slewline:// URLs, with which a program in Python finds a module without a server"
+    ) from None
 
 if TYPE_CHECKING:
     from ..links.line import Line
