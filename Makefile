@@ -15,13 +15,14 @@ test: dev-env ## Run the tests, except the long ones
 test-long: dev-env ## Run the long tests
 	.venv/bin/python -m pytest -n 2 -m long
 
-check: dev-env ## Check style, types, imports, conformance table and generated documentation
+check: dev-env ## Check style, types, imports, conformance table and documentation
 	.venv/bin/ruff check
 	.venv/bin/ruff format --check
 	.venv/bin/mypy
 	.venv/bin/lint-imports
 	.venv/bin/python tools/conformance.py --check
-	@if [ -f tools/describe_docs.py ]; then set -x; .venv/bin/python tools/describe_docs.py --check; fi
+	.venv/bin/python tools/describe_docs.py --check
+	.venv/bin/python -m pytest -m docs tests/docs
 
 conformance: dev-env ## Write the conformance table
 	.venv/bin/python tools/conformance.py

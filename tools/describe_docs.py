@@ -34,7 +34,9 @@ import conformance
 import slewline
 from slewline.chips import PARTS, sheet_of
 from slewline.chips.cy525 import quirks as cy525_quirks
-from slewline.chips.cy525.sheet import STEPS_PER_SECOND
+from slewline.chips.cy525.firmware import Cy525
+from slewline.chips.cy525.profile import Law, ramp
+from slewline.chips.cy525.sheet import STEP_TICKS, STEPS_PER_SECOND
 from slewline.chips.gs_c200 import quirks as gs_c200_quirks
 from slewline.chips.gs_c200.sheet import POSITIONS
 from slewline.chips.gs_c200.state import Options
@@ -51,6 +53,10 @@ from slewline.tools.commands import cli
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 NOTE = "<!-- Written by tools/describe_docs.py; change the code, not this page. -->\n\n"
+RAMP_TIMES = (  # S, computed and measured milliseconds (CY525 manual, s.8)
+    (1, 1299, 1350), (2, 1294, 1350), (10, 1254, 1250), (25, 1177, 1200), (50, 1050, 1050),
+    (100, 795, 800), (150, 540, 550), (200, 285, 270), (225, 158, 150), (250, 30, 38),
+)  # fmt: skip
 NEAR = 0.15  # two numbers of a picture that differ by less (points) look the same
 
 
@@ -64,9 +70,38 @@ def cy525_page() -> str:
             "## Rates\n",
             "Steps per second at 11 MHz for every rate parameter; they scale with the crystal.\n",
             table(("", *(f"+{n}" for n in range(8))), rates),
+            *ramp_lines(),
+            "\n## Options\n",
+            "Of `bench.add`, `options` in a bench file, or `serve --option`; the registers too, by name: what they\n"
+            "hold at power-up.\n",
+            table(("option", "default", "what it is"), cy525_options()),
             *quirk_lines("cy525", cy525_quirks.QUIRKS, " Times hold at\n11 MHz."),
         ]
     )
+
+
+def ramp_lines() -> Iterator[str]:
+    """How long the ramps of the CY525 take, by the manual and by the model."""
+    yield "\n## Ramps\n"
+    yield "From F 3 to R 127 with Z 1 at 11 MHz, in milliseconds: the manual's table (s.8), and the model from the"
+    yield "first step to SLEW low, from the end of the first step on, and with other options (quirk UND-RAMP-LAW).\n"
+    laws = (Law(), Law(479), Law(jumps=True), Law(479, jumps=True))
+    rows = []
+    for slope, *manual in RAMP_TIMES:
+        times = [sum(ticks * n for ticks, n in ramp(3, 127, slope, 1, law)) / 11_000 for law in laws]
+        times.insert(1, times[0] - STEP_TICKS[3] / 11_000)
+        rows.append((slope, *manual, *(f"{time:.1f}" for time in times)))
+    both = "`ramp_unit=479, ramp_jumps=True`"
+    head = ("computed", "measured", "model", "from the end of step 1", "`ramp_unit=479`", "`ramp_jumps=True`", both)
+    yield table(("S", *head), rows)
+
+
+def cy525_options() -> Iterator[tuple[str, str, str]]:
+    """The options of a CY525, with their defaults; what they are stands in its docstring."""
+    says = dict(re.findall(r"^    (\w+): ((?:.|\n(?!    \w))*)", cleandoc(Cy525.__doc__ or ""), re.MULTILINE))
+    for parameter in signature(Cy525).parameters.values():
+        if parameter.name in says and parameter.default is not Parameter.empty:
+            yield f"`{parameter.name}`", f"`{parameter.default!r}`", " ".join(says[parameter.name].split())
 
 
 def gs_c200_page() -> str:

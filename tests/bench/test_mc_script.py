@@ -281,3 +281,18 @@ def test_a_bench_file_gives_the_host_its_script(tmp_path):
     bench.run_until_idle()
     assert bench["x"].position == 50
     assert bench["host"].results[-1].value == 50
+
+
+def test_a_host_whose_script_was_refused_goes_on_with_what_comes_next():
+    bench = slewline.Bench()
+    x = bench.add("mc1151a", name="x")
+    host = bench.host(x)
+    run_script(bench, host, "SET_POS 5\nwait motion_complete\nGET_POS")
+    bench.run("3277.8 us")  # the checksum of the first packet is about to be read
+    x.reset()
+    with pytest.raises(slewline.ProgramError, match="checksum"):
+        bench.run("100 ms")
+    assert host.idle  # what stood behind the refused line is gone
+    bench.run("100 ms")
+    host.command("SET_POS", 7)
+    assert host.query("GET_POS") == 7

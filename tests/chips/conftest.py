@@ -225,12 +225,16 @@ class Mover(Hand):
 
     @classmethod
     def way_up(cls, low: int, high: int, slope: int, divisor: int = 1, most: int = 65_535) -> list[int]:
-        """Clocks of the steps from one rate to another, one by one: a rate unit every Z * (256 - S) * 479 clocks."""
-        unit, ramp_time = divisor * (256 - slope) * 479, 0
+        """Clocks of the steps from one rate to another, one by one.
+
+        A rate unit falls due every Z * (256 - S) * 452 clocks; a step takes the next one at most.
+        """
+        unit, ramp_time, taken = divisor * (256 - slope) * 452, 0, 0
         steps: list[int] = []
-        while (parameter := low + ramp_time // unit) < high and len(steps) < most:
-            steps.append(cls.period(parameter))
+        while low + taken < high and len(steps) < most:
+            steps.append(cls.period(low + taken))
             ramp_time += steps[-1]
+            taken += ramp_time >= (taken + 1) * unit
         return steps
 
     def give(self, data: str | bytes) -> None:

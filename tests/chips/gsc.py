@@ -36,13 +36,14 @@ def gaps(times: Iterable[int]) -> list[int]:
 
 
 def spacing(number: int, start: int, top: int, ramp: int) -> list[int]:
-    """The interval behind each step of a move: one over the rate at k = min(i, n-1-i, R), at constant acceleration."""
+    """The interval behind each step of a move: one over the rate at k = min(i, n-2-i, R), at constant acceleration;
+    behind the last one a start-stop period."""
     low, high = 10 * start, 10 * top
     if high <= low:
         return [round(Decimal(10**12) / high)] * number
     squares = [Decimal(low**2) + Decimal((high**2 - low**2) * k) / ramp for k in range(min(ramp, number // 2) + 1)]
     intervals = [round(10**12 / square.sqrt()) for square in squares]
-    return [intervals[min(i, number - 1 - i, ramp)] for i in range(number)]
+    return [intervals[max(min(i, number - 2 - i, ramp), 0)] for i in range(number)]
 
 
 def within(times: list[int], start: int, stop: int) -> int:

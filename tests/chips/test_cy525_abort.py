@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 Make = Callable[..., Any]
-SMALL = "F 10\rR 12\rS 246\rZ 10\r"  # one unit every 47,900 clocks
+SMALL = "F 10\rR 12\rS 245\rZ 10\r"  # one unit every 49,720 clocks
 LOW, TOP = 11_000, 9167
 UP = [LOW] * 5 + [10_000] * 5
 DOWN = UP[::-1]
@@ -305,7 +305,7 @@ def test_that_warning_is_not_given_where_the_motion_ends_by_itself(mover: Make) 
 @pytest.mark.fact("ABORT-11")
 def test_the_program_around_an_aborted_motion_goes_on(rig: Make) -> None:
     x = rig(record=("run", "motion_complete"), position=0)
-    x.send("A 0\rF 10\rR 12\rS 246\rZ 10\rE\rN 60000\rG\rN 5\rG\r0\rQ")
+    x.send("A 0\rF 10\rR 12\rS 245\rZ 10\rE\rN 60000\rG\rN 5\rG\r0\rQ")
     x.start("X\r")
     x.bench.run_until(x.x.reaches(5000))
     x.drive("abort", 0)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 Make = Callable[..., Any]
-SMALL = "F 10\rR 12\rS 246\rZ 10\r"  # one unit every 47,900 clocks
+SMALL = "F 10\rR 12\rS 245\rZ 10\r"  # one unit every 49,720 clocks
 UP = [11_000] * 5 + [10_000] * 5
 TOP = 9167
 

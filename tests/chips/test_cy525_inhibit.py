@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 HIGH, POLL = 28, 33
-SMALL = "F 10\rR 12\rS 246\rZ 10\r"  # one unit every 47,900 clocks
+SMALL = "F 10\rR 12\rS 245\rZ 10\r"  # one unit every 49,720 clocks
 LOW, TOP = 11_000, 9167
 UP = [LOW] * 5 + [10_000] * 5
 MOVE = UP + [TOP] * 256 + UP[::-1]  # N 276
@@ -135,9 +135,9 @@ def test_a_held_last_step_holds_off_motion_complete_and_ready(mover: Make) -> No
     x = mover()
     x.send("R 80\rS 255\rF 10\rN 4\r")
     x.begin()
-    x.on(20_000, "step_inhibit", 1)
+    x.on(32_000, "step_inhibit", 1)
     x.till(2_000_000)
-    fast = x.period(10 + LOW // 479)  # one unit every 479 clocks: 22 of them are due after the first step
+    fast = x.period(11)  # one unit every 452 clocks: 24 of them are due after the first step, and one is taken
     assert x.begins() == [0, LOW, LOW + fast, LOW + 2 * fast]
     assert (x.x.pin("motion_complete").level, x.x.pin("ready").level, x.x.pin("pulse").level) == (1, 0, 0)
     release = 2_000_000

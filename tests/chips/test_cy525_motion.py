@@ -14,7 +14,7 @@ from slewline.chips.cy525 import sheet
 
 Make = Callable[..., Any]
 HIGH = 28  # 2.5 us
-SMALL = "F 10\rR 12\rS 246\rZ 10\r"
+SMALL = "F 10\rR 12\rS 245\rZ 10\r"
 UP = [11_000] * 5 + [10_000] * 5
 TOP = 9167
 PATTERNS = ((0, 1, 0, 1), (1, 0, 0, 1), (1, 0, 1, 0), (0, 1, 1, 0))

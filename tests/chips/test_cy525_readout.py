@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 Make = Callable[..., Any]
-SMALL = "F 10\rR 12\rS 246\rZ 10\r"  # one unit every 47,900 clocks
+SMALL = "F 10\rR 12\rS 245\rZ 10\r"  # one unit every 49,720 clocks
 LOW, MID, TOP = 11_000, 10_000, 9167
 UP = [LOW] * 5 + [MID] * 5
 DOWN = UP[::-1]

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 Make = Callable[..., Any]
-SMALL = "F 10\rR 12\rS 246\rZ 10\r"  # one unit every 47,900 clocks
+SMALL = "F 10\rR 12\rS 245\rZ 10\r"  # one unit every 49,720 clocks
 MID, TOP = 10_000, 9167
 US = 11
 
@@ -133,7 +133,7 @@ def test_after_the_zero_rate_an_abort_ramps_down_to_the_first_rate(mover: Make) 
     x.put(x.now, "abort", 0)
     low = x.now - x.origin
     x.finish()
-    assert x.periods_from(low) == x.way_up(10, 13, 246, 10)[::-1]
+    assert x.periods_from(low) == x.way_up(10, 13, 245, 10)[::-1]
 
 
 @pytest.mark.fact("UND-FLY-ZERO-REGS", "FLY-RATE-8")

@@ -211,8 +211,8 @@ def test_zero_brings_the_motor_to_rest_through_its_ramp(part: str) -> None:
     pulses = rig.pulses()
     down, rest = rig.edges("ramp", obeyed)
     assert obeyed <= down[0] <= obeyed + MS
-    assert within(pulses, down[0], rest[0]) == 50 and pulses[-1] < rest[0]
-    assert gaps(pulses)[-49:] == spacing(200, 10, 100, 50)[-50:-1]
+    assert within(pulses, down[0], rest[0]) == 51 and pulses[-1] < rest[0]
+    assert gaps(pulses)[-51:] == [MS, *spacing(200, 10, 100, 50)[49::-1]]
     assert rig.falls("mov") == [rest[0]]
     assert rig.rises("rdy")[-1] == pulses[-1] + 10 * MS
     assert rig.levels("mov", "uo1") == (0, 0)

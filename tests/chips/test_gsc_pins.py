@@ -229,7 +229,7 @@ def test_mov_and_ramp_tell_rest_ramp_and_slew(part: str) -> None:
     assert rig.edges("ramp") == [
         (steps[0] - SETUP, 1),
         (steps[50], 0),
-        (steps[950], 1),
+        (steps[949], 1),
         (steps[-1] + WIDTH, 0),
     ]
 

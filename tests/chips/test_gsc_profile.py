@@ -51,10 +51,10 @@ def test_a_move_has_two_equal_ramps_and_slews_between_or_has_none(
     found = legs(profile.move(number, start, top, length))
     if top <= start or number == 1:
         assert found == [("slew", number)]
-    elif number > 2 * length:
-        assert found == [("up", length), ("slew", number - 2 * length), ("down", length)]
+    elif number > 2 * length + 1:
+        assert found == [("up", length), ("slew", number - 2 * length - 1), ("down", length + 1)]
     else:
-        assert found == [("up", number - number // 2), ("down", number // 2)]
+        assert found == [("up", number // 2), ("down", number - number // 2)]
 
 
 @pytest.mark.fact("GSC-RAMP-2", "GSC-UND-RAMP-LAW")
@@ -100,8 +100,14 @@ def test_a_motion_that_is_stopped_comes_down_the_way_it_went_up(step: int, start
     run = profile.endless(start, top, length)
     assert run.steps >= OPEN
     rest = spread(profile.stopped(run, step).runs)
-    up = spread(profile.ramp(start, top, length))[:step]
-    assert rest == up[::-1]
+    up = spread(profile.ramp(start, top, length))
+    if not up or step == 0:
+        assert rest == []
+    else:
+        gone = (up + [profile.period(top)] * step)[:step]
+        whole = gone + rest[:-1]
+        assert whole == whole[::-1]
+        assert len(rest) == min(step, length + 1) and rest[-1] == up[0]
 
 
 @pytest.mark.fact("GSC-RAMP-7")
@@ -114,8 +120,7 @@ def test_a_move_that_is_stopped_never_goes_further(
     step = data.draw(st.integers(0, number - 1))
     rest = profile.stopped(move, step)
     assert rest.steps <= number - step
-    way_down = spacing(number, start, top, length)[number - rest.steps :]
-    assert spread(rest.runs) == way_down
+    assert spread(move.runs)[:step] + spread(rest.runs) == spacing(step + rest.steps, start, top, length)
 
 
 @pytest.mark.fact("GSC-POS-7", "GSC-UND-E5")

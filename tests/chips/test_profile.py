@@ -13,6 +13,8 @@ from slewline.errors import SlewlineError
 
 rates, slopes, divisors = st.integers(0, 127), st.integers(0, 255), st.integers(0, 255)
 numbers = st.one_of(st.integers(1, 700), st.integers(1, 65_535))
+LAW = profile.Law(452, jumps=False)
+LAWS = (LAW, profile.Law(479, jumps=False), profile.Law(452, jumps=True), profile.Law(1, True), profile.Law(65535))
 reproducible = settings(derandomize=True, deadline=None, max_examples=150)
 
 
@@ -20,13 +22,17 @@ def spread(runs: profile.Runs) -> list[int]:
     return [interval for interval, count in runs for _ in range(count)]
 
 
-def one_by_one(low: int, high: int, slope: int, divisor: int, most: int) -> list[int]:
-    """The way up, a step at a time: ramp time decides the rate of the step that begins; at most so many."""
-    unit = (divisor or 256) * (256 - slope) * 479
-    steps, elapsed = [], 0
-    while len(steps) < most and low + elapsed // unit < high:
-        steps.append(round(11_000_000 / STEPS_PER_SECOND[low + elapsed // unit]))
+def one_by_one(low: int, high: int, slope: int, divisor: int, most: int, law: profile.Law = LAW) -> list[int]:
+    """The way up, a step at a time, at most so many: of the units that are due, a step takes one, or all."""
+    unit = (divisor or 256) * (256 - slope) * law.unit
+    steps, elapsed, rate = [], 0, low
+    while len(steps) < most and rate < high:
+        steps.append(round(11_000_000 / STEPS_PER_SECOND[rate]))
         elapsed += steps[-1]
+        while rate < high and elapsed >= (rate + 1 - low) * unit:
+            rate += 1
+            if not law.jumps:
+                break
     return steps
 
 
@@ -38,26 +44,30 @@ def test_the_clocks_of_a_step_are_rounded_to_the_nearest() -> None:
 
 @pytest.mark.fact("UND-RAMP-LAW", "UND-S0", "UND-Z0")
 def test_a_unit_scales_with_slope_and_divisor() -> None:
-    assert profile.unit_ticks(255, 1) == 479 == round(11_000_000 / 22988)
-    assert profile.unit_ticks(100, 3) == 3 * 156 * 479
-    assert profile.unit_ticks(0, 1) == 256 * 479
-    assert profile.unit_ticks(1, 0) == 256 * 255 * 479
+    assert profile.unit_ticks(255, 1) == 452 == round(11_000_000 * 9375 / (22988 * 80 * 124))
+    assert profile.unit_ticks(100, 3) == 3 * 156 * 452
+    assert profile.unit_ticks(0, 1) == 256 * 452
+    assert profile.unit_ticks(1, 0) == 256 * 255 * 452
+    assert profile.unit_ticks(1, 0, profile.Law(479)) == 256 * 255 * 479
 
 
 @pytest.mark.fact("UND-RAMP-LAW", "RAMP-1")
 @reproducible
-@given(rates, rates, slopes, divisors)
-def test_a_ramp_is_the_reckoning_step_by_step(low: int, high: int, slope: int, divisor: int) -> None:
-    runs = profile.ramp(low, high, slope, divisor)
-    assert spread(profile.head(runs, 3000)) == one_by_one(low, high, slope, divisor, 3000)
+@given(rates, rates, slopes, divisors, st.sampled_from(LAWS))
+def test_a_ramp_is_the_reckoning_step_by_step(low: int, high: int, slope: int, divisor: int, law: profile.Law) -> None:
+    runs = profile.ramp(low, high, slope, divisor, law)
+    assert spread(profile.head(runs, 3000)) == one_by_one(low, high, slope, divisor, 3000, law)
     assert bool(runs) == (low < high)
     if runs:
         intervals = [interval for interval, _ in runs]
         assert intervals == sorted(set(intervals), reverse=True)  # never slower, never the same rate twice
         assert STEP_TICKS[high] < intervals[-1] and intervals[0] == STEP_TICKS[low]
-        # the last step is the first at whose end the rate R is due
-        units, time = (high - low) * profile.unit_ticks(slope, divisor), sum(i * n for i, n in runs)
-        assert time - intervals[-1] < units <= time
+        if not law.jumps:
+            assert intervals == list(STEP_TICKS[low:high])  # one run at each rate
+        # no step is made at R before R is due; the last step is the first at whose end it is, or has its rate to itself
+        units, time = (high - low) * profile.unit_ticks(slope, divisor, law), sum(i * n for i, n in runs)
+        assert units <= time
+        assert time - intervals[-1] < units or runs[-1][1] == 1
 
 
 @pytest.mark.fact("RAMP-6")

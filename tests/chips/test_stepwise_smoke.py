@@ -15,8 +15,8 @@ MHZ = 11
 US = 1_000_000  # ps
 HIGH = 28  # PULSE high between steps: 2.5 us
 POLL = 33  # a held step looks every 3 us
-RAMP = dict(firstrate=10, rate=12, slope=246, divisor=10)  # one unit every 10 * 10 * 479 = 47900 clocks
-UP = [11000] * 5 + [10000] * 5  # rate 10 for 47900 clocks of ramp time, rate 11 to 95800
+RAMP = dict(firstrate=10, rate=12, slope=245, divisor=10)  # one unit every 10 * 11 * 452 = 49720 clocks
+UP = [11000] * 5 + [10000] * 5  # rate 10 for 49720 clocks of ramp time, rate 11 to 99440
 FULL = 9167
 
 

@@ -329,6 +329,45 @@ def test_a_killed_task_runs_its_finally_and_nothing_else(when):
     assert not task.alive
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_task_that_fails_is_over_and_keeps_nothing_from_the_others(seed):
+    kernel = shuffled(seed)
+    wires = Wires(kernel, promised=0)
+    wires.out["promised"].play(Wave(0, (100,), (1,)))
+
+    async def failing():
+        await until(kernel, 100)
+        raise ValueError("no")
+
+    async def beside():
+        await until(kernel, 100)
+        wires.note("woken at 100")
+
+    async def watching():
+        await level(wires.net["promised"], 1)
+        wires.note("sees the edge", "promised")
+
+    tasks = [kernel.spawn(run(), run.__name__) for run in (failing, beside, watching)]
+    with pytest.raises(ValueError, match="no"):
+        kernel.run(200)
+    assert sorted(wires.log) == [(100, "sees the edge", 1), (100, "woken at 100")]
+    assert not tasks[0].alive
+    kernel.run(200)
+
+
+def test_a_task_that_fails_alone_in_its_instant_is_over():
+    kernel = Kernel()
+
+    async def failing():
+        await until(kernel, 100)
+        raise ValueError("no")
+
+    task = kernel.spawn(failing(), "failing")
+    with pytest.raises(ValueError, match="no"):
+        kernel.run(200)
+    assert not task.alive and kernel.now == 100
+
+
 def test_next_time_skips_what_nobody_waits_for_any_more():
     kernel = Kernel()
 

@@ -11,6 +11,7 @@ A block in another language fails: nothing on a page that is tested stays untrie
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
 import subprocess
@@ -82,8 +83,11 @@ def called(words: list[str]) -> str:
     if words == [".", ".venv/bin/activate"]:
         return ""
     if words[0] == "pytest":
-        command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *words[1:]]
-        ran = subprocess.run(command, check=False, capture_output=True, text=True)
+        # Without the plugins that only happen to be installed here: loading them takes longer than the tests.
+        alone = os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
+        plugins = ("-p", "no:cacheprovider", "-p", "slewline.testing.plugin")
+        command = [sys.executable, "-m", "pytest", *plugins, *words[1:]]
+        ran = subprocess.run(command, check=False, capture_output=True, text=True, env=alone)
         return re.sub(r" in [\d.]+s", "", ran.stdout)
     assert words[0] == "slewline", words
     out = TextIOWrapper(BytesIO(), "utf-8", write_through=True)

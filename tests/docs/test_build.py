@@ -1,4 +1,4 @@
-"""The documentation builds without a warning, asks nothing of the outside, and its made pages are up to date."""
+"""The documentation builds without a warning, asks nothing of the outside, and its links lead somewhere."""
 
 from __future__ import annotations
 
@@ -23,20 +23,16 @@ def html(tmp_path_factory):
     return {path: path.read_text("utf-8") for path in out.rglob("*.html")}
 
 
+@pytest.mark.docs
 def test_all_pages_are_built(html):
     built = {path.stem for path in html}
     assert {page.stem for page in PAGES} - {"README"} <= built
 
 
+@pytest.mark.docs
 def test_no_page_fetches_anything_from_outside(html):
     fetched = r'<(?:script|img|iframe|source|link)\b[^>]*\b(?:src|href)="((?:https?:)?//[^"]*)"'
     assert {url for text in html.values() for url in re.findall(fetched, text)} == set()
-
-
-def test_what_is_made_from_the_code_is_up_to_date():
-    command = [sys.executable, "tools/describe_docs.py", "--check"]
-    checked = subprocess.run(command, check=False, cwd=ROOT, capture_output=True, text=True)
-    assert (checked.returncode, checked.stdout) == (0, "")
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.relative_to(ROOT).as_posix())

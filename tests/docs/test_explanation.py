@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 import sys
+from functools import cache
 
 import pytest
 
@@ -88,6 +89,7 @@ def test_the_instants_of_the_first_and_the_last_byte_are_those_of_the_page(x):
 
 
 # ----------------------------------------------------------------------------------------------------- names and places
+@cache
 def definitions():
     """Every function, method, class and class attribute of the sources, by plain and by qualified name."""
     names = set()
@@ -101,16 +103,21 @@ def definitions():
     return names
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)
-def test_files_and_names_on_a_page_exist(page):
-    text = re.sub(r"```.*?```", "", page.read_text("utf-8"), flags=re.DOTALL)
-    files = {name for name in re.findall(r"`([\w/]+\.py)`", text) if "cy512" not in name}
-    places = [
+@cache
+def modules():
+    """Every Python file of the project, from its root."""
+    return [
         path.relative_to(ROOT).as_posix()
         for folder in ("src", "tests", "tools")
         for path in (ROOT / folder).rglob("*.py")
     ]
-    assert [name for name in files if not any(f"/{place}".endswith(f"/{name}") for place in places)] == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)
+def test_files_and_names_on_a_page_exist(page):
+    text = re.sub(r"```.*?```", "", page.read_text("utf-8"), flags=re.DOTALL)
+    files = {name for name in re.findall(r"`([\w/]+\.py)`", text) if "cy512" not in name}
+    assert [name for name in files if not any(f"/{path}".endswith(f"/{name}") for path in modules())] == []
     known = definitions()
     named = set(re.findall(r"`([A-Z][a-z]\w+(?:\.\w+)?)(?:\(.*?\))?`", text))
     assert [name for name in named - {"ValueError", "KeyError"} if name not in known] == []

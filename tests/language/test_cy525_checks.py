@@ -9,7 +9,7 @@ from slewline.chips.cy525.profile import move, rate
 from slewline.chips.cy525.sheet import SHEET
 from slewline.language.lint import lint
 
-SET = "F 3\nR 127\nS 100\nZ 1\n"  # ramp: 4280 steps
+SET = "F 3\nR 127\nS 100\nZ 1\n"  # ramp: 4039 steps
 
 
 def problems(text):
@@ -23,30 +23,30 @@ def found(text):
 @pytest.mark.parametrize(
     ("text", "codes"),
     [
-        (SET + "N 8559\nG", [(6, "rate-unreached")]),
-        (SET + "N 8560\nG", []),
-        (SET + "N 8561\nG", [(6, "short-slew")]),
-        (SET + "N 8815\nG", [(6, "short-slew")]),
-        (SET + "N 8816\nG", []),
-        (SET + "N 8815\nH\nG", [(7, "halt-too-short")]),
-        (SET + "N 8816\nH\nG", []),
-        (SET + "A 100\nP 8660\nP 100\nP 101", [(8, "rate-unreached")]),
+        (SET + "N 8077\nG", [(6, "rate-unreached")]),
+        (SET + "N 8078\nG", []),
+        (SET + "N 8079\nG", [(6, "short-slew")]),
+        (SET + "N 8333\nG", [(6, "short-slew")]),
+        (SET + "N 8334\nG", []),
+        (SET + "N 8333\nH\nG", [(7, "halt-too-short")]),
+        (SET + "N 8334\nH\nG", []),
+        (SET + "A 100\nP 8178\nP 100\nP 101", [(8, "rate-unreached")]),
         (SET + "P 101", []),  # nobody knows from where
         (SET + "A 0\nN 9000\nG\nP 9", []),  # nor here
         (SET + "N 9000\nG\nH", [(7, "halt-unused")]),
         (SET + "N 9000\nH\nG\nG", []),
-        (SET + "N 9000\nH\nG\nN 8700\nG", [(9, "short-slew")]),
+        (SET + "N 9000\nH\nG\nN 8218\nG", [(9, "short-slew")]),
         (SET + "N 9000\nH\nI\nG", [(6, "halt-unused")]),
         (SET + "A 0\nH\nP 100", [(7, "halt-too-short")]),
         ("F 3\nR 127\nS 1\nZ 4\nN 65000\nH\nG", []),
         ("F 3\nR 127\nS 1\nZ 5\nN 65000\nH\nG", [(7, "ramp-too-long")]),
-        ("F 1\nR 119\nS 32\nZ 6\nN 65535\nH\nG", [(1, "rate-uncertain")]),  # a ramp of 32639 steps
-        ("F 0\nR 126\nS 55\nZ 6\nN 65535\nH\nG", [(1, "rate-uncertain"), (7, "ramp-too-long")]),  # and of 32640
+        ("F 3\nR 112\nS 79\nZ 9\nN 65535\nH\nG", []),  # a ramp of 32639 steps
+        ("F 4\nR 117\nS 72\nZ 8\nN 65535\nH\nG", [(7, "ramp-too-long")]),  # and of 32640
         ("F 10\nR 10\nN 100\nG", []),
         ("F 10\nR 10\nN 255\nH\nG", [(5, "halt-too-short")]),
         ("F 10\nR 10\nN 256\nH\nG", []),
         ("F 10\nR 9\nN 100\nG", [(4, "rate-below-first")]),
-        ("F 3\nR 200\nS 100\nZ 1\nN 8559\nG", [(2, "range"), (6, "rate-unreached")]),
+        ("F 3\nR 200\nS 100\nZ 1\nN 8077\nG", [(2, "range"), (6, "rate-unreached")]),
         ("R 2\nF 0", [(1, "rate-uncertain"), (2, "rate-uncertain")]),
         ("R 3\nF 3", []),
         ("F 10", []),
@@ -123,12 +123,12 @@ def test_rates_on_the_fly_of_a_program():
 
 
 def test_the_ramp_is_told():
-    (problem,) = problems(SET + "N 8700\nG")
-    assert problem.found == "nothing is slewed: two ramps of 4280 steps leave 140, all made at F 3 in 467 ms"
-    assert (problem.allowed, problem.severity) == ("8560 steps, or 8816 and more", "warning")
+    (problem,) = problems(SET + "N 8218\nG")
+    assert problem.found == "nothing is slewed: two ramps of 4039 steps leave 140, all made at F 3 in 467 ms"
+    assert (problem.allowed, problem.severity) == ("8078 steps, or 8334 and more", "warning")
 
 
-@pytest.mark.parametrize(("number", "severity"), [(8589, "note"), (8590, "warning")])
+@pytest.mark.parametrize(("number", "severity"), [(8107, "note"), (8108, "warning")])
 def test_a_short_crawl_is_only_a_note(number, severity):
     (problem,) = problems(SET + f"N {number}\nG")
     assert (problem.code, problem.severity) == ("short-slew", severity)

@@ -24,11 +24,11 @@ def found(text, part=C200S):
 @pytest.mark.parametrize(
     ("part", "text"),
     [
-        (C200S, f"Po\n{STR}+21\nE\n@until ready\nV1"),
+        (C200S, f"Po\n{STR}+22\nE\n@until ready\nV1"),
         (C200S, f"Po\n{STR}L0\n+100\nL3\nL0\n-100\nL3\nPx\nE"),
         (C200S, f"{STR}jc1,16\nj12\n+50\nj12"),
         (C200S, f"I1\nPo\n{STR}-50\nE\n@until ready\nPo\n+50\nE"),  # the speeds are still known
-        (C200S, f"Po\n{STR}+21\nE\nPo\n+60\nL0\nR50\n+101\nL2\nE"),  # a loop begins behind its L0
+        (C200S, f"Po\n{STR}+22\nE\nPo\n+60\nL0\nR50\n+102\nL2\nE"),  # a loop begins behind its L0
         (C200, f"I1\nP\n{STR}G9999999\n-9999\nE"),
         (C200, f"P\n{STR}G-2\nA1\nE"),
         (C200S, f"I1\nPo\n{STR}G-8388608\n-100\nE"),  # this counter wraps
@@ -63,7 +63,11 @@ def test_nothing_to_complain_about(part, text):
         ("+50\n" + STR, [(1, 1, 3, "unset-speed")]),
         ("S10\nT100\n+50\n+50\nR10", [(3, 1, 3, "unset-speed")]),
         ("S10\nT10\nR5\n+50", [(4, 1, 3, "no-ramp")]),
-        (STR + "-20", [(4, 1, 3, "rate-unreached")]),
+        (STR + "-21", [(4, 1, 3, "rate-unreached")]),
+        ("S10\nT100\nR1\n+3", [(4, 1, 2, "rate-unreached")]),
+        ("S10\nT100\nR1\n+4", [(4, 1, 2, "sudden-ramp")]),
+        ("S10\nT100\nR1\ng+", [(4, 1, 2, "sudden-ramp")]),
+        ("S10\nT100\nR2\ng+", []),
         ("Po\nE", [(2, 1, 1, "empty-program")]),
         ("Po\nD1\nM\nE", [(2, 1, 2, "no-autorun")]),
         (f"Po\n{STR}M\nE", []),
@@ -104,7 +108,10 @@ def test_severities_and_texts():
         "note",
         "T100 is not reached: the ramps take 10 steps each, the move has 15",
     )
-    assert short.remedy == "the move gets as far as 838 steps/s; from 21 steps on T is reached"
+    assert short.remedy == "the move gets as far as 777 steps/s; from 22 steps on T is reached"
+    (sudden,) = problems("S10\nT100\nR1\n+9", C200S)
+    assert (sudden.severity, sudden.remedy) == ("note", "a longer R")
+    assert sudden.found == "R1 has no rate between S and T: 100 steps/s, then 1000, and down as suddenly"
     assert [problem.severity for problem in problems("D1\nL2", C200S)] == ["note"]
     assert [problem.severity for problem in problems("L0\nD1\nL3\nD2\nL2", C200S)] == ["warning"]
     (inside,) = problems("j3\nA1", C200S)

@@ -1,8 +1,8 @@
 """Random dialogues with a CY525: what the fast path and its step-by-step twin are compared on.
 
-A dialogue is data: parameters, what the host sends, and what happens on the pins at given instants.  The same data are
-played on benches that differ in one thing (the twin, the order of ties, the hash seed) and must leave the same edges
-on every output pin.
+A dialogue is data: options, parameters, what the host sends, and what happens on the pins at given instants.  The same
+data are played on benches that differ in one thing (the twin, the order of ties, the hash seed) and must leave the same
+edges on every output pin.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ class Dialogue:
     crystal: str
     sent: str
     until_ps: int
+    options: dict[str, Any] = field(default_factory=dict)  # of the part
     events: list[tuple[int, str, Any]] = field(default_factory=list)
     kinds: set[str] = field(default_factory=set)
 
@@ -37,7 +38,7 @@ class Dialogue:
 def made(seed: int) -> Dialogue:
     """The dialogue of a seed."""
     rnd = Random(seed)
-    dialogue = Dialogue(seed, rnd.choice(CRYSTALS), *script(rnd))
+    dialogue = Dialogue(seed, rnd.choice(CRYSTALS), *script(rnd), laws(seed))
     quiet = play(dialogue)  # where the steps would be, so that events can hit them exactly
     begins = [int(t) for t in quiet.chip.steps().times_ps] or [dialogue.until_ps // 2]
     edges = sorted({*begins, *(int(t) for t in quiet.bench.edges("x.pulse")[0])})
@@ -47,6 +48,14 @@ def made(seed: int) -> Dialogue:
     once = {(at, pin): level for at, pin, level in dialogue.events}
     dialogue.events = sorted(((at, pin, level) for (at, pin), level in once.items()), key=lambda event: event[0])
     return dialogue
+
+
+def laws(seed: int) -> dict[str, Any]:
+    """Options of the ramps: those of the part by default, in a third of all dialogues others."""
+    rnd = Random(f"laws {seed}")
+    if rnd.random() < 2 / 3:
+        return {}
+    return {"ramp_unit": rnd.choice((1, 100, 452, 479, 480, 2000)), "ramp_jumps": rnd.random() < 0.6}
 
 
 def script(rnd: Random) -> tuple[str, int]:
@@ -152,7 +161,7 @@ class Wires:
 def play(dialogue: Dialogue, *, stepwise: bool = False, shuffle: int | None = None) -> Played:
     """Play a dialogue on a fresh bench."""
     bench = slewline.Bench(shuffle=shuffle)
-    chip = bench.add("cy525", "x", dialogue.crystal, stepwise=stepwise)
+    chip = bench.add("cy525", "x", dialogue.crystal, stepwise=stepwise, **dialogue.options)
     host = bench.host(chip)
     wires = Wires(chip)
     bench.record(*(f"x.{pin}" for pin in OUTPUTS))

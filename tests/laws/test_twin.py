@@ -16,7 +16,7 @@ KINDS = ("abort", "inhibit", "rate", "read", "reset", "tie")
 
 
 def explained(dialogue: Dialogue, found: list[str]) -> str:
-    text = f"dialogue {dialogue.seed} at {dialogue.crystal}: {found[:3]}"
+    text = f"dialogue {dialogue.seed} at {dialogue.crystal}, {dialogue.options}: {found[:3]}"
     return f"{text}\n  sent {dialogue.sent!r}\n  events {dialogue.events}"
 
 
@@ -28,13 +28,13 @@ def compared(seed: int, shuffle: int | None = None) -> Dialogue:
     return dialogue
 
 
-@pytest.mark.parametrize("block", range(10))
+@pytest.mark.parametrize("block", range(5))
 def test_fast_path_and_twin_agree(block: int) -> None:
     for seed in range(block * 20, block * 20 + 20):
         compared(seed)
 
 
-@pytest.mark.parametrize("block", range(4))
+@pytest.mark.parametrize("block", range(2))
 def test_shuffled_ties_change_nothing(block: int) -> None:
     for seed in range(1000 + block * 10, 1000 + block * 10 + 10):
         dialogue = made(seed)

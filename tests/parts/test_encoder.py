@@ -441,14 +441,24 @@ class Story:
         return sorted(found)
 
 
-@pytest.mark.parametrize("seed", range(300))
-def test_promised_steps_and_single_edges_turn_the_shaft_as_one_step_after_the_other_does(seed):
+def compare_with_one_step_after_the_other(seed):
     story = Story(seed)
     expected = story.naive()
     assert story.rig(False, False, seed) == expected
     assert story.rig(True, False, seed) == expected
     if seed % 3 == 0:
         assert story.rig(False, True, seed) == expected
+
+
+@pytest.mark.parametrize("seed", range(120))
+def test_promised_steps_and_single_edges_turn_the_shaft_as_one_step_after_the_other_does(seed):
+    compare_with_one_step_after_the_other(seed)
+
+
+@pytest.mark.long
+def test_they_do_so_in_two_thousand_more_stories():
+    for seed in range(120, 2120):
+        compare_with_one_step_after_the_other(seed)
 
 
 @pytest.mark.parametrize("seed", range(60))

@@ -111,7 +111,7 @@ def test_mov_and_ramp_choose_the_phase_current(part):
     assert [ps for ps, _ in current.past] == [0, start, slew, down, end]
     assert end - start == m.pulses()[-1] - m.pulses()[0] + 10 * US + 1_700_000
     assert slew == m.pulses()[50]
-    assert down == m.pulses()[950]
+    assert down == m.pulses()[949]
 
 
 @pytest.mark.fact("GSC-SYS-CUR-1")

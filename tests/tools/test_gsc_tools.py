@@ -152,7 +152,7 @@ def test_the_transcript_of_a_run(call, program):
         "gs_c200s  RESET high",
         *(f"host      {line} -> Y" for line in LINES),
         "gs_c200s  moves cw from 0",
-        "gs_c200s  at rest at 50: 50 steps in 69.316713 ms",
+        "gs_c200s  at rest at 50: 50 steps in 78.316713 ms",
         "gs_c200s  UO1 high",
         "gs_c200s  UO1 low",
     ]

@@ -228,7 +228,7 @@ def test_a_program_may_come_from_the_standard_input():
 
 # -------------------------------------------------------------------------------------------------------------- journal
 @pytest.mark.parametrize(
-    ("ending", "options"), [("idle", []), ("until", ["--until", "30 ms"]), ("timeout", ["--timeout", "30 ms"])]
+    ("ending", "options"), [("idle", []), ("until", ["--until", "40 ms"]), ("timeout", ["--timeout", "40 ms"])]
 )
 def test_a_journal_repeats_the_run_to_the_bit(call, write, ending, options):
     program = write("p.cy525", "F 3", "R 20", "S 255", "Z 1", "A 0", "N 65000", "H", "G", "@until slew=0", "@rate 30")

@@ -145,6 +145,9 @@ class Kernel:
                     who.send(None)
                 except StopIteration:
                     who.alive = False
+                except Exception:
+                    who.alive = False
+                    raise
                 if self.pending or self.woken:
                     self._react(time, [])
                 else:
@@ -166,8 +169,10 @@ class Kernel:
                 ready.append(who)
             while True:
                 if not heap or heap[0][0] != time:
-                    self._resume(ready)
-                    self._react(time, edges)
+                    try:
+                        self._resume(ready)
+                    finally:
+                        self._react(time, edges)
                     return
                 _, _, who, token = heappop(heap)
                 if who.token == token:
@@ -198,8 +203,10 @@ class Kernel:
         )
 
     def _resume(self, ready: list[Any]) -> None:
+        """Resume tasks; an exception of one ends that task, and is raised when the others have had their turn."""
         if self.shuffle is not None:
             self.shuffle.shuffle(ready)
+        failure: Exception | None = None
         for task in ready:
             if task.alive:
                 self.task = task
@@ -207,6 +214,11 @@ class Kernel:
                     task.send(task.value)
                 except StopIteration:
                     task.alive = False
+                except Exception as error:
+                    task.alive = False
+                    failure = failure or error
+        if failure is not None:
+            raise failure
 
     def _commit(self, time: int, nets: list[Any]) -> None:
         """All changes of the round take effect together; then everybody is told."""

@@ -178,7 +178,11 @@ class Host(Part):
                 self.doing = f"sends to {port.chip}"
                 await self.send_now(port, item)
             else:
-                await item(port)
+                try:
+                    await item(port)
+                except Exception:
+                    queue.clear()  # what stands behind the action that failed is not done either
+                    raise
             queue.popleft()
             self.begun = False
 

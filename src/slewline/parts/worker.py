@@ -50,7 +50,11 @@ class Worker(Part):
     async def _run(self) -> None:
         while self.queue:
             self.since = self.kernel.now
-            await self.queue[0][1]()
+            try:
+                await self.queue[0][1]()
+            except Exception:
+                self.queue.clear()  # what stands behind the piece that failed is not done either
+                raise
             self.queue.popleft()
 
     @property

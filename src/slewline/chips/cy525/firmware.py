@@ -11,14 +11,17 @@ from collections.abc import Awaitable, Callable, Mapping
 
 from ...core.kernel import Kernel
 from ...core.table import Row
+from ...errors import UsageError
 from ...language.dialects import Command, Label
 from . import sheet
 from .instructions import Instructions
 from .motion import Motion
 from .port import LETTER
+from .profile import Law
 from .state import TICKS_PER_US, T
 
 LETTERS = {row.code: row for row in sheet.COMMANDS if row.stored}
+LONGEST_UNIT = 65535  # clocks; of ramp_unit
 LASTING = "GPDUW"  # these go on for as long as they take
 
 
@@ -27,12 +30,28 @@ def lead(row: Row) -> int:
     return T["step_lead"] if row.motion else 0
 
 
+def ramp_law(name: str, unit: object, jumps: object) -> Law:
+    """Return what the options of a chip say of its ramps.
+
+    Raises:
+        UsageError: a unit that is not a whole number of clocks from 1 to 65535, or jumps that are not a bool.
+    """
+    if type(unit) is not int or not 1 <= unit <= LONGEST_UNIT:
+        raise UsageError(f"{name}: ramp_unit {unit!r}; allowed 1..{LONGEST_UNIT} clocks, 452 by default")
+    if type(jumps) is not bool:
+        raise UsageError(f"{name}: ramp_jumps {jumps!r}; allowed True, False")
+    return Law(unit, jumps)
+
+
 class Cy525(Instructions):
     """A CY525 on a bench.
 
     Args:
         stepwise: play every motion step by step instead of whole; slow, and the same to the last edge.
         cold: begin without supply; `power(True)` and RESET low for 10 ms bring the chip up.
+        ramp_unit: clocks that one rate unit takes at S 255 and Z 1, 1 to 65535 (quirk UND-RAMP-LAW); 479 follows the
+            formula of s.8 with the D of the low rates.
+        ramp_jumps: take all rate units that are due when a step begins, not one.
         registers: position, number, slope, rate, firstrate, divisor: what they hold at power-up (random in the part).
     """
 
@@ -46,9 +65,12 @@ class Cy525(Instructions):
         straps: Mapping[str, int] | None = None,
         stepwise: bool = False,
         cold: bool = False,
+        ramp_unit: int = sheet.RAMP_UNIT_TICKS,
+        ramp_jumps: bool = False,
         **registers: int,
     ) -> None:
         super().__init__(kernel, name, crystal_hz, bare, straps, registers, cold)
+        self.law = ramp_law(name, ramp_unit, ramp_jumps)
         self.handlers: dict[int, Callable[..., Awaitable[None] | None]] = {
             row.code: getattr(self, row.handler) for row in sheet.COMMANDS if row.stored
         }

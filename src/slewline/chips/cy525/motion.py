@@ -87,7 +87,7 @@ class Motion:
     def planned(self) -> Plan:
         """The plan of this motion; a continuous one slews without end if it comes to slewing at all (s.7)."""
         chip = self.chip
-        plan = profile.move(self.number, self.first, self.top, chip.reg["slope"], chip.reg["divisor"])
+        plan = profile.move(self.number, self.first, self.top, chip.reg["slope"], chip.reg["divisor"], chip.law)
         if self.continuous:
             if any(leg.name == "slew" for leg in plan.legs):
                 if not self.abortable:
@@ -285,7 +285,7 @@ class Motion:
 
     def ramp(self, low: int, high: int) -> profile.Runs:
         """The way up between two rates with the S and Z of now."""
-        return profile.ramp(low, high, self.chip.reg["slope"], self.chip.reg["divisor"])
+        return profile.ramp(low, high, self.chip.reg["slope"], self.chip.reg["divisor"], self.chip.law)
 
     async def rate_request(self, plan: Plan, step: int) -> Plan:
         """I/O REQUEST low between two steps: a new rate in a continuous motion that slews, a halt in a normal one."""

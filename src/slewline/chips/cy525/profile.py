@@ -2,48 +2,62 @@
 
     rate
       R ..............._______________
-                     /|              |\\            one rate unit every Z * (256 - S) * 479 clocks,
-                   _/ |              | \\_          looked at when a step begins; several units may be due at once
+                     /|              |\\            one rate unit every Z * (256 - S) * 452 clocks,
+                   _/ |              | \\_          looked at when a step begins: at most one unit a step
                  _/   |              |   \\_
       F ........|     |              |     |_____
                 | up  |     slew     | down|crawl|
       steps       ramp   >= 256 or 0   ramp  rest          (s.8)
 
-The rate parameter, not the rate, grows linearly; Table VII turns it into steps per second.  The way down is the mirror
-of the way up.  Where fewer than 256 steps would be left for slewing, none is slewed: the way down begins at once and
-the surplus is made at F (s.8, special case).  Where the travel is too short to reach R, both ramps get half of it.
+The rate parameter, not the rate, grows linearly; Table VII turns it into steps per second.  Where a step takes longer
+than a unit, units fall due faster than they are taken, and each step is one unit faster than the one before; a unit
+that was late does not move those behind it.  The way down is the mirror of the way up.  Where fewer than 256 steps
+would be left for slewing, none is slewed: the way down begins at once and the surplus is made at F (s.8, special
+case).  Where the travel is too short to reach R, both ramps get half of it.
 """
 
 from __future__ import annotations
 
 from functools import lru_cache, partial
+from typing import NamedTuple
 
 from ...core.plan import Leg, Plan, Runs, head, mirrored, steps, tail
 from ...core.plan import plan as core_plan
 from ...core.train import OPEN
 from .sheet import RAMP_UNIT_TICKS, RATE_TOP, SHORT_SLEW_STEPS, STEP_TICKS
 
-__all__ = ["Leg", "Plan", "Runs", "head", "mirrored", "move", "plan", "ramp", "rate", "steady", "steps", "tail"]
+__all__ = ["Law", "Leg", "Plan", "Runs", "head", "mirrored", "move", "plan", "ramp", "rate", "steady", "steps", "tail"]
 RATE_OF = {ticks: rate for rate, ticks in enumerate(STEP_TICKS)}
 
 
-def unit_ticks(slope: int, divisor: int) -> int:
+class Law(NamedTuple):
+    """How fast the rate parameter moves."""
+
+    unit: int = RAMP_UNIT_TICKS  # clocks of one rate unit at S 255, Z 1
+    jumps: bool = False  # take all units that are due when a step begins, not one
+
+
+LAW = Law()
+
+
+def unit_ticks(slope: int, divisor: int, law: Law = LAW) -> int:
     """Clocks that one rate unit takes.  S = 0 counts as 256 - 0; Z = 0 is an 8-bit counter run through: 256."""
-    return (divisor or 256) * (256 - slope) * RAMP_UNIT_TICKS
+    return (divisor or 256) * (256 - slope) * law.unit
 
 
 @lru_cache(maxsize=256)
-def ramp(low: int, high: int, slope: int, divisor: int) -> Runs:
+def ramp(low: int, high: int, slope: int, divisor: int, law: Law = LAW) -> Runs:
     """The way up: runs from the first step at rate `low` to the last one below rate `high`; empty unless low < high."""
-    unit = unit_ticks(slope, divisor)
+    unit = unit_ticks(slope, divisor, law)
     runs = []
     elapsed, rate = 0, low
     while rate < high:
         interval = STEP_TICKS[rate]
-        count = -((elapsed - (rate - low + 1) * unit) // interval)  # steps until the next unit is due, rounded up
+        left = (rate - low + 1) * unit - elapsed  # clocks until the next unit is due
+        count = max(1, -(-left // interval))  # a step at least, however late the unit is
         runs.append((interval, count))
         elapsed += interval * count
-        rate = low + elapsed // unit
+        rate = low + elapsed // unit if law.jumps else rate + 1
     return tuple(runs)
 
 
@@ -55,15 +69,16 @@ def rate(of: Plan, step: int) -> int:
     return RATE_OF[of.interval(step)]
 
 
-def move(number: int, first: int, rate: int, slope: int, divisor: int) -> Plan:
+def move(number: int, first: int, rate: int, slope: int, divisor: int, law: Law = LAW) -> Plan:
     """A normal move of `number` steps from rest to rest.
 
     Args:
         number: steps, 1 to 65535.
         first, rate: rate parameters F and R, 0 to 127; R below F runs at F.
         slope, divisor: S and Z, 0 to 255.
+        law: how fast the rate parameter moves.
     """
-    up = ramp(first, rate, slope, divisor)
+    up = ramp(first, rate, slope, divisor, law)
     full = steps(up)
     if 2 * full > number:
         up = head(up, number // 2)

@@ -149,9 +149,9 @@ RATE_TOP = 127
 REFERENCE_HZ = 11_000_000
 STEP_TICKS = tuple((2 * REFERENCE_HZ + rate) // (2 * rate) for rate in STEPS_PER_SECOND)  # round(11 MHz / rate)
 
-# One rate unit takes Z*(256-S)/22988 s at 11 MHz (s.8).  11 MHz / 22988 is 478.51 clocks; 479 is the nearest whole number:
-# 22964.5 units/s, 0.10 % below the manual's constant (478 clocks: 0.11 % above; 480 clocks, 32 machine cycles: 0.31 % below).
-RAMP_UNIT_TICKS = 479
+# One rate unit takes Z*(256-S) times this (s.8): the manual takes 9375/(22988*80/(256-S)) s for the 124 units from R 3 to
+# R 127, 452.22 clocks a unit at 11 MHz.  Where D is 100, at R 3 to 40, its formula says 478.51: quirk UND-RAMP-LAW.
+RAMP_UNIT_TICKS = 452
 SHORT_SLEW_STEPS = 256  # fewer slew steps than this are not slewed (s.8, special case)
 
 # phi1, phi2, phi3, phi4 by offset (s.7); clockwise goes up

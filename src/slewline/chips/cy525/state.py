@@ -27,6 +27,7 @@ from . import sheet
 
 if TYPE_CHECKING:
     from .motion import Motion
+    from .profile import Law
     from .stepwise import Stepwise
 
 T = {name: time.ticks for name, time in sheet.TIMES.items()}
@@ -38,6 +39,7 @@ class State(Chip):
 
     sheet = sheet.SHEET
     motion: Motion | Stepwise
+    law: Law  # of the ramps
 
     def __init__(
         self,

@@ -118,12 +118,14 @@ class Stepwise:
 
     def way_up(self, low: int, high: int, most: int | None = None) -> list[int]:
         """Rates of the steps, one by one, that lead from one rate to (not including) another; at most so many."""
-        unit = (self.chip.reg["divisor"] or 256) * (256 - self.chip.reg["slope"]) * sheet.RAMP_UNIT_TICKS
+        unit = (self.chip.reg["divisor"] or 256) * (256 - self.chip.reg["slope"]) * self.chip.law.unit
         rates: list[int] = []
-        ramp_time = 0
-        while (rate := low + ramp_time // unit) < high and (most is None or len(rates) < most):
+        rate, ramp_time = low, 0
+        while rate < high and (most is None or len(rates) < most):
             rates.append(rate)
             ramp_time += sheet.STEP_TICKS[rate]
+            due = low + ramp_time // unit
+            rate = due if self.chip.law.jumps else min(rate + 1, due)
         return rates
 
     def coming(self) -> Step | None:

@@ -101,20 +101,24 @@ def judge(source: Source, motion: Motion) -> None:
         if top <= start:
             found = f"T{top} is not above S{start}: the whole move is made at T, without ramps"
             source.report(statement, "no-ramp", "warning", found, section=COMMANDS)
-        elif length is not None and motion.steps:
-            reach(source, motion, abs(motion.steps), start, top, length)
+        elif length is not None:
+            reach(source, motion, start, top, length)
     if position is not None:
         counter(source, motion, position)
 
 
-def reach(source: Source, motion: Motion, steps: int, start: int, top: int, length: int) -> None:
-    """A move that turns round before its speed is reached."""
-    if steps <= 2 * length:
+def reach(source: Source, motion: Motion, start: int, top: int, length: int) -> None:
+    """A move that turns round before its speed is reached; a ramp without a rate between S and T."""
+    steps = abs(motion.steps or 0)
+    if 0 < steps < 2 * length + 2:
         up = ramp(start, top, length)
-        fastest = round(PS_PER_S / up[(steps - 1) // 2][0])
+        fastest = round(PS_PER_S / up[max(steps - 2, 0) // 2][0])
         found = f"T{top} is not reached: the ramps take {length} steps each, the move has {steps}"
-        remedy = f"the move gets as far as {fastest} steps/s; from {2 * length + 1} steps on T is reached"
+        remedy = f"the move gets as far as {fastest} steps/s; from {2 * length + 2} steps on T is reached"
         source.report(motion.statement, "rate-unreached", "note", found, section=COMMANDS, remedy=remedy)
+    elif length == 1:
+        found = f"R1 has no rate between S and T: {10 * start} steps/s, then {10 * top}, and down as suddenly"
+        source.report(motion.statement, "sudden-ramp", "note", found, section=COMMANDS, remedy="a longer R")
 
 
 def counter(source: Source, motion: Motion, position: int) -> None:

@@ -2,15 +2,16 @@
 
     steps/s
       T ..............._______________
-                     /|               |\\            the interval behind step i (from 0) of n is 1/rate(k),
-                   _/ |               | \\_          k = min(i, n-1-i, R)
+                     /|               |\\            the interval from step i (from 0) of n to the next is 1/rate(k),
+                   _/ |               | \\_          k = min(i, n-2-i, R): backwards they read the same
                  _/   |               |   \\_
-      S ........|     |               |     |
+      S ........|     |               |     |       rest: the start-stop interval behind the last step
                 | up  |     slew      | down|
-      steps        R    n - 2R, or 0     R
+    intervals      R    n-1-2R, or 0     R
 
 A move that is too short for both ramps turns round half-way.  T not above S: the whole move at T, without ramps.  The
-sheet fixes only the ends of a ramp and its length; how the rate goes from S to T is a law that can be replaced.
+sheet fixes only the ends of a ramp and its length, and that both are identical (command R); how the rate goes from S
+to T is a law that can be replaced.
 """
 
 from __future__ import annotations
@@ -79,14 +80,17 @@ def move(number: int, start: int, top: int, length: int, law: Law = constant_acc
         start, top, length: S, T and R.
     """
     up = ramp(start, top, length, law)
-    if not up:
-        return plan(("slew", ((period(top), number),))).verified(number)
-    if number == 1:
-        return plan(("slew", ((period(start), 1),))).verified(number)
-    if number > 2 * length:
-        slew = ((period(top), number - 2 * length),)
-        return plan(("up", up), ("slew", slew), ("down", mirrored(up))).verified(number)
-    return plan(("up", head(up, number - number // 2) or up), ("down", mirrored(head(up, number // 2)))).verified()
+    if not up or number == 1:
+        return plan(("slew", ((period(start if up else top), number),))).verified(number)
+    if number > 2 * length + 1:
+        slew = ((period(top), number - 1 - 2 * length),)
+        return plan(("up", up), ("slew", slew), ("down", down(up, length))).verified(number)
+    return plan(("up", head(up, number // 2)), ("down", down(up, (number - 1) // 2))).verified(number)
+
+
+def down(up: Runs, intervals: int) -> Runs:
+    """The way down from a rate that `intervals` of the way up led to, and the rest behind its last step."""
+    return (*mirrored(head(up, intervals)), (up[0][0], 1))
 
 
 def endless(start: int, top: int, length: int, law: Law = constant_acceleration, limit: int = OPEN) -> Plan:
@@ -104,12 +108,13 @@ def steady(interval: int) -> Plan:
 def stopped(of: Plan, step: int) -> Plan:
     """What is left when a motion shall come to rest from `step` on, which is about to begin: as many ramp steps as it
     took to get so fast, or the rest of the way down."""
-    leg = of.leg(step)
+    up, leg = of.legs[0], of.leg(step)
+    if up.name != "up" or step == 0:
+        return Plan(())
+    left = min(step, up.count + 1)
     if leg.name == "down":
-        left = leg.end - step
-        return plan(("down", mirrored(head(mirrored(leg.runs), left))))
-    up = of.legs[0]
-    return plan(("down", mirrored(head(up.runs, min(step, up.count))))) if up.name == "up" else Plan(())
+        left = min(left, leg.end - step)
+    return plan(("down", down(up.runs, left - 1))).verified(left)
 
 
 def within(of: Plan, room: int) -> Plan:

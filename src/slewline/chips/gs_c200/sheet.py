@@ -150,6 +150,8 @@ REGISTERS = (
     Register("top_speed", 10, 0, "slew speed, 10 steps/s; 0: never set", "T", _CD),
     Register("ramp", 10, 0, "ramp length, steps; 0: never set", "R", _CD),
     Register("position", 24, 0, "position counter", "", "position counter"),
+    Register("user_inputs", 3, 7, "levels of UI3, UI2, UI1", "", "command V"),
+    Register("user_outputs", 3, 0, "levels of UO3, UO2, UO1", "A", "commands A, V"),
 )
 PICOSECONDS = 1_000_000  # MHz: the model counts picoseconds
 _T = Time

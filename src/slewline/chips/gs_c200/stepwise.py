@@ -10,8 +10,9 @@ are to be, looks at the pins just before each step, and drives every edge when i
     CLOCK ‾‾‾‾‾‾‾‾‾\\_/‾‾‾‾‾‾‾‾‾‾‾‾‾\\_/‾‾‾‾‾‾‾‾‾\\_ ...
                    look           look        look: Z? input? ENABLE? (in a homing EOT or HOME? ENABLE?)
 
-Step i is followed by the period of the rate at an index of the ramp: min(i, n-1-i, R), of the n steps of the move.  A
-request to stop after i steps makes n small: min(i, R) steps more, as many as it took to get so fast.
+Step i is followed by the period of the rate at an index of the ramp: min(i, n-2-i, R), of the n steps of the move; the
+last one by a start-stop period.  A request to stop after i steps makes n small: min(i, R+1) steps more, as many as it
+took to get so fast.
 """
 
 from __future__ import annotations
@@ -140,9 +141,9 @@ class Stepwise:
         self.moving = False
 
     def index(self, step: int) -> int:
-        """How far up the ramp a step is."""
-        down = self.number - 1 - step if self.number is not None else self.ramp
-        return min(step, down, self.ramp)
+        """How far up the ramp the interval behind a step is."""
+        down = self.number - 2 - step if self.number is not None else self.ramp
+        return max(min(step, down, self.ramp), 0)
 
     def ramping(self) -> int:
         """RAMP during the step that comes next; a single step has none."""
@@ -164,7 +165,7 @@ class Stepwise:
         stop, enable = self.stop.net, self.chip.enable
         while True:
             if stop.level == 1:
-                end = self.made + min(self.made, self.ramp)
+                end = self.made + (min(self.made, self.ramp + 1) if self.ramp else 0)
                 self.number = end if self.number is None else min(self.number, end)
                 self.stopped = self.number <= limit
             if self.made in (self.number, limit):

@@ -1,0 +1,215 @@
+"""What every part on the list has to do, whatever it is: a suite over PARTS, in which no part has a test of its own.
+
+Each family has one short dialogue, a run script; everything else is asked of the chip's public face.
+"""
+
+from __future__ import annotations
+
+import re
+from contextlib import suppress
+
+import pytest
+
+import slewline
+from slewline.bench.script import run_script
+from slewline.chips import PARTS, sheet_of
+
+DIALOGUES = {
+    "letters": "A 0\nF 20\nR 60\nS 250\nZ 1\nE\nN 30\nG\nD 3\nB\nP 0\n0\nQX\n",
+    "lines": "{enter}\nS20\nT100\nR5\nA1\n+30\nD1\n-12\nE\n",
+    "packets": "SET_VEL 0x10000\nSET_ACC 0x800\nSET_POS 40\nUPDATE\nSET_BRK_PNT 20\nGET_POS\nGET_STATUS\n",
+}
+ENTER = {"gs-c200": "P", "gs-c200s": "Po"}
+FAST_LINE = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}
+MS = 10**9
+LONG = "3 s"  # every dialogue is over by then
+SHORT_FORM = 6  # instants of a dialogue at which `make test` resets and cuts the power
+
+
+def family(part):
+    sheet = sheet_of(part)
+    return "lines" if sheet.in_lines else "packets" if sheet.in_packets else "letters"
+
+
+def dialogue(part):
+    return DIALOGUES[family(part)].format(enter=ENTER.get(part, ""))
+
+
+def furnished(part, journal=None, **options):
+    """A bench with one chip, x."""
+    bench = slewline.Bench(journal=journal)
+    bench.add(part, name="x", straps=FAST_LINE if family(part) == "lines" else None, **options)
+    return bench
+
+
+def played(part, journal=None, **options):
+    """The same behind its dialogue."""
+    bench = furnished(part, journal, **options)
+    run_script(bench, bench.host(bench["x"]), dialogue(part))
+    bench.run(LONG)
+    return bench
+
+
+def told(bench, since=0):
+    """What a bench tells of x; times count from `since`."""
+    x = bench["x"]
+    axes = [x.axis(number) for number in range(1, len(x.axes) + 1)]
+    steps = [axis.steps(since) for axis in axes]
+    return {
+        "times": [(one.times_ps - since).tolist() for one in steps],
+        "directions": [one.directions.tolist() for one in steps],
+        "positions": [one.positions.tolist() for one in steps],
+        "registers": dict(x.registers),
+        "program": bytes(x.program),
+        "levels": {name: pin.level for name, pin in x.pins.items() if name not in ("clk15", "clkout")},
+        "findings": [(found.time_ps - since, found.code) for found in x.findings if found.time_ps >= since],
+        "idle": x.idle,
+    }
+
+
+def stack(task):
+    """Where a task waits: every function of its chain of awaits, with its line."""
+    found, frame = [], task.coroutine if task is not None else None
+    while frame is not None and getattr(frame, "cr_frame", None) is not None:
+        found.append((frame.cr_code.co_qualname, frame.cr_frame.f_lineno))
+        frame = frame.cr_await
+    return tuple(found)
+
+
+def places(part):
+    """The first instant of each place at which the chip waits in its dialogue: where its task awaits, what it says."""
+    bench = furnished(part)
+    x = bench["x"]
+    run_script(bench, bench.host(x), dialogue(part))
+    seen = {}
+
+    def look():
+        text = re.sub(r"[\d.]+ ?(ps|ns|us|ms|s)\b|\d+", "#", x.waiting)
+        where = stack(x.task) if x.task is not None else tuple(pin.level for pin in x.pins.values())  # calls, no task
+        seen.setdefault((where, text), bench.now_ps)
+        return bench.now_ps > 10**12 and x.idle
+
+    bench.run_until(look, timeout=LONG)
+    return sorted(seen.values())
+
+
+def pass_time(bench, end):
+    """Run to an instant.  What the host has left to say may make no sense to a chip that was restarted meanwhile."""
+    while bench.now_ps < end:
+        with suppress(slewline.SlewlineError):
+            bench.run_to(end)
+
+
+def restart(bench, how):
+    """Reset x, or switch its supply off and on; a part without a reset input has its supply switched."""
+    x = bench["x"]
+    if how == "reset" and family(x.sheet.part) != "lines":
+        x.reset()
+    else:
+        x.power(False)
+        pass_time(bench, bench.now_ps + MS)
+        x.power(True)
+    pass_time(bench, bench.now_ps + 100 * MS)
+
+
+def second_dialogue(part, how, first=None):
+    """The dialogue after a restart of a part at rest; `first`: another dialogue was restarted in there before that."""
+    bench = furnished(part)
+    host = bench.host(bench["x"])
+    if first is not None:
+        run_script(bench, host, dialogue(part))
+        bench.run_to(first)
+        restart(bench, how)
+    pass_time(bench, 5000 * MS)
+    restart(bench, how)
+    since = bench.now_ps
+    run_script(bench, host, dialogue(part))
+    bench.run(LONG)
+    return told(bench, since)
+
+
+every_part = pytest.mark.parametrize("part", PARTS)
+
+
+@every_part
+def test_registers_are_the_rows_of_the_sheet(part):
+    x = furnished(part)["x"]
+    assert list(x.registers) == [row.name for row in x.sheet.registers]
+
+
+@every_part
+def test_the_dialogue_moves_the_motor_and_ends_idle(part):
+    bench = played(part)
+    assert len(bench["x"].steps()) >= 40 and bench["x"].idle, told(bench)
+
+
+@every_part
+def test_fast_path_and_twin_agree_on_the_dialogue(part):
+    fast, slow = told(played(part)), told(played(part, stepwise=True))
+    assert fast == slow
+
+
+@every_part
+def test_a_journal_replays(part, tmp_path):
+    path = tmp_path / "x.jsonl"
+    recorded = told(played(part, path))
+    assert told(slewline.replay(path)) == recorded
+
+
+@every_part
+def test_axis_1_is_the_axis(part):
+    x = played(part)["x"]
+    one = x.axis(1)
+    assert one.position == x.position and one.travel == x.travel
+    assert one.steps().times_ps.tolist() == x.steps().times_ps.tolist()
+    assert one.position_at(x.kernel.now) == x.position_at(x.kernel.now)
+    with pytest.raises(slewline.errors.UnknownName):
+        x.axis(len(x.axes) + 1)
+
+
+@every_part
+def test_a_host_that_comes_late_is_heard(part):
+    bench = furnished(part)
+    bench.run("400 ms")
+    since = bench.now_ps
+    run_script(bench, bench.host(bench["x"]), dialogue(part))
+    bench.run(LONG)
+    late = told(bench, since)
+    early = furnished(part)
+    host = early.host(early["x"])
+    early.run("400 ms")
+    run_script(early, host, dialogue(part))
+    early.run(LONG)
+    assert late == told(early, since) and len(bench["x"].steps()) >= 40
+
+
+@every_part
+def test_waiting_says_who_and_since_when_and_a_timeout_repeats_it(part):
+    bench = furnished(part)
+    x = bench["x"]
+    run_script(bench, bench.host(x), dialogue(part))
+    bench.run_until(lambda: len(x.steps()) >= 10)
+    assert re.fullmatch(r"x: .+ since [\d.]+ (us|ms|s)( .*)?", x.waiting), x.waiting
+    with pytest.raises(slewline.Timeout) as caught:
+        bench.run_until(lambda: False, timeout="1 us")
+    assert x.waiting in str(caught.value)
+
+
+@pytest.mark.parametrize("how", ["reset", "power"])
+@every_part
+def test_a_restart_in_the_dialogue_leaves_nothing_behind(part, how):
+    found = places(part)
+    expected = second_dialogue(part, how)
+    assert sum(map(len, expected["times"])) >= 40
+    for first in found[:: -(-len(found) // SHORT_FORM)]:
+        assert second_dialogue(part, how, first) == expected, first
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("how", ["reset", "power"])
+@every_part
+def test_a_restart_at_every_await_of_the_dialogue_leaves_nothing_behind(part, how):
+    expected = second_dialogue(part, how)
+    for first in places(part):
+        for after in (0, 1):
+            assert second_dialogue(part, how, first + after) == expected, (first, after)
