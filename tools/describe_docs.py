@@ -216,8 +216,9 @@ def paragraph(text: str | None) -> str:
 # --------------------------------------------------------------------------------------------------------- control port
 CONTROL = """# Control port
 
-`slewline serve ... --control 127.0.0.1:4002` opens a port on which a program in any language works pins, time and faults,
-and reads how things are. [Serve a module](../howto/serve.md#pins-time-and-faults-from-any-language) has an example.
+`slewline serve ... --control 127.0.0.1:4002` opens a port on which a program in any language works pins, time and
+faults, and reads how things are. [Serve a module](../howto/serve.md#pins-time-and-faults-from-any-language) has an
+example.
 
 - A client connects by TCP and sends a JSON object a line, encoded in UTF-8. It gets one a line for each, in order.
 - A reply has `time_ps`, virtual time in picoseconds. One that has `error` says what was wrong; nothing was done then.
@@ -226,11 +227,11 @@ and reads how things are. [Serve a module](../howto/serve.md#pins-time-and-fault
   clients may be there.
 - A client that closes its side of the connection still gets every reply. Its last line may lack the line feed.
 
-The first line of a connection must be such an object, or the server hangs up: so no web page can make a browser work the
-pins. Other machines reach the port only if the server was started with `--allow-remote` and with `--token TEXT`, or with
-the token in the environment as `SLEWLINE_TOKEN`, where a list of processes does not show it. Then every client, on this
-machine too, sends `"token"` with its first request; with a wrong one it is hung up on. The token goes over the network as
-it is: it keeps out who does not know it, and not who listens.
+The first line of a connection must be such an object, or the server hangs up: so no web page can make a browser work
+the pins. Other machines reach the port only if the server was started with `--allow-remote` and with `--token TEXT`, or
+with the token in the environment as `SLEWLINE_TOKEN`, where a list of processes does not show it. Then every client, on
+this machine too, sends `"token"` with its first request; with a wrong one it is hung up on. The token goes over the
+network as it is: it keeps out who does not know it, and not who listens.
 
 `{"do": "schema"}` returns all this as JSON schema, to make a client from; it is also the file `control.schema.json` in
 `slewline/links`. Its `definitions` have each request and its reply (`drive`, `drive_reply`), and `error`.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
 
 import pytest
 
@@ -12,7 +11,7 @@ from slewline.links.strangers import METHODS, Beginning
 from .conftest import Asks, Client, Threaded
 
 POST = b"POST / HTTP/1.1\r\nOrigin: http://evil.example\r\nContent-Type: text/plain\r\n\r\n"
-ONE_STEP = b"\rf+1\r"
+BODY = b"\rf+5\r"  # the position is 5
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -75,7 +74,7 @@ def cut(where, data, at, arrived):
 @pytest.mark.parametrize("kind", ["tcp", "rfc2217"])
 def test_a_post_cut_anywhere_never_reaches_a_module(ports, client, kind):
     running, line, port, _ = ports(kind)
-    data = POST + ONE_STEP
+    data = POST + BODY
     for at in range(1, len(data)):
         arrived = lambda at: running.until(  # noqa: E731
             lambda: port.session is None or len(port.session.beginning.seen) >= at
@@ -130,14 +129,15 @@ def test_a_host_that_types_slowly_is_heard_and_a_stranger_that_does_is_hung_up_o
     assert "speaks HTTP" in (tmp_path / "log").read_text()
 
 
-def test_a_host_is_held_up_by_no_more_than_it_looks_like_a_stranger(ports):
-    """With the hold of the server itself; the wall clock says only that it ends."""
-    _, _, port, _ = ports()
+def test_a_byte_at_a_time_is_heard_as_soon_as_it_can_be_no_request(ports):
+    """Here the hold lasts for ever, and it is not waited for."""
+    running, line, port, _ = ports()
     host = Client(port.where)
-    for byte in b"Po\r":
-        host.send(bytes([byte]))
-        time.sleep(0.002)
-    assert host.read() == b"Y\r"
+    host.send(b"P")
+    running.until(lambda: port.session is not None and port.session.beginning.held == b"P")
+    host.send(b"o")
+    running.until(lambda: line.taken == 2)
+    assert host.ask(b"\r") == b"Y\r"
     host.close()
 
 

@@ -24,11 +24,11 @@ pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name)\\(\\) is deprec
 class Stand:
     """A module on a port, and all that its line has been fed."""
 
-    def __init__(self, kind, pace, log=None):
+    def __init__(self, kind, pace, log=None, where="127.0.0.1:0"):
         bench = slewline.Bench()
         self.server = Server(bench, pace(bench), log)
         self.line = self.server.line(bench.add("gs-c200s", name="x", straps=STRAPS))
-        self.port = getattr(self.server, kind)(self.line, "127.0.0.1:0")
+        self.port = getattr(self.server, kind)(self.line, where)
         self.fed = bytearray()
         feed = self.line.feed
 
@@ -88,6 +88,18 @@ def test_a_host_may_write_close_and_open_again_at_once(kind, tmp_path):
 @KINDS
 def test_a_thousand_hosts_may(kind, tmp_path):
     cycles(kind, 1000, tmp_path / "log")
+
+
+def test_a_pty_is_such_a_line_by_itself(tmp_path):
+    """The system keeps what a host has written there."""
+    stand = Stand("pty", Lockstep, where=str(tmp_path / "x"))
+    data = [f"{host:03d}\r".encode() for host in range(50)]
+    with Threaded(stand.server) as running:
+        for one in data:
+            with open(tmp_path / "x", "wb", buffering=0) as host:
+                host.write(one)
+        running.until(lambda: len(stand.fed) >= 200)
+    assert stand.fed == b"".join(data)
 
 
 @KINDS
