@@ -24,10 +24,10 @@ pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name)\\(\\) is deprec
 class Stand:
     """A module on a port, and all that its line has been fed."""
 
-    def __init__(self, kind, pace, log=None, where="127.0.0.1:0"):
+    def __init__(self, kind, pace, log=None, where="127.0.0.1:0", straps=STRAPS):
         bench = slewline.Bench()
         self.server = Server(bench, pace(bench), log)
-        self.line = self.server.line(bench.add("gs-c200s", name="x", straps=STRAPS))
+        self.line = self.server.line(bench.add("gs-c200s", name="x", straps=straps))
         self.port = getattr(self.server, kind)(self.line, where)
         self.fed = bytearray()
         feed = self.line.feed
@@ -115,6 +115,21 @@ def test_what_a_host_has_left_keeps_nobody_out(kind, tmp_path):
             host.write(b"V1\r")
             wall.until(running, lambda: len(stand.fed) == len(left) + 3 and stand.line.quiet())
             assert host.read_until(b"V+0\r").endswith(b"R\rV+0\r")
+    assert stand.fed == left + b"V1\r"
+
+
+@KINDS
+def test_in_lockstep_time_passes_until_all_of_it_is_played(kind):
+    """At 110 baud it takes minutes, which is longer than an answer is waited for."""
+    stand = Stand(kind, Lockstep, straps=STRAPS | {f"br{bit}": 1 for bit in range(3)})
+    left = b"F\r" * 600
+    with Threaded(stand.server) as running:
+        assert stand.line.port.baud == 110
+        stand.leave(left)
+        with opened(stand.port, baudrate=110) as host:
+            host.write(b"V1\r")
+            assert host.read_until(b"V+0\r").endswith(b"V+0\r")
+        assert running.do(lambda: running.bench.now_ps) > 120 * 10**12
     assert stand.fed == left + b"V1\r"
 
 

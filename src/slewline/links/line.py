@@ -41,8 +41,7 @@ class Line:
         self.host_name = ""
         self.resume: Callable[[], object] | None = None
         self.taken = self.given = self.dropped = 0  # bytes from the host, to the host, and those nobody read
-        self.waiting = False
-        self.limit_ps = 0  # how long time passes for what has come, in lockstep
+        self.wait: Wait | None = None  # in lockstep, what lets time pass for what has come
 
     # ---------------------------------------------------------------------------------------------------- the host
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
@@ -60,18 +59,22 @@ class Line:
         self.taken += len(data)
         self.note(TO_CHIP, data)
         self.feed(data)
-        if self.pace.lockstep and not self.waiting:
-            self.waiting = True
-            self.limit_ps = self.kernel.now + PATIENCE_PS
-            self.pace.wait(Wait(self.quiet, self.limit_ps, self._rests))
+        limit_ps = self.kernel.now + PATIENCE_PS
+        if self.wait is not None:
+            self.wait.limit_ps = limit_ps
+        elif self.pace.lockstep:
+            self.wait = Wait(self.quiet, limit_ps, self._rests)
+            self.pace.wait(self.wait)
 
     def when_answered(self, call: Callable[[], object]) -> None:
         """Call a function when what has come is answered, or is not for a long time."""
-        limit = self.limit_ps if self.pace.lockstep else self.kernel.now + PATIENCE_PS
-        self.pace.wait(Wait(self.quiet, limit, lambda _quiet: call()))
+        limit_ps = self.kernel.now + PATIENCE_PS
+        if self.pace.lockstep:  # time passes for what has come, and not for one who waits
+            limit_ps = self.kernel.now if self.wait is None else self.wait.limit_ps
+        self.pace.wait(Wait(self.quiet, limit_ps, lambda _quiet: call()))
 
     def _rests(self, quiet: bool) -> None:
-        self.waiting = False
+        self.wait = None
         if not quiet:
             self.log.event(self.name, "still no answer after 60 s; time stands still")
 
