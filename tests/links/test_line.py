@@ -71,6 +71,17 @@ def test_characters_take_their_time_in_both_directions(begun):
         assert abs(instant - (end + characters * CHARACTER)) <= 2  # picoseconds of rounding
 
 
+def test_time_passes_a_minute_for_what_came_last(begun):
+    server, line, _ = begun()
+    line.quiet = lambda: False
+    line.take(b"F")
+    server.bench.run("50 s")
+    again = server.bench.now_ps
+    line.take(b"F")
+    play(server)
+    assert server.bench.now_ps == again + PATIENCE_PS
+
+
 def test_time_stands_still_behind_the_answer(begun):
     server, line, host = begun()
     line.take(b"F\r")
