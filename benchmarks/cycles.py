@@ -10,7 +10,9 @@ from __future__ import annotations
 import numpy as np
 from rows import Row, best
 
-from slewline.core.cycles import CYCLE, ONE, CycleTrain, Law, Linear, SCurve
+from slewline.chips.mc1451a.profile import s_curve
+from slewline.core.curves import SCurve
+from slewline.core.cycles import CYCLE, ONE, CycleTrain, Law, Linear
 from slewline.core.timebase import Clock
 
 HZ, ODD_HZ = 25_000_000, 24_999_999  # the period of the other is no whole number of picoseconds
@@ -24,12 +26,12 @@ STRETCH = 4096  # cycles
 
 EVEN = "multiply, add, round, convert"
 UNEVEN = f"{EVEN}; and before, scale and rest of each cycle are repeated"
-CURVE = SCurve(TOP * 2 * QUARTER, 2 * QUARTER**3, (QUARTER, 0, QUARTER, 0, QUARTER, 0, QUARTER))
+CURVE = SCurve(s_curve(TOP * 2 * QUARTER, TOP, TOP, TOP * ONE // QUARTER**2 + 1).pieces())
 CASES: tuple[tuple[str, Law, str, str], ...] = (
     ("top speed", Linear(TOP), EVEN, "a polynomial of the second degree"),
     ("61 % of it", Linear(TOP * 61 // 100), EVEN, "the same"),
     ("ramp", Linear(0, TOP // CYCLES), UNEVEN, "the same"),
-    ("S-curve", CURVE, UNEVEN, "the phases are looked up, then a polynomial of the third degree and a division"),
+    ("S-curve", CURVE, UNEVEN, "the phases are looked up, then a cubic, as floats and as integers"),
 )
 
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .bench import Bench, load, replay
+    from .bench.ramps import find_ramps, ramp
     from .core.axis import Steps
     from .core.chip import Chip, Finding
     from .errors import ChecksumError, ProgramError, SlewlineError, Timeout, UsageError, WiringError
@@ -27,6 +28,8 @@ _WHERE = {  # loaded when first asked for (PEP 562), so that `import slewline` c
     "Bench": "bench",
     "load": "bench",
     "replay": "bench",
+    "ramp": "bench.ramps",
+    "find_ramps": "bench.ramps",
     "Chip": "core.chip",
     "Finding": "core.chip",
     "Steps": "core.axis",
@@ -48,7 +51,9 @@ __all__ = [
     "Timeout",
     "UsageError",
     "WiringError",
+    "find_ramps",
     "load",
+    "ramp",
     "replay",
 ]
 

@@ -89,6 +89,63 @@ def test_wait_for_a_status_bit_asks_the_current_axis(at):
     ]
 
 
+def test_wait_not_in_motion_behind_an_update_waits_for_the_motion():
+    played = Played(f"{MOVE}wait !in_motion\nGET_TRGT_POS\nexpect 50")
+    assert played.texts[-1] == "GET_TRGT_POS -> 50" and not played.codes
+
+
+NEVER = "and nothing is going to happen any more"
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        (
+            "SET_POS 50\nSET_VEL 65536\nUPDATE\n",
+            f"wait motion_complete: axis 1 is at rest, {NEVER}; "
+            "no-start at 4.26084 ms: axis 1: without acceleration nothing starts",
+        ),
+        ("SET_2\nSET_POS 50\nSET_VEL 65536\n", f"wait motion_complete: axis 2 is at rest, {NEVER}"),
+    ],
+)
+def test_wait_for_a_motion_that_cannot_complete_is_given_up_at_once(text, found):
+    played = Played(f"{text}wait motion_complete\nGET_TRGT_POS")
+    (expected,) = [each for each in played.bench.findings if each.code == "expect"]
+    assert expected.text == found and played.bench.now_ps < 10 * MS
+    assert played.texts[-1] == "GET_TRGT_POS -> 0"  # and the script goes on
+
+
+@pytest.mark.parametrize(
+    ("text", "complete"),
+    [
+        ("SET_BRK_PNT 100\nSET_TIME_BRK\n", 0x305),  # a breakpoint that waits for a time ...
+        ("SET_EXT_BRK\n@drive home1=0@40 ms\n", 0x305),  # ... or for HOME
+        ("@drive poslimit1=1@40 ms\n", 0x321),  # an input that somebody will drive
+    ],
+)
+def test_wait_is_not_given_up_while_something_may_come(text, complete):
+    move = MOVE.replace("UPDATE\n", text)
+    played = Played(f"{move}wait motion_complete")
+    assert played.texts[-1].startswith(f"wait motion_complete -> 0x{complete:04X}") and not played.codes
+
+
+def test_wait_is_not_given_up_while_a_breakpoint_waits_for_an_input():
+    bench = slewline.Bench()
+    x = bench.add("mc1451a", name="x")
+    host = bench.host(x)
+    run_script(bench, host, MOVE.replace("UPDATE\n", "SET_EXT_BRK\nwait motion_complete\n"))
+    bench.run("50 ms")
+    x.pin("home1").drive(0)
+    bench.run_until_idle()
+    assert x.position == 50 and not bench.findings
+
+
+def test_a_rate_with_its_unit_shows_the_number_that_is_sent():
+    played = Played("SET_VEL 12345 steps/s\nGET_VEL\nexpect 265107\nSET_ACC 0.5 steps/cycle2")
+    assert played.texts == ["SET_VEL 12345 steps/s = 265107", "GET_VEL -> 265107", "SET_ACC 0.5 steps/cycle2 = 32768"]
+    assert not played.codes
+
+
 @pytest.mark.parametrize("at", ["", "@"])
 def test_wait_for_a_time(at):
     played = Played(f"GET_VRSN\n{at}wait 20 ms\n@note over")

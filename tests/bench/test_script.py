@@ -203,6 +203,31 @@ def test_live_commands_go_to_a_running_program():
     assert played.when("live R 77 | B | 0") > 30 * MS
 
 
+ROUND = SET_UP + "A 0\nN 50\nE\nG\nD 20\nJ 0\nQX\n"
+
+
+def test_live_verify_reads_from_a_running_program():
+    played = Played(ROUND + "@until position=120\n@live V 0 | R 20 | V 3\n@note on\n@live 0")
+    time, at = played.when("live V 0 | R 20 | V 3"), played.said.index
+    shown = [said for said in played.said if said[1].startswith("verify")]
+    assert [text for _, text in shown] == ["verify 0: 00150", "verify 3: 00 32 FF 14 03 01"]
+    assert time < shown[0][0] == shown[1][0] <= played.when("on") and at(shown[1]) < at((played.when("on"), "on"))
+    assert played.x.findings == []
+
+
+def test_verify_in_a_running_program_is_refused_with_its_line():
+    with pytest.raises(slewline.ProgramError) as raised:
+        Played(ROUND + "@wait 30 ms\n@verify 0")
+    says = "@until run=1 waits for its end, @live V 0 reads through PROG/LIVE"
+    assert f"line {ROUND.count(chr(10)) + 2}, column 1" in str(raised.value) and says in str(raised.value)
+
+
+def test_until_run_is_1_waits_for_the_end_of_the_program():
+    played = Played(SET_UP + "A 0\nN 50\nE\nG\n0\nQX\n@until run=1\n@verify 0\nN 7")
+    assert [text for _, text in played.said if text.startswith("verify")] == ["verify 0: 00050"]
+    assert played.x.registers["number"] == 7 and played.x.findings == []
+
+
 def test_rate_changes_on_the_fly():
     played = Played(SLEWING + "@rate 60\n@wait 20 ms\n@drive abort=0")
     times = played.x.steps().times_ps

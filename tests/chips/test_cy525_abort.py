@@ -51,24 +51,42 @@ def test_case_2_abort_low_from_the_start_is_disabled_for_the_whole_motion(mover:
 
 
 @pytest.mark.fact("ABORT-2", "UND-ABORT-SAMPLE")
+@pytest.mark.parametrize("stepwise", [False, True])
 @pytest.mark.parametrize(("clock", "steps"), [(-1, 300), (0, 1), (1, 1)])
-def test_whether_abort_is_low_when_the_first_step_begins_decides(mover: Make, clock: int, steps: int) -> None:
-    def held(x: Any) -> int:
-        """A motion that waits for STEP INHIBIT, which is let go; the clock of that."""
-        x.send(SMALL)
-        x.put(x.now, "step_inhibit", 1)
-        x.give("G\r")
-        x.run(10_000)  # READY has been low for long
-        x.put(x.now, "step_inhibit", 0)
-        return x.now  # type: ignore[no-any-return]
-
+def test_whether_abort_is_low_when_the_first_step_could_begin_decides(
+    mover: Make, clock: int, steps: int, stepwise: bool
+) -> None:
     probe = mover(number=300)
-    released = held(probe)
-    probe.bench.run_until(lambda: probe.x.travel > 0)
-    x = mover(number=300)
-    x.put(held(x) + probe.now - released + clock, "abort", 0)
+    probe.send(SMALL)
+    sent = probe.now
+    probe.begin()
+    x = mover(number=300, stepwise=stepwise)
+    x.send(SMALL)
+    x.put(x.now + probe.now - sent + clock, "abort", 0)
+    x.give("G\r")
     x.finish()
     assert x.x.travel == steps
+
+
+@pytest.mark.fact("ABORT-2", "UND-ABORT-INITIALLY", "UND-INHIBIT-ABORT")
+@pytest.mark.parametrize("stepwise", [False, True])
+@pytest.mark.parametrize(("commands", "low", "steps"), [("G\r", 0, 1), ("H\rG\r", 0, 1), ("G\r", -30_000, 300)])
+def test_abort_lowered_while_the_first_step_is_held_aborts_the_motion(
+    mover: Make, commands: str, low: int, steps: int, stepwise: bool
+) -> None:
+    x = mover(number=300, stepwise=stepwise)
+    x.send(SMALL)
+    x.put(x.now, "step_inhibit", 1)
+    if low < 0:
+        x.put(x.now, "abort", 0)  # low before the motion: off a limit switch
+    x.give(commands)
+    x.run(20_000)
+    x.put(x.now, "abort", 0)
+    x.run(20_000)
+    x.put(x.now, "step_inhibit", 0)
+    x.finish()
+    assert x.x.travel == steps
+    assert "abort-low-at-start" not in x.codes
 
 
 # ----------------------------------------------------------------------------------------------------------- case III
@@ -316,6 +334,27 @@ def test_the_program_around_an_aborted_motion_goes_on(rig: Make) -> None:
     x.bench.run_until_idle()
     assert x.x.position == stopped + 5 == len(x.x.steps())
     assert x.level("run") == 1
+
+
+@pytest.mark.fact("ABORT-4", "ABORT-7")
+def test_what_an_aborted_motion_waits_for_is_told(mover: Make) -> None:
+    x = mover()
+    look = slewing(x, 1000) + 10 * TOP
+    x.on(look - 1, "abort", 0)
+    x.till(look + LOW)
+    assert x.x.waiting.startswith("x: G aborted: down to rate 10, and on to its target unless abort=0 there since ")
+    x.put(x.now, "abort", 1)
+    x.till(look + sum(DOWN) + 10)
+    x.put(x.now, "abort", 0)  # no longer looked at
+    x.run(3 * LOW)
+    assert x.x.waiting.startswith("x: G aborted, abort=1 at rate 10: on to its target since ")
+    x.on(x.now - x.origin + 1000, "step_inhibit", 1)
+    x.run(2 * LOW)
+    x.put(x.now, "step_inhibit", 0)
+    x.run(2 * LOW)
+    assert x.x.waiting.startswith("x: G aborted, abort=1 at rate 10: on to its target since ")
+    x.finish()
+    assert x.x.travel == 1000
 
 
 @pytest.mark.fact("ABORT-2", "ABORT-11")

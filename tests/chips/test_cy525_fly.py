@@ -272,6 +272,21 @@ def test_a_request_that_is_gone_before_slewing_begins_is_not_seen(mover: Make) -
     assert x.codes.count("request-withdrawn") == 1
 
 
+@pytest.mark.fact("FLY-RATE-2")
+@pytest.mark.parametrize(("low", "high", "missed"), [(100, 600, 1), (-100, 600, 0), (100, TOP + 100, 0)])
+def test_a_request_that_comes_and_goes_between_two_looks_is_not_seen(
+    mover: Make, low: int, high: int, missed: int
+) -> None:
+    x = mover("instrobe")
+    look = x.endless(SMALL) + 10 * TOP
+    x.request(look + low, 30, look + high)
+    x.till(look + 50 * TOP)
+    assert len(x.changes("instrobe")) == (0 if missed else 2)
+    assert [found.text for found in x.x.findings if found.code == "request-withdrawn"] == [
+        "a rate request came and went within one step: not seen"
+    ] * missed
+
+
 @pytest.mark.fact("UND-FLY-HELD")
 def test_a_request_that_stays_low_counts_once(mover: Make) -> None:
     x = mover("instrobe")

@@ -11,6 +11,8 @@ from itertools import pairwise
 
 import pytest
 
+import slewline
+
 US, MS = 11, 11_000
 STROBE, SAMPLE, BUSY, LETTER = 165, 176, 286, 2057
 FIRST, NEXT = 60 * US, 40 * US  # a program's first instruction acts 60 us after RUN fell, each later one takes 40 us
@@ -461,7 +463,9 @@ def test_a_host_gives_live_commands(rig):
     r.send("C\rE\rG\rD 5\rX\rQ")
     r.start("X\r")
     r.bench.run("20 ms")
-    r.host.live("B", "R 20", "F 20")
+    sent = r.host.sent
+    assert r.host.live("B", "R 20", "F 20") == b""
+    assert r.host.sent - sent == len("B\rR 20\rF 20\r")
     assert r.level("programmable_output") == 1
     assert r.level("prog") == 1
     r.bench.run("40 ms")
@@ -470,3 +474,73 @@ def test_a_host_gives_live_commands(rig):
     r.host.live("0")
     assert r.level("run") == 1
     assert [code for code in r.codes if code != "uninitialised"] == []
+
+
+# -------------------------------------------------------------------------------------- verify while a program runs
+WALK = "A 0\rF 10\rR 10\rS 255\rZ 1\rN 50\rE\rG\rD 20\rJ 0\rQ"
+
+
+@pytest.mark.fact("LIVE-9")
+@pytest.mark.parametrize("ascii_binary", [1, 0])
+def test_a_group_is_read_between_two_instructions_of_a_running_program(rig, ascii_binary):
+    r = rig(position=0)
+    r.send(WALK)
+    r.host.run_program()
+    r.bench.run("120 ms")  # in the second motion
+    r.drive("ascii_binary", ascii_binary)
+    assert r.host.verify(0, live=True) == (b"00100" if ascii_binary else bytes([0, 100]))
+    assert r.level("prog") == 1 and r.level("run") == 0
+    assert r.host.live("R 20", "V 3", "V 1") == bytes.fromhex("00 32 FF 14 0A 01") + b"GD\x14\0J\0".ljust(48, b"\0")
+    assert r.x.position == 100  # nothing has moved meanwhile
+    r.bench.run_until(r.x.reaches(160))  # the program goes on
+    r.host.live("0")
+    assert [code for code in r.codes if code != "uninitialised"] == []
+    assert r.host.verify(0) == (b"00200" if ascii_binary else bytes([0, 200]))
+
+
+@pytest.mark.fact("LIVE-9")
+def test_as_many_bytes_as_asked_for_are_read_live(rig):
+    r = rig(position=0)
+    r.send(WALK)
+    r.host.run_program()
+    assert r.host.verify(1, 3, live=True) == b"GD\x14"
+    assert r.host.received == b"GD\x14"
+
+
+def test_verify_in_a_running_program_is_refused_and_changes_nothing(rig):
+    r, undisturbed = rig(position=0), rig(position=0)
+    for each in (r, undisturbed):
+        each.send(WALK)
+        each.host.run_program()
+        each.bench.run("120 ms")
+    remedy = r"host: the program of x runs and takes no command; verify\(0, live=True\) reads through PROG/LIVE"
+    with pytest.raises(slewline.UsageError, match=remedy):
+        r.host.verify(0)
+    with pytest.raises(slewline.UsageError, match="wait until RUN is high, or give live commands"):
+        r.host.run_program()
+    assert r.codes == [] and r.host.idle and r.host.received == b""
+    for each in (r, undisturbed):
+        each.bench.run_to("1 s")
+    assert r.x.steps().times_ps.tolist() == undisturbed.x.steps().times_ps.tolist()
+
+
+@pytest.mark.fact("CMD-X-1")
+def test_run_program_ends_when_run_is_low(rig):
+    r = rig(position=0, record=("run",))
+    r.send("A 0\rF 10\rR 10\rS 255\rZ 1\rN 5\rE\rG\r0\rQ")
+    r.host.run_program()
+    assert r.falls("run") == [r.bench.now_ps]
+    r.bench.run_until_idle()
+    assert r.x.position == 5 and r.codes == []
+    r.host.send("J 0\r")  # queued in front of it
+    r.bench.run("1 ms")
+    with pytest.raises(slewline.UsageError, match="runs and takes no command"):
+        r.host.run_program()
+
+
+@pytest.mark.parametrize("commands", [(), ("",), (5,), ("R é",)])
+def test_live_commands_are_text(rig, commands):
+    r = rig()
+    with pytest.raises(slewline.UsageError, match=r"live command .*; expected text such as 'R 20'"):
+        r.host.live(*commands)
+    assert r.level("prog") == 1

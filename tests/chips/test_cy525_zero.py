@@ -181,3 +181,19 @@ def test_with_abort_low_from_the_start_the_zero_rate_has_no_exit_by_abort(mover:
     x.request(look + 2_000_000, 20, look + 2_100_000)
     x.till(look + 3_000_000)
     assert len(x.begins()) > 20
+
+
+@pytest.mark.fact("FLY-ZERO-2")
+@pytest.mark.parametrize(
+    ("rate", "abort", "ways"),
+    [(12, 1, "a rate above 12, or abort=0"), (12, 0, "a rate above 12"), (127, 1, "abort=0"), (127, 0, "RESET")],
+)
+def test_what_leaves_the_zero_rate_is_told(mover: Make, rate: int, abort: int, ways: str) -> None:
+    x = mover(number=60_000)
+    x.put(x.now, "abort", abort)
+    look = zero(x, f"F 10\rR {rate}\rS 255\rZ 1\r") if rate == 12 else zero(x, "F 127\rR 127\rS 255\rZ 1\r")
+    assert x.x.waiting.startswith(f"x: G at rate 0: {ways} since ")
+    x.request(x.now - x.origin + 1000, 5)
+    x.till(look + 200_000)
+    told = [found.text for found in x.x.findings if found.code == "fly-zero-low"]
+    assert told == [f"rate 5 at rate 0 changes nothing: it takes {ways}"]

@@ -84,7 +84,7 @@ def places(part):
     seen = {}
 
     def look():
-        text = re.sub(r"[\d.]+ ?(ps|ns|us|ms|s)\b|\d+", "#", x.waiting)
+        text = re.sub(r"[\d.]+ ?(ps|ns|us|ms|s)\b|\d+", "#", x.waiting.split("; ")[0])
         where = stack(x.task) if x.task is not None else tuple(pin.level for pin in x.pins.values())  # calls, no task
         seen.setdefault((where, text), bench.now_ps)
         return bench.now_ps > 10**12 and x.idle

@@ -7,7 +7,7 @@ address             7       6       5       4       3       2       1     none: 
 from __future__ import annotations
 
 import pytest
-from gsc import MS, NINE_SIX, STR, base, both
+from gsc import C200S, MS, NINE_SIX, STR, base, both
 
 import slewline
 from slewline.errors import UsageError
@@ -193,6 +193,16 @@ def test_an_address_costs_one_character_of_time(part: str) -> None:
         assert rig.bench.now_ps == MS + characters * CHARACTER + MS  # a millisecond before, another before the answer
 
 
+@pytest.mark.parametrize(("straps", "who"), [(({}, {}), "x, y"), (({"sel2": 0}, {}), "y")])
+def test_modules_without_an_address_on_a_line_are_told(straps: tuple[dict[str, int], ...], who: str) -> None:
+    bench = slewline.Bench()
+    modules = [bench.add(C200S, name, straps=own) for name, own in zip("xy", straps, strict=True)]
+    line = bench.host(*modules)
+    (told,) = line.findings
+    assert told.code == "same-address"
+    assert told.text.startswith(f"{who} without an address on a line that modules share: all of them answer; strap")
+
+
 @both
 @pytest.mark.fact("GSC-UND-MULTI-TXD")
 def test_two_modules_with_one_address_garble_their_answers(part: str) -> None:
@@ -200,6 +210,7 @@ def test_two_modules_with_one_address_garble_their_answers(part: str) -> None:
     assert line.wire("2F\r") == b"R\r"  # the same bits at the same time
     (told,) = line.bench.findings
     assert (told.code, told.text[:34]) == ("same-address", "x1, x2 have the same address on on")
+    assert told.text.endswith("all of them answer; strap sel2, sel1, sel0 apart")
     line.chips[1].pin("ui1").drive(1)
     line.chips[1].pin("ui2").drive(0)
     assert line.wire("2V2\r") == b"V30\r"  # 1 and 2 at once, with the parity of either

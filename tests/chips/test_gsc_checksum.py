@@ -178,10 +178,16 @@ def test_a_gs_c200_before_2_2_does_not_set_the_bit(firmware: str) -> None:
 
 @pytest.mark.fact("GSC-CHK-11", "GSC-UND-FW-BEFORE-22")
 def test_the_bit_is_set_from_2_2_on_and_by_every_gs_c200s() -> None:
-    for part, firmware in ((C200, "2.2"), (C200, "2.10"), (C200, "3.0"), (C200S, "1.0")):
+    for part, firmware in ((C200, "2.2"), (C200, "2.10"), (C200, "3.0"), (C200S, "2.2")):
         rig = base(part, chs=1, options={"firmware": firmware})
         assert rig.wire("FV\r") == b"RR\r"
         assert rig.wire("F\x46\r") == b"E1v\r"
+
+
+@pytest.mark.fact("GSC-UND-FW-BEFORE-22")
+def test_no_gs_c200s_is_older_than_the_bit() -> None:
+    with pytest.raises(UsageError, match=r"x: firmware '2\.1'; every GS-C200S sets bit 0x10 .* leave the option out"):
+        base(C200S, options={"firmware": "2.1"})
 
 
 @pytest.mark.parametrize("firmware", ["2", "new", "2.x", "", 2.1])

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-import pytest
-from gsc import C200, CHARACTER, MS, STR, Rig, base, both
+from pathlib import Path
 
-WRITE = 1200 * MS
-PROGRAM, OTHER = [*STR, "+5"], [*STR, "+9"]
+import pytest
+from gsc import C200, C200S, CHARACTER, MS, STR, Rig, base, both
+
+import slewline
+from slewline.core.store import Memory
+
+BYTE = 10 * MS
+PROGRAM, OTHER = [*STR, "+5"], [*STR, "+9"]  # 16 locations each
+WRITE = 17 * BYTE  # a check byte follows
 LINE = 2 * CHARACTER  # a letter and its carriage return
 
 
@@ -148,7 +154,7 @@ def test_lines_behind_an_exchange_are_appended(part: str) -> None:
 # ------------------------------------------------------------------------------------------------------------ the write
 @both
 @pytest.mark.fact("GSC-EEPROM-4", "GSC-UND-M-REPLY", "GSC-CON-M-REPLY")
-@pytest.mark.parametrize(("time", "write"), [(None, WRITE), ("5 ms", 5 * MS)])
+@pytest.mark.parametrize(("time", "write"), [(None, WRITE), ("12 ms", 17 * MS // 10)])
 def test_memorize_answers_when_the_write_is_verified(part: str, time: str | None, write: int) -> None:
     rig = base(part, "rdy", options={} if time is None else {"eeprom_time": time})
     assert rig.prg(*PROGRAM) == ["Y"] * 4
@@ -167,7 +173,7 @@ def test_during_the_write_every_line_is_answered_busy(part: str) -> None:
     rig = base(part)
     assert rig.prg(*PROGRAM) == ["Y"] * 4
     rig.host.write(b"M\r")
-    rig.bench.run("0.2 s")
+    rig.bench.run("20 ms")
     assert rig.x.answering and not rig.x.idle
     assert rig.asks("F", "E", "A1", "nonsense", "M", "V1") == ["B"] * 6
     assert rig.level("rdy") == 0 and rig.x.store.read() == b""
@@ -178,18 +184,75 @@ def test_during_the_write_every_line_is_answered_busy(part: str) -> None:
 
 
 @both
-@pytest.mark.fact("GSC-EEPROM-3")
-def test_a_write_that_loses_its_supply_leaves_what_was_there(part: str) -> None:
+@pytest.mark.fact("GSC-EEPROM-4", "GSC-UND-M-REPLY")
+@pytest.mark.parametrize(("lines", "locations"), [([], 0), (["A1"], 2), (["A1"] * 59, 118)])
+def test_a_write_takes_ten_milliseconds_a_byte(part: str, lines: list[str], locations: int) -> None:
+    rig = base(part)
+    assert rig.prg(*lines) == ["Y"] * len(lines)
+    start = rig.bench.now_ps
+    assert rig.obeyed("M") == start + LINE + MS + (locations + 1) * BYTE
+
+
+@both
+@pytest.mark.fact("GSC-UND-E6", "GSC-UND-M-REPLY")
+@pytest.mark.parametrize("after", range(0, 18))
+def test_a_supply_that_fails_in_a_write_leaves_what_has_been_written(part: str, after: int) -> None:
+    new = ["S20", "T200", "R20", "+9"]
     rig = saved(part, *PROGRAM)
-    assert rig.prg(*OTHER) == ["Y"] * 4
+    old = rig.x.program
+    assert rig.prg(*new) == ["Y"] * 4
+    stored = rig.x.program
     rig.host.received.clear()
     rig.host.write(b"M\r")
-    rig.bench.run("1.2 s")
+    rig.bench.run(LINE + MS + after * BYTE + (BYTE // 2 if after < 17 else 0))
     rig.cycle()
     rig.bench.run("2 s")
     assert bytes(rig.host.received) == b""
-    assert rig.asks("F", "X") == ["R", "Y"]
-    assert rig.listed() == PROGRAM
+    left = stored[:after] + old[after:]
+    if after == 17:
+        assert rig.x.store.read() == stored and rig.ask("X") == "Y" and rig.listed() == new
+    elif left == old:  # nothing that differs has been written
+        assert rig.x.store.read() == old and rig.ask("X") == "Y" and rig.listed() == PROGRAM
+    else:
+        assert rig.x.store.read() == b"\xff" + left
+        assert rig.asks("X", "Q") == ["E6", "END"]
+        assert rig.prg(*new) == ["Y"] * 4
+        assert rig.asks("M", "X") == ["Y", "Y"] and rig.listed() == new
+
+
+@pytest.mark.fact("GSC-UND-E6")
+def test_a_supply_that_fails_again_and_again_mixes_what_was_there() -> None:
+    rig = saved(C200S, "A1", "A2")
+    for line, after in (("C1", 1), ("C3", 2)):
+        assert rig.prg(line, line) == ["Y", "Y"]
+        rig.host.write(b"M\r")
+        rig.bench.run(LINE + MS + after * BYTE)
+        rig.cycle()
+        rig.bench.run("2 ms")
+    assert rig.x.store.read() == b"\xffC\3A\2"
+    assert rig.ask("X") == "E6"
+
+
+@pytest.mark.fact("GSC-UND-E6")
+def test_a_supply_that_fails_while_the_store_fails_makes_the_eeprom_invalid() -> None:
+    store = Failing()
+    rig = saved(C200S, *PROGRAM, store=store)
+    assert rig.prg("A1") == ["Y"]
+    rig.host.write(b"M\r")
+    rig.bench.run(LINE + MS + 2 * BYTE)
+    store.good = False
+    rig.cycle()
+    store.good = True
+    assert rig.ask("X") == "E6" and "no answer" in rig.x.findings[-1].text
+
+
+@pytest.mark.fact("GSC-UND-E6", "GSC-EEPROM-3")
+def test_the_same_program_again_spoils_nothing() -> None:
+    rig = saved(C200S, *PROGRAM)
+    rig.host.write(b"M\r")
+    rig.bench.run(LINE + MS + 8 * BYTE)
+    rig.cycle()
+    assert rig.ask("X") == "Y" and rig.listed() == PROGRAM
 
 
 @both
@@ -218,6 +281,7 @@ def test_a_failed_write_is_answered_e6_and_spoils_the_eeprom(part: str) -> None:
     start = rig.bench.now_ps
     assert rig.obeyed("M") == start + LINE + MS + WRITE
     assert rig.host.answers == ["E6"] and rig.codes == ["E6"]
+    assert base(part, options={"store": Memory(rig.x.store.read())}).ask("X") == "E6"  # whoever reads it
     assert rig.listed() == OTHER
     assert rig.asks("F", "X") == ["R", "E6"]
     assert rig.listed() == OTHER
@@ -244,9 +308,74 @@ def test_a_write_that_the_store_refuses_or_garbles_is_answered_e6(part: str, kin
     assert rig.asks("M", "X") == ["E6", "E6"]
     assert rig.codes == ["E6", "E6"] and rig.listed() == OTHER
     store.good = True
+    assert rig.ask("X") == "E6" and rig.listed() == OTHER  # not before a write has succeeded
     assert rig.ask("M") == "Y"
     assert rig.prg() == []
     assert rig.ask("X") == "Y" and rig.listed() == OTHER
+
+
+class Torn(Failing):
+    """An EEPROM that takes so many bytes of a write, and then fails; it can be read all the time."""
+
+    def __init__(self, taken: int) -> None:
+        super().__init__()
+        self.taken = taken
+
+    def read(self) -> bytes:
+        return self.data
+
+    def write(self, data: bytes) -> None:
+        if not self.good:
+            self.data = data[: self.taken] + self.data[self.taken :]
+            raise OSError(f"no acknowledge of byte {self.taken}")
+        self.data = data
+
+
+@pytest.mark.fact("GSC-UND-E6")
+@pytest.mark.parametrize("taken", range(17))
+def test_a_write_that_fails_at_any_byte_loses_nothing(taken: int) -> None:
+    store = Torn(taken)
+    rig = saved(C200S, *PROGRAM, store=store)
+    assert rig.prg(*OTHER) == ["Y"] * 4
+    store.good = False
+    assert rig.asks("M", "X") == ["E6", "E6"]
+    assert f"no acknowledge of byte {taken}" in rig.x.findings[-1].text
+    assert rig.listed() == OTHER
+    rig.drive("rec", 0)
+    back = rig.cycle()
+    rig.bench.run("1 s")
+    assert rig.pulses(back) == [] and rig.asks("X", "Q") == ["E6", "END"]
+    store.good = True
+    assert rig.prg(*OTHER) == ["Y"] * 4
+    assert rig.asks("M", "X") == ["Y", "Y"] and rig.listed() == OTHER
+
+
+@both
+@pytest.mark.fact("GSC-UND-E6")
+def test_the_fault_of_the_eeprom_is_an_option_and_a_switch(part: str) -> None:
+    rig = base(part, options={"eeprom_fault": True})
+    assert rig.x.eeprom_fault and rig.prg(*PROGRAM) == ["Y"] * 4
+    assert rig.asks("M", "X") == ["E6", "E6"]
+    rig.x.eeprom_fault = False
+    assert rig.asks("M", "X") == ["Y", "Y"] and rig.listed() == PROGRAM
+    with pytest.raises(slewline.UsageError, match="x: eeprom_fault 1; allowed True, False"):
+        rig.x.eeprom_fault = 1
+
+
+def test_a_journal_repeats_the_fault_of_the_eeprom(tmp_path: Path) -> None:
+    bench = slewline.Bench(journal=tmp_path / "journal")
+    x = bench.add(C200S, name="x", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0})
+    host = bench.host(x)
+    assert host.ask("F") == "R"
+    x.eeprom_fault = True
+    assert [host.ask("M"), host.ask("X")] == ["E6", "E6"]
+    x.eeprom_fault = False
+    assert [host.ask("M"), host.ask("X")] == ["Y", "Y"]
+    again = slewline.replay(tmp_path / "journal")
+    assert [(found.time_ps, found.code) for found in again["x"].findings] == [
+        (found.time_ps, found.code) for found in x.findings
+    ]
+    assert not again["x"].eeprom_fault
 
 
 @both

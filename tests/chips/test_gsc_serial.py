@@ -139,6 +139,8 @@ def test_chs_is_read_at_each_return_and_rules_the_answer_too(part: str) -> None:
 @pytest.mark.fact("GSC-UND-STRAPS")
 def test_the_late_answer_to_m_is_written_as_its_own_string(part: str) -> None:
     rig = base(part)
+    rig.prg(*["A1"] * 9)
+    rig.host.received.clear()
     rig.host.write("M\r")
     rig.bench.run("100 ms")
     rig.drive("chs", 1)
@@ -320,6 +322,42 @@ def test_a_line_feed_is_a_character_unless_it_is_forgiven(part: str) -> None:
     assert rig.wire("\n\nF\r\n") == b"R\r"
     assert rig.wire("F\r") == b"R\r"
     assert rig.wire("F\n\r") == b"E2\r"
+
+
+@both
+@pytest.mark.fact("GSC-UND-LF")
+@pytest.mark.parametrize("chs", [0, 1])
+def test_a_host_that_ends_its_lines_with_a_line_feed_is_told_of_once(part: str, chs: int) -> None:
+    rig = base(part, chs=chs)
+    line = b"FV\n" if chs else b"F\n"
+    assert rig.wire(line * 2, wait="1 s") == b""
+    assert [(found.code, found.text) for found in rig.x.findings] == [
+        ("line-end", "the host ends its lines with LF; this part wants CR")
+    ]
+    assert rig.x.waiting.endswith(f"{(line * 2).decode()!r} has come without its carriage return")
+    assert rig.x.idle
+    with pytest.raises(slewline.Timeout, match="has come without its carriage return"):
+        rig.bench.run_until(rig.host.got(b"R"), "1 s")
+    rig.cycle()
+    assert "return" not in rig.x.waiting
+
+
+@both
+@pytest.mark.fact("GSC-UND-LF")
+def test_a_host_that_ends_its_lines_with_both_is_told_of_once(part: str) -> None:
+    rig = base(part)
+    assert rig.wire("F\r\nF\r\nF\r\n") == b"R\rE4\rE4\r"
+    assert rig.codes == ["line-end", "E4", "E4"]
+    assert rig.x.findings[0].text.startswith("the host ends its lines with CR LF; this part wants CR, and takes LF")
+    rig = base(part, options={"lenient": True})
+    assert rig.wire("F\r\nF\r\n") == b"R\rR\r" and rig.codes == []
+    assert rig.wire("F\n", wait="1 s") == b"" and rig.codes == ["line-end"]
+
+
+def test_a_line_feed_that_may_be_a_checksum_is_not_complained_of() -> None:
+    rig = base(C200, chs=1, options={"firmware": "2.1"})
+    assert rig.wire(b"FF\r") == b"RR\r"
+    assert rig.wire(b"F\n\r") == b"E1v\r" and rig.codes == ["E1"]
 
 
 @both

@@ -372,9 +372,29 @@ def test_a_host_that_notes_clears_and_then_acts_loses_no_event(part: str) -> Non
     assert [rig.status(axis) & 0xFF for axis in range(1, axes + 1)] == [0] * axes
 
 
+# ------------------------------------------------------------------------------------------------ an error that lasts
 @with_encoder
-@pytest.mark.fact("PMD-STAT-16", "PMD-INT-10", "PMD-CON-INT-ERROR")
-def test_a_motion_error_that_lasts_interrupts_again_and_again(part: str) -> None:
+@pytest.mark.fact("PMD-STAT-16", "PMD-CON-INT-ERROR", "PMD-UND-INT-LASTING")
+def test_a_motion_error_that_rst_intrpt_cannot_clear_interrupts_once_and_again_as_it_occurs_anew(part: str) -> None:
+    rig = rig_of(part)
+    rig.do("SET_STEP_RATIO 256", "SET_POS_ERR 5", "SET_INTRPT_MASK 0x10", "SET_AUTO_STOP_ON")
+    rig.begin(*STEP, "SET_POS 10")
+    rig.bench.run_until(rig.x.pin("hostintrpt").is_(0))
+    assert rig.do("SET_I") == 0x0610  # in the cycle of the stall
+    rig.do("RST_INTRPT 0", "SYNCH_PRFL", "MTR_ON")  # and the update comes with the next move
+    rig.next(300)
+    assert lows(rig) == [0, 1] and rig.status() == 0x0310  # the error is still there, and its bit
+    rig.do("CLR_STATUS", "SET_INTRPT_MASK 0", "SET_INTRPT_MASK 0x10")
+    rig.next(10)
+    assert lows(rig) == [0, 1]
+    rig.begin("SET_POS 20")  # nothing turns the encoder: it stalls once more
+    rig.next(20)
+    assert lows(rig) == [0, 1, 0] and rig.do("SET_I") == 0x0210
+
+
+@with_encoder
+@pytest.mark.fact("PMD-INT-10", "PMD-UND-INT-LASTING")
+def test_a_motion_error_that_rst_intrpt_leaves_interrupts_again(part: str) -> None:
     rig = rig_of(part)
     rig.do("SET_STEP_RATIO 256", "SET_POS_ERR 5", "SET_INTRPT_MASK 0x10")
     rig.begin(*STEP, "SET_POS 10")
@@ -382,6 +402,6 @@ def test_a_motion_error_that_lasts_interrupts_again_and_again(part: str) -> None
     for _ in range(3):
         assert rig.level("hostintrpt") == 0
         rig.next()
-        rig.do("RST_INTRPT 0")
+        rig.do("RST_INTRPT 0x10")
         rig.next()
     assert lows(rig) == [0, 1, 0, 1, 0, 1, 0]

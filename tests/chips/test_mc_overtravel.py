@@ -26,7 +26,7 @@ def halted(setup: tuple[str, ...] = T1, switch: str = "poslimit1") -> tuple[Move
 @pytest.mark.parametrize(("switch", "bit"), [("poslimit1", 0x20), ("neglimit1", 0x40)])
 def test_a_switch_halts_its_axis_at_once(setup: tuple[str, ...], switch: str, bit: int) -> None:
     rig, begun = halted(setup, switch)
-    place = 453 if setup is S1 else 468
+    place = 452 if setup is S1 else 468
     assert rig.look() == (place, 0, 0x301 | bit, 0) and rig.level("atrest1") == 1
     rig.next(100)
     assert rig.moves() == [place] and rig.lows("atrest1") == [(begun, 500)]

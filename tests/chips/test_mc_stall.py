@@ -169,7 +169,7 @@ def test_an_error_of_the_limit_is_none(counts: int) -> None:
 
 
 @modes
-@pytest.mark.fact("PMD-STALL-5", "PMD-STAT-24")
+@pytest.mark.fact("PMD-STALL-5", "PMD-STAT-24", "PMD-UND-AUTO-STOP-CYCLE")
 def test_auto_stop_switches_the_motor_off(setup: tuple[str, ...]) -> None:
     rig = mover("mc1151a-e")
     rig.begin(RATIO, LIMIT, "SET_AUTO_STOP_ON", *setup)
@@ -291,6 +291,28 @@ def test_the_motor_stays_on_while_the_error_persists_and_a_new_one_switches_it_o
     rig.begin()
     rig.rest()
     assert rig.status() == 0x210
+
+
+@pytest.mark.fact("PMD-UND-STALL-CLEAR")
+@pytest.mark.parametrize(
+    ("code", "words", "at_once"),
+    [(0x1A, (), False), (0x29, (30_000,), False), (0x4D, (0, 7), True)],
+    ids=["SYNCH_PRFL, UPDATE", "SET_POS_ERR", "SET_ACTL_POS"],
+)
+def test_a_motion_error_can_be_cleared_behind_the_cycle_that_finds_none(
+    code: int, words: tuple[int, ...], at_once: bool
+) -> None:
+    rig = stalled("SET_AUTO_STOP_ON")
+    rig.do("SYNCH_PRFL" if code == 0x1A else "SET_BRK_OFF")
+    rig.to(rig.cycle + 1, 8192 - 2048 * len(words))
+    rig.host.packet(code, *words, checksum=False)
+    ended = rig.cycle
+    rig.host.packet(0x33, checksum=False)  # CLR_STATUS in the same cycle
+    assert rig.cycle == ended and rig.shows("status") == (0x200 if at_once else 0x210)
+    rig.to(ended + 1)
+    assert rig.shows("status") == (0x200 if at_once else 0x210)  # nothing but the host clears it
+    rig.do("CLR_STATUS")
+    assert rig.status() == 0x200
 
 
 # ----------------------------------------------------------------------------------------------------------- SYNCH_PRFL

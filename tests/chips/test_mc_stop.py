@@ -42,7 +42,7 @@ def test_a_stop_ends_the_motion_with_its_update(setup: tuple[str, ...]) -> None:
     rig, begun = coasting(setup)
     rig.heeds(begun + 500, "STOP", "UPDATE")
     place = rig.look().pos
-    assert rig.look() == ((453 if setup is S1 else 468), 0, 0x301, 0)
+    assert rig.look() == ((452 if setup is S1 else 468), 0, 0x301, 0)
     rig.next(100)
     assert rig.moves() == [place] and rig.lows("atrest1") == [(begun, 500)]
     assert rig.do("GET_TRGT_VEL") == 0 and rig.do("GET_TRGT_POS") == place
@@ -139,7 +139,7 @@ def test_behind_a_stop_in_mid_step_the_way_back_makes_no_step_of_what_was_none()
 def test_the_motor_off_ends_pulses_and_motion_without_completing_it(setup: tuple[str, ...]) -> None:
     rig, begun = coasting(setup, record=("pulse1", "dir1"))
     rig.heeds(begun + 500, "MTR_OFF")
-    place = 453 if setup is S1 else 468
+    place = 452 if setup is S1 else 468
     assert rig.look() == (place, 0, 0x200, 0)
     rig.do("SET_POS -1000", "SET_ACC -0x400", "UPDATE")
     rig.next(1000)
@@ -193,7 +193,7 @@ def test_while_the_motor_is_off_updates_copy_and_stop() -> None:
 def test_a_switch_to_a_point_to_point_mode_in_motion_is_an_abrupt_stop(setup: tuple[str, ...], mode: str) -> None:
     rig, begun = coasting(setup)
     rig.heeds(begun + 500, mode)
-    place = 453 if setup is S1 else 468
+    place = 452 if setup is S1 else 468
     assert rig.look() == (place, 0, 0x301, 0) and rig.codes == ["mode-in-motion"]
     rig.next(200)
     assert rig.moves() == [place] and rig.lows("atrest1") == [(begun, 500)]
@@ -248,10 +248,10 @@ def test_a_position_set_in_motion_keeps_the_destination_of_a_trapezoid() -> None
 @pytest.mark.fact("PMD-UND-SETACTL-MOTION")
 def test_a_position_set_in_motion_keeps_the_distance_of_an_s_curve() -> None:
     rig, begun = coasting(S1)
-    rig.heeds(begun + 500, "SET_ACTL_POS 0")  # in the cycle that begins at 452
+    rig.heeds(begun + 500, "SET_ACTL_POS 0")  # in the cycle that begins at 451
     assert rig.look() == (1, ONE, 0x700, 4)
     rig.rest()
-    assert rig.do("GET_TRGT_POS") == 548 == rig.x.position and rig.x.travel == 1000
+    assert rig.do("GET_TRGT_POS") == 549 == rig.x.position and rig.x.travel == 1000
     assert rig.lows("atrest1") == [(begun, S1_CYCLES)] and rig.do("GET_POS") == 1000
 
 

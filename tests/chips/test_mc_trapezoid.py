@@ -328,6 +328,23 @@ def test_an_update_with_another_acceleration_moves_the_destination() -> None:
     assert rig.moves() == [2000] and rig.status() == 0x381
 
 
+@pytest.mark.fact("PMD-ERRC-12", "PMD-ERRC-22", "PMD-UND-CMDERR-ONCE")
+def test_a_refused_acceleration_is_an_error_once_and_counts_with_the_next_start() -> None:
+    rig, begun = coasting()
+    rig.heeds(begun + 500, "SET_ACC 0x800", "UPDATE")
+    assert rig.status() == 0x780
+    rig.do("CLR_STATUS", "SET_VEL 0x8000", "SET_POS 2000", "UPDATE")
+    rig.next(200)
+    assert rig.status() == 0x700 and rig.look().vel == 0x8000  # braked with the acceleration in force
+    rig.do("SET_ACC 0x800", "UPDATE")  # loaded once more: refused once more
+    rig.next()
+    assert rig.status() == 0x780
+    rig.rest()
+    assert rig.moves() == [2000]
+    rig.begin("SET_POS 0")
+    assert [look.vel for look in rig.trace(2)] == [-0x800, -0x1000]
+
+
 @pytest.mark.fact("PMD-ERRC-23", "PMD-UND-START-CHANGE", "PMD-CON-STARTVEL-MOTION")
 def test_a_start_velocity_counts_from_the_next_start() -> None:
     rig, begun = coasting(*T3)

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from mc import ONE, Rig, base, each
+
+import slewline
 
 FOR_HOURS = ("SET_PRFL_VEL", f"SET_VEL {ONE // 16}", "SET_ACC 0x100")
 
@@ -86,3 +90,16 @@ def test_positions_that_were_declared_are_forgotten_too(part: str) -> None:
     kept = rig.x.steps(rig.at(n))
     assert kept.positions.tolist() == steps.positions.tolist() == [50, 51, 52, 53]
     assert rig.x.position_at(rig.at(n + 2)) == 51 and len(rig.x.motor.offsets) == 1
+
+
+@pytest.mark.parametrize("cold", [False, True])
+def test_before_its_first_cycle_a_chipset_has_no_cycles_and_a_plot_says_so(cold: bool, tmp_path: Path) -> None:
+    bench = slewline.Bench()
+    axis = bench.add("mc1151a", cold=cold).axis(1)
+    assert len(axis.cycles()) == len(axis.cycles(0, "1 s")) == len(axis.steps()) == 0
+    with pytest.raises(slewline.UsageError, match="nothing to draw from 0 ps to 0 ps"):
+        bench.plot(tmp_path / "empty.svg")
+    bench.run("5 ms")
+    assert axis.cycles().numbers.tolist() == ([] if cold else list(range(16)))
+    bench.plot(tmp_path / "rest.svg")
+    assert (tmp_path / "rest.svg").stat().st_size

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from itertools import pairwise
 from random import Random
 
 import numpy as np
@@ -10,7 +11,8 @@ import pytest
 from promises import bounds, check_promise
 
 from slewline.core.axis import Axis
-from slewline.core.cycles import BLOCK, CYCLE, EXACT, ONE, STRETCH, CycleTrain, Linear, SCurve, SquareView
+from slewline.core.curves import PLACES, Piece, SCurve
+from slewline.core.cycles import BLOCK, CYCLE, ONE, STRETCH, CycleTrain, Linear, SquareView
 from slewline.core.kernel import Kernel
 from slewline.core.timebase import Clock
 from slewline.core.train import OPEN, Playing, StepTrain
@@ -26,26 +28,40 @@ def linear(speed: int, change: int, cycles: int) -> list[int]:
     return [speed + i * change for i in range(cycles)]
 
 
-def shape(lengths: tuple[int, ...]) -> list[int]:
-    """Positions of an S-curve of jerk 1 after 0, 1, 2 ... cycles, by doing what its definition says."""
-    out, position, speed, acceleration = [0], 0, 0, 0
-    for length, jerk in zip(lengths, (1, 0, -1, 0, -1, 0, 1), strict=True):
-        for _ in range(length):
-            acceleration += jerk
-            speed += acceleration
-            position += speed
-            out.append(position)
-    return out
+def pieces(random: Random, most: int, top: int) -> list[Piece]:
+    """Pieces of a random curve of up to so many cycles each, ended by rest; its displacements are at most `top` steps.
+
+    The numbers have all their binary places.  Velocities are not continuous where a piece ends: nobody asks for that.
+    """
+    found, cycle, position = [], 0, random.randrange(ONE << PLACES)
+    for phase in sorted(random.sample(range(1, 8), random.randrange(1, 8))):
+        cycles = random.randrange(1, most + 1)
+        a, b, c = (random.randrange((top * ONE << PLACES) // 4) for _ in range(3))
+        change, jerk = random.choice([(b // cycles, 0), (0, 0), (b // cycles, 2 * c // cycles**2)])
+        speed = a
+        if random.randrange(2):  # the same backwards
+            speed, change = a + cycles * change + cycles**2 // 2 * jerk, -change - cycles * jerk
+        found.append(Piece(cycle, phase, position, speed, change, jerk))
+        cycle, position = cycle + cycles, found[-1].covered(cycle + cycles)
+    return [*found, Piece(cycle, 7, position, 0, 0, 0)]
 
 
-def full(n1: int, n2: int, n4: int) -> tuple[int, tuple[int, ...]]:
-    """What the shape ends at, and the lengths of its phases."""
-    return n1 * (n1 + n2) * (2 * n1 + n2 + n4), (n1, n2, n1, n4, n1, n2, n1)
+def walked(curve: list[Piece]) -> tuple[list[int], list[int], list[int]]:
+    """Positions, displacements and phases of a curve by adding up cycle by cycle, with all their places."""
+    positions, displacements, phases = [], [], []
+    for piece, following in pairwise(curve):
+        position, speed, change = piece.position, piece.speed, piece.change
+        for _ in range(piece.cycle, following.cycle):
+            positions.append(position)
+            displacements.append(speed)
+            phases.append(piece.phase)
+            position, speed, change = position + speed, speed + change, change + piece.jerk
+    return [*positions, curve[-1].position], displacements, phases
 
 
-def curved(distance: int, whole: int, lengths: tuple[int, ...], first: int, cycles: int) -> list[int]:
-    """Displacements of an S-curve."""
-    at = [distance * c // whole for c in shape(lengths)[first : first + cycles + 1]]
+def curved(curve: list[Piece], first: int, cycles: int) -> list[int]:
+    """Displacements of a curve, between positions that are rounded down."""
+    at = [position >> PLACES for position in walked(curve)[0]][first : first + cycles + 1]
     return np.diff(np.array(at, object)).tolist()
 
 
@@ -79,11 +95,10 @@ def short_trains(cycle: int, clock: Clock = MHZ25, number: int = 30):
         lead = random.choice([0, 1, -1, ONE // 2, 40_000, ONE - 1, 1 - ONE, random.randrange(1 - ONE, ONE)])
         cycles = random.randrange(0, 9)
         if n % 3 == 2:
-            whole, lengths = full(random.randrange(1, 3), random.randrange(3), random.randrange(3))
-            first = random.randrange(sum(lengths))
-            cycles = random.randrange(sum(lengths) - first + 1)
-            distance = random.choice([random.randrange(10 * ONE), 7 * ONE, whole * 99, whole * 9999 + 1])
-            law, displaced = SCurve(distance, whole, lengths, first), curved(distance, whole, lengths, first, cycles)
+            curve = pieces(random, 2, random.randrange(1, 3))
+            first = random.randrange(curve[-1].cycle)
+            cycles = random.randrange(min(curve[-1].cycle - first, 8) + 1)
+            law, displaced = SCurve(curve, first), curved(curve, first, cycles)
         else:
             speed = random.choice([0, 1, ONE, 3 * ONE - 1, random.randrange(5 * ONE)])
             change = 0 if n % 3 else random.choice([ONE // 3, 1, -1, -(speed // 8), -ONE])
@@ -150,11 +165,10 @@ def long_trains():
         (1, 333, 2 * STRETCH),
     ):
         yield Linear(speed, change), linear(speed, change, cycles), random.randrange(1 - ONE, ONE)
-    for n1, n2, n4, distance in ((50, 0, 0, 40_000 * ONE), (40, 30, 99, 77_777_777_777), (800, 1, 7, 3 * ONE + 1)):
-        whole, lengths = full(n1, n2, n4)
-        first, cycles = 7, sum(lengths) - 7
-        displaced = curved(distance, whole, lengths, first, cycles)
-        yield SCurve(distance, whole, lengths, first), displaced, random.randrange(1 - ONE, ONE)
+    for most, top in ((50, 400), (200, 9), (2000, 1)):
+        curve = pieces(random, most, top)
+        cycles = curve[-1].cycle - 1
+        yield SCurve(curve, 1), curved(curve, 1, cycles), random.randrange(1 - ONE, ONE)
 
 
 def test_long_trains_are_expanded_exactly():
@@ -209,7 +223,7 @@ def test_rounding_up_is_exact_at_every_speed(speed):
 
 
 def test_what_stands_still_takes_no_steps():
-    for law in (Linear(0), SCurve(0, *full(3, 2, 1))):
+    for law in (Linear(0), SCurve([Piece(0, 1, ONE << PLACES, 0, 0, 0), Piece(9, 7, ONE << PLACES, 0, 0, 0)])):
         train = CycleTrain(MHZ25, 5, law, 9, ONE - 1)
         assert (train.steps, train.begin(0), train.begun(10**15)) == (0, 5 + 9 * CYCLE, 0)
         assert train.begins().tolist() == []
@@ -225,51 +239,41 @@ def test_begins_go_into_a_buffer():
 
 
 # ------------------------------------------------------------------------------------------------------------- S-curves
-def test_an_s_curve_follows_its_definition():
+def test_an_s_curve_adds_up_what_its_pieces_say():
     random = Random(8)
     for _ in range(100):
-        numbers = random.randrange(1, 30), random.randrange(30), random.randrange(30)
-        whole, lengths = full(*numbers)
-        assert shape(lengths)[-1] == whole
-        if random.randrange(2):  # a stop shortens some phases
-            lengths = full(*(random.randrange(number + 1) for number in numbers))[1]
-        cycles = sum(lengths)
+        curve = pieces(random, random.choice([1, 3, 30]), random.choice([1, 511]))
+        cycles = curve[-1].cycle
         first = random.randrange(cycles + 1)
-        distance = random.choice([random.randrange(1 << 47), whole * 5, whole * 5 + 1, whole * 5 - 1, 3])
-        law = SCurve(distance, whole, lengths, first)
-        positions = [distance * c // whole for c in shape(lengths)[first:]]
-        expected = [position - positions[0] for position in positions]
-        assert [law.travel(i) for i in range(len(expected))] == expected
-        asked = np.array(random.sample(range(len(expected)), len(expected)))
-        assert law.travels(asked).tolist() == [expected[i] for i in asked]
+        law = SCurve(curve, first)
+        positions, displacements, phases = (numbers[first:] for numbers in walked(curve))
+        travels = [(position >> PLACES) - (positions[0] >> PLACES) for position in positions]
+        velocities = [displacement >> PLACES for displacement in displacements]
+        assert [law.travel(i) for i in range(cycles - first + 1)] == travels
+        assert [law.velocity(i) for i in range(cycles - first)] == velocities
+        assert [law.phase(i) for i in range(cycles - first)] == phases
+        asked = random.sample(range(cycles - first), cycles - first)
+        assert law.travels(np.array([*asked, cycles - first])).tolist() == [travels[i] for i in asked] + [travels[-1]]
+        assert law.velocities(np.array(asked, int)).tolist() == [velocities[i] for i in asked]
+        assert law.phases(np.array(asked, int)).tolist() == [phases[i] for i in asked]
 
 
-@pytest.mark.parametrize(
-    ("n1", "n2", "n4"),
-    [
-        (1, 0, 0),
-        (1_040_000, 100, 0),  # 2^61.0, but still below
-        (1_048_576, 0, 0),  # 2^61
-        (1_300_000, 0, 5_000_000),
-        (65_536, 3_000_000, 1_000_000),
-        (1_000, 2_000, 4_000_000),
-    ],
-)
-def test_long_s_curves_are_exact_where_products_overflow(n1, n2, n4):
-    random = Random(n1)
-    whole, lengths = full(n1, n2, n4)
-    cycles = sum(lengths)
-    for distance in (1 << 47, (1 << 47) - 1, random.randrange(1 << 47), whole, whole * 3 + 1, 1):
-        if distance > 1 << 47:
-            continue
-        law = SCurve(distance, whole, lengths)
-        asked = [0, 1, cycles // 2, cycles - 1, cycles, *(random.randrange(cycles) for _ in range(2000))]
-        assert law.travels(np.array(asked)).tolist() == [law.travel(i) for i in asked]
-        assert law.travel(cycles) == distance
-        i = random.randrange(1, cycles)
-        train = CycleTrain(MHZ25, 0, law, cycles)
-        assert train.begun_by(i * CYCLE) == law.travel(i) // ONE
-    assert (whole < EXACT) is (n1 not in (1_048_576, 1_300_000))
+@pytest.mark.parametrize("most", [1 << 10, 1 << 16, (1 << 21) - 1])
+def test_long_s_curves_are_exact_where_products_overflow(most):
+    """The longest ones: phases of 2^21 cycles, positions of 2^47, displacements of 2^25 in 1/65536 step."""
+    random = Random(most)
+    for _ in range(10):
+        curve = pieces(random, most, min(511, (1 << 28) // most))
+        curve.insert(-1, Piece(curve[-1].cycle, 4, curve[-1].position, 3 << PLACES, 0, 0))
+        end = curve[-2].cycle + (1 << 44)  # it coasts for long
+        curve[-1] = Piece(end, 7, curve[-2].covered(end), 0, 0, 0)
+        law = SCurve(curve)
+        asked = [0, 1, end - 1, *(piece.cycle + d for piece in curve[1:-1] for d in (-1, 0, 1))]
+        asked += [random.randrange(curve[-2].cycle) for _ in range(500)] + [random.randrange(end) for _ in range(9)]
+        assert law.travels(np.array([*asked, end])).tolist() == [law.travel(i) for i in [*asked, end]]
+        assert law.velocities(np.array(asked)).tolist() == [law.velocity(i) for i in asked]
+        i = random.randrange(1, end)
+        assert CycleTrain(MHZ25, 0, law, end).begun_by(i * CYCLE) == law.travel(i) // ONE
 
 
 # ---------------------------------------------------------------------------------------------------------------- PULSE

@@ -17,7 +17,8 @@ def problems(text):
 
 
 def found(text):
-    return [(problem.line, problem.code) for problem in problems(text)]
+    """What is told of a text, but that a motion without end is never stopped: that has a test of its own."""
+    return [(problem.line, problem.code) for problem in problems(text) if problem.code != "no-abort"]
 
 
 @pytest.mark.parametrize(
@@ -31,6 +32,7 @@ def found(text):
         (SET + "N 8333\nH\nG", [(7, "halt-too-short")]),
         (SET + "N 8334\nH\nG", []),
         (SET + "A 100\nP 8178\nP 100\nP 101", [(8, "rate-unreached")]),
+        (SET + "A 100\nP 100\nN 5\nP 100", []),  # no step, no ramp
         (SET + "P 101", []),  # nobody knows from where
         (SET + "A 0\nN 9000\nG\nP 9", []),  # nor here
         (SET + "N 9000\nG\nH", [(7, "halt-unused")]),
@@ -75,10 +77,10 @@ def test_motions(text, codes):
         (SET + "E\nG\n0\nQ\nN 100", [(6, "rate-unreached")]),
         ("E\nG\n0\nQ\n" + SET + "N 100\nJ 0", [(2, "rate-unreached")]),
         ("E\nN 9000\nG\n0\nQ\n" + SET + "N 100\nJ 3", [(3, "rate-unreached")]),
-        (SET + "E\nN 9000\nG\nN 100\n0\nQ\nX\nG", [(12, "rate-unreached")]),
+        (SET + "E\nN 9000\nG\nN 100\n0\nQ\nX\n@until run=1\nG", [(13, "rate-unreached")]),
         (SET + "N 100\nE\nT A\nN 9000\nA$G\n0\nQ\nX", [(9, "rate-unreached")]),
         (SET + "N 9000\nE\nH\nT A\nG\nA$0\nQ\nX", []),
-        (SET + "N 9000\nE\nH\n0\nQ\nX\nG", []),
+        (SET + "N 9000\nE\nH\n0\nQ\nX\n@until run=1\nG", []),
         (SET + "N 9000\nE\nH\n0\nQ\nX", [(7, "halt-unused")]),
         (SET + "N 100\nA 0\nE\nG\nX\nQ\nX", [(8, "rate-unreached")]),
         (SET + "N 100\nE\nG\n0\nQ\nE\nN 9000\nG\n0\nQ\nX", [(7, "rate-unreached")]),
@@ -122,6 +124,40 @@ def test_rates_on_the_fly_of_a_program():
     assert found(HALT.replace("H\nG\n", "E\nH\nG\n0\nQX\n") + "@rate 60\n@drive abort=0") == [(12, "crash-stop")]
 
 
+@pytest.mark.parametrize(
+    ("behind", "told"),
+    [
+        ("", True),
+        ("@wait 1 s\n@rate 0", True),  # not at an end: another rate may come
+        ("@drive abort=1", True),
+        ("@drive abort=0@1 s", False),
+        ("@pulse abort=0 20 us", False),
+        ("@reset", False),
+        ("@drive reset=0", False),
+        ("@power off", False),
+        ("@tell switch close", False),
+    ],
+)
+def test_a_motion_without_end_that_nothing_stops_is_told_once(behind, told):
+    text = HALT.removesuffix("H\nG\n") + "H\nG\nH\nG\n" + behind
+    lines = [(problem.line, problem.severity) for problem in problems(text) if problem.code == "no-abort"]
+    assert lines == ([(7, "note")] if told else [])
+
+
+def test_a_halt_that_has_no_effect_needs_no_abort():
+    assert [problem.code for problem in problems(SET + "N 8333\nH\nG")] == ["halt-too-short"]
+    assert [problem.code for problem in problems(SET + "H\nP 5")] == []  # nobody knows how far it is
+
+
+def test_a_rate_that_is_not_reached_is_told_once_with_the_lines_of_all_such_moves():
+    (problem,) = problems(SET + "A 0\nP 100\nE\nN 10\nA$G\nN 20\nT A\n0\nQX\n@until run=1\nP 300")
+    assert (problem.line, problem.code) == (6, "rate-unreached")
+    assert "the move has 100" in problem.found
+    assert problem.remedy.endswith(" steps/s; it is not reached in line 9 either")
+    (problem,) = problems(SET + "N 10\nG\nG\nG")
+    assert problem.remedy.endswith(" steps/s; it is not reached in lines 7, 8 either")
+
+
 def test_the_ramp_is_told():
     (problem,) = problems(SET + "N 8218\nG")
     assert problem.found == "nothing is slewed: two ramps of 4039 steps leave 140, all made at F 3 in 467 ms"
@@ -160,10 +196,10 @@ def full_ramp(first, rate, slope, divisor):
     return move(10**9, first, rate, slope, divisor).legs[0].count
 
 
-@pytest.mark.parametrize(("size", "codes"), [(48, []), (49, [(49, "not-verifiable")]), (60, [(49, "not-verifiable")])])
+@pytest.mark.parametrize(("size", "codes"), [(48, []), (49, [(50, "not-verifiable")]), (60, [(50, "not-verifiable")])])
 def test_read_out_of_long_programs(size, codes):
-    assert found("B\n" * (size - 1) + "0") == codes
+    assert found("E\n" + "B\n" * (size - 1) + "0\nQ") == codes
 
 
 def test_overflow_is_enough_said():
-    assert found("B\n" * 60 + "0") == [(61, "overflow")]
+    assert found("E\n" + "B\n" * 60 + "0\nQ") == [(62, "overflow")]

@@ -77,6 +77,8 @@ ASCII_STREAMS = [  # stream, commands, notes
     (b"\rB\r", ["B"], ["empty-line"]),
     (b"\nB\rC\r", ["C"], ["line-feed"]),
     (b"B\r\nC\r\nG\r", ["B"], ["line-feed", "line-feed"]),
+    (b"A 0\nF 5\n\rB\r", ["B"], ["line-end", "bad-number"]),
+    (b"K 5\nB\n\rB\r", ["B"], ["unknown-command", "line-end"]),
     (b"K 5\rB\r", ["B"], ["unknown-command"]),
     (b"M\rY\r1\r$\r^\r", [], ["unknown-command"] * 5),
     (b"b\rr 5\rB\r", ["B"], ["unknown-command"] * 2),

@@ -184,3 +184,11 @@ def test_a_message_has_place_limits_source_and_picture():
         "      T1001 ; too fast",
         "       ^^^^",
     ]
+
+
+@pytest.mark.parametrize("line", ["S10\u2193", "+250\u2193", "\u2193", "A1 \u2193"])
+def test_the_return_sign_of_the_data_sheet_is_to_be_left_out(line):
+    with pytest.raises(ProgramError) as caught:
+        assemble(f"Po\n{line}\nPx", C200S)
+    (problem,) = caught.value.problems
+    assert problem.remedy == "the data sheet prints \u2193 for the return key: leave it out"

@@ -67,3 +67,14 @@ def test_a_command_that_is_none_is_refused_with_what_is_meant():
         describe(SHEETS["mc1151a"], "SET_VELO")
     with pytest.raises(UnknownName, match="SET_3 is no command of the MC1251A; a part with more axes"):
         describe(SHEETS["mc1251a"], "SET_3")
+
+
+@pytest.mark.parametrize("code", ["4e", "4E", "0x4e", "$4E"])
+def test_a_command_is_found_by_its_code(code):
+    assert describe(sheet_of("mc1451a"), code).startswith("# SMOOTH_STOP: ")
+
+
+@pytest.mark.parametrize("code", ["ff", "4", "04e", "4g"])
+def test_a_code_without_a_command_is_unknown(code):
+    with pytest.raises(UnknownName, match=f"{code} is no command of the MC1451A"):
+        describe(sheet_of("mc1451a"), code)

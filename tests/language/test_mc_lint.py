@@ -37,6 +37,18 @@ MTR_ON
 TOGETHER = "SET_1\nSET_POS 5\nSET_2\nSET_POS 6\nMULTI_UPDATE 3\n"
 
 
+@pytest.mark.parametrize(
+    ("text", "codes"),
+    [
+        ("expect 5", [(1, "nothing-returned")]),
+        ("SET_POS 5\n@expect 5\nRESET", [(2, "nothing-returned")]),
+        ("GET_POS\nexpect 0\nexpect 0", []),
+    ],
+)
+def test_an_expectation_needs_a_command_above_that_returns_something(text, codes):
+    assert found(text) == codes
+
+
 @pytest.mark.parametrize("text", [START, HOMING, TOGETHER, f"SET_PRFL_TRAP\n{START}", "RESET\n" + START])
 def test_scripts_in_order_pass(text):
     assert found(text) == []
@@ -114,7 +126,19 @@ def test_what_an_update_brings_and_the_mode_does_not_use(mode, line, used):
     ("text", "codes"),
     [
         ("RESET\nSET_VEL 5\nSET_POS 5\nUPDATE", [(3, "no-start")]),
-        ("SET_VEL 5\nSET_POS 5\nUPDATE", []),
+        ("SET_VEL 5\nSET_POS 5\nUPDATE", [(2, "no-start")]),
+        ("SET_POS 5\nSET_VEL 5\nMULTI_UPDATE 1", [(2, "no-start")]),
+        ("SET_VEL 5\nSET_ACC 0\nSET_POS 5\nUPDATE", [(3, "no-start")]),
+        ("SET_VEL 5\nSET_START_VEL 1\nSET_POS 5\nUPDATE", []),
+        ("SET_VEL 5\nSET_POS 5\nSET_2\nSET_ACC 5\nUPDATE", [(2, "no-update")]),  # of another axis
+        ("SET_VEL 5\nUPDATE", []),  # nobody says that it should move
+        ("SET_POS 5\nUPDATE", []),  # nor how fast
+        ("SET_I\nSET_VEL 5\nSET_POS 5\nUPDATE", []),  # nobody knows which axis
+        ("SET_PRFL_S_CRV\nSET_VEL 5\nSET_POS 5\nUPDATE", [(3, "no-start")]),
+        ("SET_PRFL_S_CRV\nSET_VEL 5\nSET_ACC 5\nSET_POS 5\nUPDATE", [(3, "unused-parameter"), (4, "no-start")]),
+        ("SET_PRFL_S_CRV\nSET_VEL 5\nSET_JERK 5\nSET_POS 5\nUPDATE", [(4, "no-start")]),
+        ("SET_PRFL_VEL\nSET_VEL 5\nSET_START_VEL 1\nUPDATE", [(2, "no-start")]),
+        ("SET_PRFL_VEL\nSET_VEL 5\nSET_ACC 5\nUPDATE", []),
         ("RESET\nSET_VEL 5\nSET_START_VEL 1\nSET_POS 5\nUPDATE", []),
         ("RESET\nSET_PRFL_S_CRV\nSET_VEL 5\nSET_MAX_ACC 5\nSET_POS 5\nUPDATE", [(5, "no-start")]),
         ("RESET\nSET_PRFL_S_CRV\nSET_VEL 5\nSET_MAX_ACC 5\nSET_JERK 5\nSET_POS 5\nUPDATE", []),
@@ -160,7 +184,7 @@ def test_nothing_is_told_twice():
 
 
 def test_words_that_direct_the_host_are_not_the_linter_s_business():
-    assert found("wait 20 ms\nWAIT motion_complete\nexpect 0301\n@wait 5 ms\n") == []
+    assert found("GET_STATUS\nwait 20 ms\nWAIT motion_complete\nexpect 0301\n@wait 5 ms\n") == []
 
 
 def test_a_mistake_is_shown_with_its_place_and_the_manual():

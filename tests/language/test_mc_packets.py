@@ -115,9 +115,9 @@ def test_the_mistake_says_what_is_allowed():
     ("line", "code", "at", "end", "allowed", "remedy"),
     [
         ("SET_POS", "missing-argument", 7, 8, "-1073741824..1073741823 (steps)", ""),
-        ("SET_POS 1 2", "extra-argument", 10, 11, "position", ""),
-        ("SET_POS 11 1", "extra-argument", 11, 12, "position", ""),
-        ("STOP  now", "extra-argument", 6, 9, "no argument", ""),
+        ("SET_POS 1 2", "extra-argument", 10, 11, "", ""),
+        ("SET_POS 11 1", "extra-argument", 11, 12, "", ""),
+        ("STOP  now", "extra-argument", 6, 9, "", ""),
         ("SET_VEL -1", "range", 8, 10, "0..1073741823 (2^-16 steps/cycle)", "the nearest is 0"),
         ("SET_MAX_ACC 0x8000", "range", 12, 18, "0..32767 (2^-16 steps/cycle^2)", "the nearest is 32767"),
         ("SET_POS 0x40000000", "range", 8, 18, "-1073741824..1073741823 (steps)", "the nearest is 1073741823"),
@@ -256,6 +256,71 @@ def test_what_a_register_value_means_in_seconds():
         assert rates.register(arg("SET_VEL"), rates.per_second(arg("SET_VEL"), value, PER_S), PER_S) == value
 
 
+@pytest.mark.parametrize(
+    ("line", "number"),
+    [
+        ("SET_VEL 12345 steps/s", 265107),
+        ("set_vel 12345.steps/s", 265107),
+        ("SET_START_VEL +.25 steps/cycle", 16384),
+        ("SET_ACC 67890 steps/s2", 478),
+        ("SET_ACC -67890 steps/s^2", -478),
+        ("SET_MAX_ACC 0.25 steps/cycle2  ", 16384),
+        ("SET_JERK 1e6 steps/s3", 151116),
+        ("SET_JERK .0075 steps/cycle^3", 0x1EB851F),
+        ("SET_VEL 1.52587890625e-5 steps/cycle", 1),
+        ("SET_VEL 7.62939453125e-6 steps/cycle", 1),  # a half goes upwards
+        ("SET_VEL 7.62939453124e-6 steps/cycle", 0),
+    ],
+)
+def test_a_rate_may_have_its_unit_behind_it(line, number):
+    found = packets.parse(SHEET, line)
+    assert found.values == (number,)
+    name, rate = line.split(maxsplit=1)
+    assert packets.numbers(SHEET, SHEET.commands[name.upper()], [rate]) == (number,)
+
+
+def test_a_rate_in_seconds_goes_by_the_crystal_and_one_in_cycles_does_not():
+    for text, numbers in (("12345 steps/s", (265107, 530214)), ("4 steps/cycle", (262144, 262144))):
+        found = [packets.command(SHEET, f"SET_VEL {text}", crystal).values[0] for crystal in (None, 12_500_000)]
+        assert tuple(found) == numbers
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "found", "remedy"),
+    [
+        ("SET_VEL 5 steps/s2", "range", "SET_VEL velocity 5 steps/s2: allowed steps/s or steps/cycle", ""),
+        ("SET_ACC 5 steps/s", "range", "SET_ACC acceleration 5 steps/s: allowed steps/s2 or steps/cycle2", ""),
+        (
+            *("SET_VEL 1e9 steps/s", "range", "SET_VEL velocity 1e9 steps/s: 327680 steps/cycle; allowed 0..16384"),
+            "",
+        ),
+        (
+            *("SET_VEL 5 step/s", "bad-number", "SET_VEL velocity 5 step/s"),
+            "write a decimal number with steps/s or steps/cycle behind it",
+        ),
+        ("SET_POS 5 steps/s", "extra-argument", "SET_POS with steps/s", ""),
+    ],
+)
+def test_a_rate_with_the_wrong_unit_is_refused(line, code, found, remedy):
+    refusal = packets.parse(SHEET, line)
+    assert (refusal.code, refusal.found, refusal.remedy) == (code, found, remedy)
+
+
+@pytest.mark.parametrize(
+    ("command", "value", "says"),
+    [
+        ("SET_VEL", 1.5, "velocity 1.5: allowed 0..1073741823 (command reference); 1.5 steps/cycle is 98304"),
+        ("SET_ACC", 0.3, "0.3 steps/cycle^2 is 19660.8, no whole number; the nearest is 19661"),
+        ("SET_VEL", float("nan"), "velocity nan: allowed 0..1073741823 (command reference)"),
+        ("SET_POS", 1.5, "position 1.5: allowed -1073741824..1073741823 (command reference)"),
+    ],
+)
+def test_a_fraction_is_refused_with_the_number_that_would_be_right(command, value, says):
+    with pytest.raises(UsageError) as error:
+        packets.words(SHEET.commands[command], (value,))
+    assert str(error.value).endswith(says)
+
+
 def test_a_rate_that_no_register_holds():
     with pytest.raises(UsageError, match=r"velocity 60000000: 19660.8 steps/cycle; allowed 0..16384"):
         rates.register(arg("SET_VEL"), 60_000_000, PER_S)
@@ -330,7 +395,7 @@ def test_a_script_with_mistakes_is_refused_whole():
     assert str(error.value).split("\n\n") == [
         "a.txt, line 2, column 3: set_accel is no command of the MC1451A-E (MC1451A-E manual, command reference)\n"
         "      set_accel 7\n      ^^^^^^^^^\n    write SET_ACC",
-        "a.txt, line 4, column 8: UPDATE with now: allowed no argument (MC1451A-E manual, command reference)\n"
+        "a.txt, line 4, column 8: now behind UPDATE, which takes no argument (MC1451A-E manual, command reference)\n"
         "    UPDATE now\n           ^^^",
     ]
 

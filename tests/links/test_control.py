@@ -141,6 +141,24 @@ def test_faults_by_chance_go_on_until_they_are_cleared(stand):
     assert {host.ask(b"F\r") for _ in range(20)} == {b"R\r"}
 
 
+def test_what_is_garbled_is_never_the_bit_to_which_a_checksum_is_blind(stand):
+    running, _, ask = stand
+    ask("fault", line="x", to="chip", kind="garbled", count=400, seed=4)
+    ask("fault", line="x", to="host", kind="garbled", count=400, seed=4)
+    line = running.server.lines["x"]
+    for noise in (line.to_chip, line.to_host):
+        assert {byte ^ noise.hit(byte)[0] for byte in range(128) for _ in range(3)} == {1, 2, 4, 8, 32, 64}
+
+
+def test_the_eeprom_fails_until_it_is_cleared(stand):
+    _, host, ask = stand
+    assert set(ask("fault", chip="x", kind="eeprom")) == {"time_ps"}
+    assert [host.ask(line) for line in (b"M\r", b"X\r")] == [b"E6\r", b"E6\r"]
+    ask("clear", chip="x")
+    assert host.ask(b"X\r") == b"E6\r"
+    assert [host.ask(line) for line in (b"M\r", b"X\r")] == [b"Y\r", b"Y\r"]
+
+
 def test_the_status_says_what_has_passed(stand):
     _, host, ask = stand
     host.ask(b"F\r")
@@ -178,6 +196,12 @@ def test_the_status_says_what_has_passed(stand):
         ('{"do": "fault", "line": "x", "to": "me", "kind": "lost"}', "allowed chip, host"),
         ('{"do": "fault", "line": "x", "to": "chip", "kind": "loud"}', "allowed lost, garbled"),
         ('{"do": "fault", "line": "x", "to": "chip", "kind": "lost", "count": 0}', "allowed 1 and more"),
+        ('{"do": "fault", "line": "x", "kind": "lost"}', "needs line, to and kind, or chip and the kind eeprom"),
+        ('{"do": "fault", "line": "x", "to": "chip", "kind": "eeprom"}', "allowed lost, garbled"),
+        ('{"do": "fault", "chip": "x", "kind": "lost"}', "a chip has the kind eeprom alone"),
+        ('{"do": "fault", "chip": "x", "kind": "eeprom", "count": 2}', "a chip has the kind eeprom alone"),
+        ('{"do": "fault", "chip": "y", "kind": "eeprom"}', "no chip 'y'; there are: x"),
+        ('{"do": "clear"}', "clear: needs line or chip"),
         ('{"do": "fault", "line": "x", "to": "chip", "kind": "lost", "seed": {}}', "seed"),
         ('{"do": "power", "chip": "y", "on": true}', "no chip 'y'; there are: x"),
         ('{"do": "power", "chip": "x", "on": 1}', "allowed true, false"),

@@ -79,6 +79,15 @@ def test_groups_are_read_back(framed):
         assert framed.ask(b"?%d\n" % group) == f"?{group} {host.verify(group).hex(' ').upper()}\r\n".encode()
 
 
+def test_groups_are_read_back_from_a_running_program(framed):
+    framed.send(b"A 0\nR 20\nF 20\nS 255\nZ 1\nN 50\nE\nG\nD 20\nJ 0\nQX\n")
+    for group in (0, 3):
+        answer = framed.ask(b"?%d\n" % group)
+        expected = b"%05d" % framed.x.position if group == 0 else bytes.fromhex("00 32 FF 14 14 01")
+        assert answer == f"?{group} {expected.hex(' ').upper()}\r\n".encode()
+    assert framed.x.pin("run").level == 0 and framed.x.position % 50 == 0 and not framed.bench.findings
+
+
 def test_answers_come_in_the_order_of_the_questions(framed):
     assert framed.ask(b"N 5\n?3\nN 6\n?3\n?0\n").count(b"?3 ") == 2
     lines = framed.got.decode().split("\r\n")

@@ -222,6 +222,13 @@ def test_a_move_is_waited_for(stand):
         assert host.wait("motion_complete", every=0) & 0x3401 == 0x2001
         assert host.wait("!in_motion") & 0x0400 == 0
         assert host.query("GET_TRGT_POS") == 1000
+        for update in ("UPDATE", "MULTI_UPDATE"):
+            host.command("SET_POS", 0 if update == "UPDATE" else 1000)
+            host.command(update, *([4] if update == "MULTI_UPDATE" else []))
+            assert host.wait("!in_motion", every=0) & 0x0400 == 0  # not before the cycle that works the update
+            assert host.query("GET_TRGT_POS") == (0 if update == "UPDATE" else 1000)
+        host.command("SET_VEL", "12345 steps/s")
+        assert host.query("GET_VEL") == 265107
     assert running.do(lambda: running.bench["x"].axis(3).position) == 1000
 
 

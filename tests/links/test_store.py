@@ -12,7 +12,11 @@ from pathlib import Path
 
 import pytest
 
+import slewline
 from slewline.errors import StoreError
+from slewline.links.pace import Lockstep
+from slewline.links.server import Server
+from slewline.links.status import status
 from slewline.links.store import FileStore
 
 OLD, NEW = b"S10 T100 R50 +5", b"S10 T100 R50 G500000" * 4
@@ -200,6 +204,82 @@ def test_a_disk_that_keeps_something_else_is_found_out_while_the_old_content_is_
 
     refused, now, later, _ = written(garbling)
     assert (refused, now, later) == (True, OLD, {OLD})
+
+
+# ----------------------------------------------------------------------------------------- a module on such a memory
+def module(disk):
+    """A server of a module whose memory is on the disk, and what asks it."""
+    bench = slewline.Bench(stores=lambda name: FileStore(PATH, disk))
+    x = bench.add("gs-c200s", "x", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0}, eeprom_time=0)
+    told = []
+    server = Server(bench, Lockstep(bench), tell=told.append)
+    line = server.line(x)
+    bench.run("10 ms")
+    answers = bytearray()
+    line.attach("host", lambda data: answers.extend(data) or 0, lambda: None)
+
+    def ask(*commands):
+        answers.clear()
+        for command in commands:
+            line.take(command.encode() + b"\r")
+            bench.run("100 ms")
+        return answers.decode().split("\r")[:-1]
+
+    return server, ask, told
+
+
+SAVED = ("Po", "A1", "Px", "M")
+
+
+def operations():
+    disk = Disk({})
+    server, ask, _ = module(disk)
+    assert ask(*SAVED) == ["Y"] * 4
+    server.close()
+    return len(disk.calls)
+
+
+@pytest.mark.parametrize("number", range(1, operations() + 1))
+def test_a_save_that_fails_at_any_operation_loses_nothing_and_the_reason_is_told(number):
+    disk = Disk({})
+    server, ask, told = module(disk)
+    assert ask(*SAVED) == ["Y"] * 4
+    assert ask("Po", "A2", "Px") == ["Y"] * 3
+    begin = len(disk.calls)
+
+    def trouble(count, call):
+        if count - begin == number:
+            raise OSError(errno.EIO, "input/output error")
+
+    disk.trouble = trouble
+    (answer,) = ask("M")
+    disk.trouble = lambda count, call: None
+    assert ask("Q") == ["A2", "END"]
+    if answer == "Y":  # a file that could not be closed, or a neighbour that could not be removed
+        assert ask("X", "Q") == ["Y", "A2", "END"] and told == []
+    else:
+        assert answer == "E6" and ask("X", "Q") == ["E6", "A2", "END"]
+        text = told[0]
+        assert told[1:] == [f"x: E6: the EEPROM was not written: {text}"]
+        assert "the memory: input/output error" in text and status(server)["troubles"] == [text]
+        assert FileStore(PATH, disk).read() in (b"A\1", b"A\2")
+        assert ask("M", "X", "Q") == ["Y", "Y", "A2", "END"]
+    server.close()
+
+
+def test_the_same_trouble_is_told_once():
+    disk = Disk({})
+    server, ask, told = module(disk)
+
+    def full(count, call):
+        if call == "write":
+            raise OSError(errno.ENOSPC, "no space left")
+
+    disk.trouble = full
+    assert ask("M", "M", "X") == ["E6"] * 3
+    why = f"{PATH}: cannot write the memory: no space left; give a file in a writable directory"
+    assert told == [why, f"x: E6: the EEPROM was not written: {why}"]
+    server.close()
 
 
 # ---------------------------------------------------------------------------------------------------------- real files

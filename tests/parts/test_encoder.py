@@ -8,7 +8,8 @@ from random import Random
 import pytest
 
 import slewline
-from slewline.core.cycles import CycleTrain, Linear, SCurve, SquareView
+from slewline.core.curves import PLACES, Piece, SCurve
+from slewline.core.cycles import CycleTrain, Linear, SquareView
 from slewline.core.kernel import Kernel
 from slewline.core.net import Driver, Net, Wave
 from slewline.core.reading import Reading
@@ -355,10 +356,11 @@ class Story:
         self.cycle_train(now, pulse, law, random.randrange(1, 6), random)
 
     def curve(self, now, pulse, direction, random):
-        n1, n2, n4 = 1, random.randrange(2), random.randrange(2)
-        whole = n1 * (n1 + n2) * (2 * n1 + n2 + n4)
-        law = SCurve(random.randrange(1, 200 << 16), whole, (n1, n2, n1, n4, n1, n2, n1))
-        self.cycle_train(now, pulse, law, 4 * n1 + 2 * n2 + n4, random)
+        end, speed = random.randrange(1, 8), random.randrange(1, 40 << 16) << PLACES
+        curve = [Piece(0, 1, 0, 0, speed // end, speed // end**2), Piece(end, 3, 0, 3 * speed, -speed // 9, 0)]
+        curve[1] = curve[1]._replace(position=curve[0].covered(end))
+        law = SCurve([*curve, Piece(end + 9, 7, curve[1].covered(end + 9), 0, 0, 0)])
+        self.cycle_train(now, pulse, law, end + 9, random)
 
     def cycle_train(self, now, pulse, law, cycles, random):
         train = CycleTrain(CLOCK, CLOCK.ticks_from(now), law, cycles, random.randrange(-65535, 65536))

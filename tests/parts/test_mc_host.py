@@ -361,6 +361,24 @@ def test_wait_asks_for_the_status_word_until_the_bit_is_there(desk):
     assert len(desk.host.received) - asked == 2
 
 
+@pytest.mark.parametrize("update", ["UPDATE", "MULTI_UPDATE 1"])
+@pytest.mark.parametrize("phase", range(0, 328, 41))
+def test_behind_an_update_not_in_motion_waits_for_the_cycle_that_works_it(desk, update, phase):
+    desk.bench.run(f"{phase} us")
+    desk.host.send(MOVE.replace("UPDATE", update))
+    assert desk.host.wait("!in_motion", every=0) == 0x0301 and desk.x.position == 50
+
+
+def test_a_rate_may_be_text_and_goes_by_the_crystal_of_the_board(desk):
+    desk.host.command("SET_VEL", "12345 steps/s")
+    assert desk.host.query("GET_VEL") == 265107
+    bench = slewline.Bench()
+    host = bench.host(bench.add("mc1151a", crystal="12.5 MHz"))
+    host.axis(1).command("SET_VEL", "12345 steps/s")
+    host.send("SET_START_VEL 12345 steps/s")
+    assert host.query("GET_VEL") == host.query("GET_START_VEL") == 530214
+
+
 @pytest.mark.parametrize("every", [3 * MS, "250 us", 0])
 def test_wait_pauses_between_two_questions(desk, every):
     desk.host.send(MOVE)
@@ -429,6 +447,10 @@ def test_two_chipsets_share_a_data_bus():
         (lambda host: host.command("SET_PO", 1), UnknownName, "SET_PO is no command of the MC1451A; write SET_POS"),
         (lambda host: host.command("SET_POS"), slewline.UsageError, "SET_POS takes position, not 0 values"),
         (lambda host: host.command("SET_VEL", 1 << 30), slewline.UsageError, "allowed 0..1073741823"),
+        (lambda host: host.command("SET_VEL", 1.5), slewline.UsageError, "; 1.5 steps/cycle is 98304"),
+        (lambda host: host.command("SET_VEL", "fast"), slewline.UsageError, "a rate in steps/s or steps/cycle"),
+        (lambda host: host.command("SET_POS", "5 steps/s"), slewline.UsageError, "SET_POS '5 steps/s': expected a n"),
+        (lambda host: host.command("UPDATE", "5 steps/s"), slewline.UsageError, "UPDATE '5 steps/s'"),
         (lambda host: host.query("UPDATE"), slewline.UsageError, "host: UPDATE returns nothing"),
         (lambda host: host.axis(5), slewline.UsageError, "host: axis 5; x (mc1451a) has 1..4"),
         (lambda host: host.command("SET_POS", 1, axis=7), slewline.UsageError, "host: axis 7"),

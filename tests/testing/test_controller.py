@@ -308,6 +308,15 @@ def test_a_power_cut(moving):
     assert told(moving) == ["power cut: the supply is off (seed 0)", "power cut: over (seed 0)"]
 
 
+def test_an_eeprom_that_takes_no_program(moving):
+    moving.until_idle()
+    with moving.faults.eeprom_fault():
+        moving.assert_reply("M", "E6")
+    moving.assert_reply("X", "E6")
+    moving.assert_reply("M", "Y")
+    assert told(moving) == ["EEPROM fault: the EEPROM takes no program (seed 0)", "EEPROM fault: over (seed 0)"]
+
+
 def test_a_fault_that_is_over_before_it_begins_never_comes(gs_c200s):
     with gs_c200s.faults.power_cut(at="1 s"):
         gs_c200s.advance("10 ms")

@@ -11,8 +11,7 @@ import pytest
 import serial
 import serial.threaded
 
-import slewline
-import slewline.testing  # makes pySerial know the URL
+import slewline.testing  # noqa: F401  makes pySerial know the URL
 from slewline.errors import StoreError, Timeout, UsageError
 from slewline.language.lines import framed
 from slewline.testing import rig
@@ -110,11 +109,34 @@ def test_the_url_that_is_advised_is_one_that_opens(opened):
 
 
 def test_straps_and_options_of_the_query(opened):
-    port = opened("slewline://gs-c200s?chs=0&br0=1&eeprom_time=20 ms&sel0=1&early_y=false", baudrate=4800)
+    port = opened("slewline://gs-c200s?chs=0&br0=1&eeprom_time=2.4 s&sel0=1&early_y=false", baudrate=4800)
     port.write(b"M\r")
     assert port.read_until(b"\r") == b"Y\r"
-    # two characters, the turnround, the EEPROM, two characters
+    # two characters, the turnround, a byte into the EEPROM, two characters
     assert 20 * 10**9 < port.bench.now_ps < 32 * 10**9
+
+
+def test_a_port_that_is_closed_and_opened_again_finds_its_module(opened, tmp_path):
+    port = opened(f"slewline://gs-c200s?log={tmp_path}/log")
+    assert [ask(port, command) for command in (*PROGRAM, "E")] == [b"YY\r"] * 6
+    port.sleep(5)
+    chip, now = port.chip, port.bench.now_ps
+    port.close()
+    port.open()
+    assert port.chip is chip and port.bench.now_ps == now
+    assert [ask(port, command) for command in ("V1", "M", "E")] == [framed("V+200"), b"YY\r", b"YY\r"]
+    port.close()
+    assert "> V+200" in (tmp_path / "log").read_text()
+    port.port = "slewline://gs-c200s"  # another module
+    port.open()
+    assert port.chip is not chip and ask(port, "V1") == framed("V+0")
+
+
+def test_the_eeprom_can_fail_by_the_url(opened):
+    port = opened("slewline://gs-c200s?eeprom_fault=true")
+    assert [ask(port, command) for command in ("M", "X")] == [framed("E6")] * 2
+    port.chip.eeprom_fault = False
+    assert [ask(port, command) for command in ("M", "X")] == [b"YY\r"] * 2
 
 
 def test_the_eeprom_of_a_file_outlives_the_port(opened, tmp_path):
@@ -265,7 +287,7 @@ def test_a_loop_that_waits_for_in_waiting_ends(opened):
 
 
 def test_a_read_without_timeout_waits_as_long_as_something_is_coming(opened):
-    port = opened("slewline://gs-c200s?eeprom_time=30 s", timeout=None)
+    port = opened("slewline://gs-c200s?eeprom_time=3600 s", timeout=None)
     assert ask(port, "M") == b"YY\r"
     assert port.bench.now_ps > 30 * 10**12
 
@@ -453,6 +475,9 @@ def test_with_a_rate_a_time_counts_from_the_present_and_is_virtual(late, wait):
     ("url", "changes", "says"),
     [
         ("slewline://gs-c300", {}, "no chip 'gs-c300'; there are: cy525, gs-c200, gs-c200s"),
+        ("slewline://gs-c200s/extra?chs=0", {}, "'extra' belongs to nothing; expected slewline://gs-c200s"),
+        ("slewline://gs-c200s#x", {}, "'x' belongs to nothing; expected slewline://gs-c200s"),
+        ("slewline://", {}, "no chip ''; there are: cy525, gs-c200, gs-c200s"),
         ("slewline://cy525", {}, r"cy525: has no serial line; use bench\.host"),
         ("slewline://gs-c200s?sel9=0", {}, "no option 'sel9'; options: store, firmware"),
         ("slewline://gs-c200s?chs=2", {}, "strap chs=2; straps put an input to 0 or 1"),
@@ -468,8 +493,9 @@ def test_with_a_rate_a_time_counts_from_the_present_and_is_virtual(late, wait):
     ],
 )
 def test_what_cannot_be_opened_says_why(opened, url, changes, says):
-    with pytest.raises(slewline.SlewlineError, match=says):
+    with pytest.raises(UsageError, match=says) as refused:
         opened(url, **changes)
+    assert isinstance(refused.value, ValueError)  # which pySerial has for a wrong URL
 
 
 @pytest.mark.parametrize("changes", [{"xonxoff": True}, {"parity": "M"}, {"baudrate": 0}], ids=str)

@@ -11,7 +11,7 @@ import pytest
 
 import slewline
 
-COMMANDS = ("chips", "run", "asm", "dis", "lint", "describe", "serve", "demo")
+COMMANDS = ("chips", "run", "asm", "dis", "lint", "describe", "ramp", "serve", "demo")
 PYTHON = [sys.executable, "-W", "error", "-c"]
 
 
@@ -34,7 +34,16 @@ def test_help_loads_click_and_nothing_heavy():
     assert not loaded & {"numpy", "rich", "matplotlib", "msgspec", "slewline.bench", "slewline.core.kernel"}
 
 
-@pytest.mark.parametrize("arguments", [["run", "--help"], ["demo", "--help"], ["chips"], ["describe", "cy525", "G"]])
+LIGHT = [
+    ["run", "--help"],
+    ["demo", "--help"],
+    ["chips"],
+    ["describe", "cy525", "G"],
+    ["ramp", "cy525", "F=3", "R=9", "S=200"],
+]
+
+
+@pytest.mark.parametrize("arguments", LIGHT)
 def test_what_needs_no_arrays_loads_none(arguments):
     assert not loaded_by(arguments) & {"numpy", "rich", "matplotlib"}
 

@@ -98,7 +98,7 @@ def test_dis_refuses_more_than_the_memory_holds(call, write):
 
 
 def test_lint_takes_the_part_from_the_ending(call, write):
-    ran = call("lint", write("p.gs-c200s", "g+1", "j0"), write("q.gs-c200", "g+1", "j0"))
+    ran = call("lint", write("p.gs-c200s", "Po", "g+1", "j0", "Px"), write("q.gs-c200", "P", "g+1", "j0"))
     assert ran.status == 1
     assert "p.gs-c200s: 1 warning" in ran.out and "q.gs-c200: 2 errors" in ran.out
 

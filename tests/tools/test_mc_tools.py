@@ -8,6 +8,10 @@ from pathlib import Path
 
 import pytest
 
+import slewline
+from slewline.chips import checks_of, sheet_of
+from slewline.language.lint import lint
+
 EXAMPLES = Path(__file__).parents[2] / "examples" / "mc1451a"
 TWO_AXES = (
     "SET_POS 20",
@@ -159,10 +163,37 @@ def test_the_examples_do_what_they_say(call, name, positions):
     assert found["findings"] == []
 
 
-@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.mc*")), ids=lambda path: path.name)
-def test_the_examples_have_neither_errors_nor_warnings(call, path):
-    ran = call("lint", str(path), "--strict")
+@pytest.mark.parametrize(
+    "name", ["homing.mc1451a", "limit_recovery.mc1451a", "four_axes.mc1451a", "stall_recovery.toml"]
+)
+def test_the_examples_have_neither_errors_nor_warnings(call, name):
+    ran = call("lint", str(EXAMPLES / name), "--strict")
     assert (ran.status, ran.err) == (0, "")
+
+
+def test_a_script_for_a_bench_file_needs_its_bench_for_run_and_for_lint(call):
+    script = str(EXAMPLES / "stall_recovery.mc1451a")
+    told = "line 10, column 1: {}the bench has no part 'shaft'; there are: host"
+    ran, linted = call("run", script), call("lint", script)
+    assert (ran.status, linted.status) == (2, 1)
+    assert told.format("") in ran.err and told.format("error: ") in linted.out
+
+
+LIMITS = ("SET_START_VEL 9", "SET_ACC 9", "SET_MAX_ACC 9", "SET_JERK 99999")
+
+
+@pytest.mark.parametrize("mode", ["", "SET_PRFL_TRAP", "SET_PRFL_S_CRV", "SET_PRFL_VEL"])
+@pytest.mark.parametrize("count", range(1 << len(LIMITS)))
+def test_lint_warns_of_a_move_that_does_not_start_where_run_has_a_finding(mode, count):
+    given = [limit for bit, limit in enumerate(LIMITS) if count >> bit & 1]
+    lines = [mode, *given, "SET_VEL 65536", "SET_POS 5", "UPDATE"]
+    text = "\n".join(line for line in lines if line)
+    bench = slewline.Bench()
+    chip = bench.add("mc1451a")
+    bench.host(chip).send(text)
+    bench.run("10 ms")
+    found = {problem.code for problem in lint(text, sheet_of("mc1451a"), checks_of("mc1451a"))}
+    assert ("no-start" in found) == ("no-start" in {finding.code for finding in bench.findings})
 
 
 def test_every_example_is_run_here_but_those_in_c():

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from slewline.chips.cy525.sheet import SHEET
 
@@ -85,6 +88,24 @@ def test_asm_tells_what_is_odd_beside_the_bytes(call, write):
     assert "p.cy525, line 2: note: spacing" in ran.err
 
 
+@pytest.mark.parametrize("lines", [("T 5",), ("A$B", "J A", "0"), ("R 5", "G")])
+def test_asm_takes_a_file_without_e_for_commands_as_run_and_lint_do(call, write, lines):
+    program = write("p.cy525", *lines)
+    ran = call("asm", program, "-o", "out.hex")
+    assert (ran.status, ran.out, Path("out.hex").exists()) == (2, "", False)
+    assert "p.cy525: no program in it" in ran.err and "write E above the first of them, and Q below the last" in ran.err
+    write("p.cy525", "E", *lines, "Q")
+    assert call("asm", program, "-o", "out.hex").status == 0
+
+
+@pytest.mark.parametrize("form", ["binary", "bin", "ascii"])
+def test_bytes_are_kept_from_a_terminal(call, program, monkeypatch, form):
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    ran = call("asm", program, "--format", form)
+    assert (ran.status, ran.out) == (2, "")
+    assert ran.err == "slewline: these bytes are not for a terminal; give --output FILE, or lead them into a pipe\n"
+
+
 # ------------------------------------------------------------------------------------------------------------------ dis
 @pytest.mark.parametrize(("name", "form"), [("p.hex", "hex"), ("p.bin", "bin")])
 def test_dis_turns_either_form_back_into_the_program(call, program, name, form):
@@ -117,6 +138,48 @@ def test_dis_reads_what_a_binary_host_sends(call, program):
     assert (ran.out.splitlines(), ran.err) == (["E", "N 100", "G", "L 6,0", "0", "Q"], "")
     Path("bad.hex").write_text("79 00")
     assert "unknown-command: y is no command" in call("dis", "bad.hex", "--chip", "cy525", "--stream").err
+
+
+SINGLE = "45 00 52 0C 7F 4E 2C 01 2B 47 4E EE 02 2D 47 00 51"  # the example of s.5
+
+
+@pytest.mark.fact("EXAMPLE-BIN")
+def test_dis_reads_a_program_under_a_single_count_and_its_text_assembles_again(call, write):
+    ran = call("dis", write("p.hex", SINGLE), "--chip", "cy525", "--stream")
+    assert (ran.status, ran.err) == (0, "")
+    assert ran.out.split("\n") == ["E", "R 127", "N 300", "+", "G", "N 750", "-", "G", "0", "Q", ""]
+    Path("again.cy525").write_text(ran.out)
+    assert call("asm", "again.cy525", "--format", "hex").out == "52 7F 4E 2C 01 2B 47 4E EE 02 2D 47 00\n"
+
+
+def test_dis_reads_a_program_as_the_chip_keeps_it_whatever_the_counts_say(call, write):
+    stream = "52 01 05 45 00 4E 01 2C 52 02 01 47 51 45 00 51 58 00 00 00"  # N is short of a byte, which R then gives
+    ran = call("dis", write("p.hex", stream), "--chip", "cy525", "--stream")
+    assert ran.out.split() == ["R", "5", "E", "N", "21036", "???", "01", "G", "Q", "E", "Q", "X"]
+    assert "unknown-command" in ran.err  # 00, with count and data behind it, is no letter
+
+
+@pytest.mark.parametrize("cut", [2, 5, 16])
+def test_dis_says_where_a_stream_breaks_off(call, write, cut):
+    ran = call("dis", write("p.hex", " ".join(SINGLE.split()[:cut])), "--chip", "cy525", "--stream")
+    broken = cut == 5
+    assert ("cut-short: the stream ends inside a command" in ran.err) == broken
+    assert ran.out.split()[0] == "E" and ("N" in ran.out) == (cut == 16)
+
+
+@pytest.mark.parametrize("lines", [LINES, ("A 0", "@wait 2 s", "r 5"), ("B", "C"), ("E\r", "R 5 ; fast\r")])
+@pytest.mark.parametrize("options", [(), ("--stream",)])
+def test_dis_knows_a_program_text_when_it_sees_one(call, write, lines, options):
+    ran = call("dis", write("p.cy525", *lines), *options)
+    assert (ran.status, ran.out) == (2, "")
+    assert ran.err == "slewline: p.cy525: a program text, not the bytes of a program; slewline asm makes bytes of it\n"
+
+
+@pytest.mark.parametrize("data", [b"BGC", b"G", b"N\n0GC", b"R\nG\0", b"\xc3\x28\nB\nC\n", b"xyz\nB\nq\n"])
+def test_dis_takes_bytes_that_happen_to_be_letters(call, data):
+    Path("p.bin").write_bytes(data)
+    assert call("dis", "p.bin", "--chip", "cy525").status == 0
+    assert call("dis", "p.bin", "--chip", "cy525", "--format", "bin").status == 0
 
 
 # ----------------------------------------------------------------------------------------------------------------- lint
@@ -172,6 +235,127 @@ def test_lint_of_several_files_as_json(call, program, write):
     )
 
 
+REFUSED = {
+    "cy525": ["@until foo=1", "@to y", "@drive nix=0", "@tell shaft slip 5", "@wait", "@rate 300", "@ask V1", "@x 5"],
+    "gs-c200": ["@until foo=1", "@live B", "@rate 5", "@drive ui9=1", "@reset", "wait 5", "@expect 5", "@to y"],
+    "mc1451a": ["wait motion_done", "expect status", "@drive poslimit9=1", "@until position=x", "@live B", "SET_PSO 5"],
+}
+PASSED = {
+    "cy525": ["A 0", "R 5", "@wait 20 ms", "@drive abort=1", "@until ready=1", "@note so", "@verify 3"],
+    "gs-c200": ["F", "V1", "@until ready", "@drive ui1=1", "@ask V2", "@bytes 46 0D"],
+    "mc1451a": ["GET_STATUS", "SET_POS 5", "wait motion_complete", "@drive home1=0", "@until atrest1=1"],
+}
+
+
+@settings(deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.data())
+def test_whatever_run_refuses_lint_calls_an_error_of_the_same_line(data):
+    from slewline.errors import ProgramError
+    from slewline.tools.programs import texts_of
+    from slewline.tools.run import Run
+
+    part = data.draw(st.sampled_from(sorted(REFUSED)))
+    odd = [*REFUSED[part], "@wait x", "A\u00d8", "x" * 999, "@bytes 4", "@until", "@power maybe", "@pulse abort=0"]
+    lines = data.draw(st.lists(st.sampled_from([*odd, *PASSED[part]]), min_size=1, max_size=6))
+    path = Path(f"p.{part}")
+    path.write_text("\n".join(lines))
+    none = dict.fromkeys(field.name for field in fields(Run)) | {"strap": (), "drive": (), "quiet": True}
+    try:
+        Run(**none | {"file": str(path)}).furnished(None).run("1 us")
+        refused = set()
+    except ProgramError as error:
+        refused = {problem.line for problem in error.problems}
+    (linted,) = texts_of(str(path), None)
+    assert refused <= {problem.line for problem in linted.problems if problem.severity == "error"}
+    assert refused == {number for number, line in enumerate(lines, 1) if line in odd and played(part, line)}
+
+
+def played(part, line):
+    """Are these refused?  Letters and lines of text go out to the chip, right or wrong; packets are checked first."""
+    return not ((line == "x" * 999 and part != "mc1451a") or line == "wait 5")
+
+
+def test_lint_reads_the_scripts_of_a_bench_file_on_its_bench(call, write):
+    write("y.cy525", "@until x.slew=0", "R 200", "@tell gate open")
+    chips = [f'[[chip]]\npart = "cy525"\nname = "{name}"' for name in "xy"]
+    part = '[[part]]\nkind = "inverter"\nname = "gate"'
+    hosts = '[[host]]\nchips = ["x"]\nscript = ["A 0", "Z"]\n[[host]]\nchips = ["y"]\nfile = "y.cy525"'
+    bench = write("b.toml", *chips, part, hosts)
+    ran = call("lint", bench)
+    assert ran.status == 1
+    assert "b.toml, [[host]] 1, script, line 2, column 2: error: DIVISOR without divisor: allowed 1..255" in ran.out
+    assert "y.cy525, line 2, column 3: error: RATE 200: allowed 0..127" in ran.out
+    assert "y.cy525, line 3, column 1: error: tell gate 'open'; allowed nothing" in ran.out
+    assert "y.cy525: 2 errors" in ran.out.replace(str(Path.cwd()) + "/", "")
+    assert call("lint", bench, "--chip", "cy525").status == 2
+    assert call("lint", write("e.toml", chips[0])).out == "e.toml: nothing to complain about\n"
+
+
+def test_lint_of_a_bench_file_tells_of_each_host_that_plays_a_file(call, write):
+    write("y.cy525", "@drive nix=0")
+    hosts = [f'[[host]]\nchips = ["{name}"]\nfile = "y.cy525"' for name in "xy"]
+    chips = [f'[[chip]]\npart = "cy525"\nname = "{name}"' for name in "xy"]
+    found = call("lint", write("b.toml", *chips, *hosts), "--json").json
+    assert [problem["found"][:20] for problems in found.values() for problem in problems] == [
+        "x (cy525) has no pin",
+        "y (cy525) has no pin",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("behind", "lost"),
+    [
+        (("V 0",), True),
+        (("@drive abort=1", "V 0"), True),
+        (("@live R 5", "V 0"), True),
+        (("@until run=1", "V 0"), False),
+        (("@wait 1 s", "V 0"), False),
+        (("@live 0", "V 0"), False),
+        ((), False),
+    ],
+)
+def test_run_loses_or_delays_the_commands_behind_x_that_lint_warns_of(call, write, behind, lost):
+    program = write("p.cy525", "E", "D 50", "D 50", "0", "QX", *behind)
+    findings = call("run", program, "--json").json["findings"]
+    assert ("request-while-running" in {found["code"] for found in findings}) == lost
+    assert ("the program that X of line 5 started may still run" in call("lint", program).out) == lost
+
+
+@pytest.mark.parametrize("lines", [("X",), ("E", "Q", "X"), ("E", "0", "QI", "X"), ("J 0",), ("@read position",)])
+def test_run_hangs_where_lint_warns_of_it(call, write, lines):
+    program = write("p.cy525", *lines)
+    assert call("run", program, "-q", "--timeout", "1 s").status == 1
+    assert "1 warning" in call("lint", program).out
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        (
+            "E}",
+            "extra-argument: ENTER takes no argument; } is ignored; the manual prints } for the return key",
+        ),
+        ("A 0}", "bad-number: ABSOLUTE 0}: not a decimal number; ignored; the manual prints } for the return key"),
+        ("D", "missing-argument: DELAY needs delay; ignored; in the CY512 D ran the program: here X does"),
+        ("X 5", "extra-argument: EXECUTE takes no argument; 5 is ignored; in the CY512 X was the delay: here D is"),
+        ("r 5", "unknown-command: r is no command; the line is ignored; write R: command letters are upper case"),
+        ("K 5", "unknown-command: K is no command; the line is ignored\n"),
+        ("R x", "bad-number: RATE x: not a decimal number; ignored\n"),
+    ],
+)
+def test_run_tells_what_to_write_instead(call, write, line, told):
+    assert f"! {told}" in call("run", write("p.cy525", "E", "0", "Q", line, "@wait 1 ms"), "--until", "5 ms").out
+
+
+def test_run_refuses_the_zero_of_the_manual_and_says_what_to_write(call, write):
+    ran = call("run", write("p.cy525", "E", "\u00d8", "Q"))
+    assert ran.status == 2 and "write 0 where a manual prints a zero with a stroke" in ran.err
+    ran = call("run", write("p.gs-c200", "S10\u2193"))
+    assert ran.status == 2 and "leave out the sign of the return key" in ran.err
+    ran = call("run", write("p.cy525", "R \u00b2"))
+    assert ran.status == 2 and "@bytes sends other bytes" in ran.err
+
+
 # ------------------------------------------------------------------------------------------------------ describe, chips
 def test_describe_prints_the_sheet_as_markdown(call):
     text = call("describe", "CY525").out
@@ -184,6 +368,34 @@ def test_describe_one_command(call, command):
     assert call("describe", "cy525", command).out.startswith("# LOOP: ")
     found = call("describe", "cy525", command, "--json").json
     assert [row["form"] for row in found["commands"]] == ["L"] and "pins" not in found
+
+
+def test_describe_finds_the_mark_of_labels(call):
+    assert call("describe", "cy525", "$").out.startswith("# LABEL: names the instruction that follows\n")
+    assert call("describe", "cy525", "$", "--json").json["labels"] == "ABCDE"
+    assert call("describe", "gs-c200", "$").status == 2
+
+
+@pytest.mark.parametrize(
+    ("command", "word"), [("\u00d8", "write 0"), ("}", "leave it out"), ("K", "it has A (ABSOLUTE)")]
+)
+def test_describe_helps_with_the_signs_of_the_manual(call, command, word):
+    ran = call("describe", "cy525", command)
+    assert ran.status == 2 and f"cy525 has no command {command!r}; " in ran.err and word in ran.err
+
+
+def test_describe_says_what_a_letter_was_in_the_cy512(call):
+    assert "\n- in the CY512 D ran the program: here X does" in call("describe", "cy525", "D").out
+    assert "CY512" not in call("describe", "cy525", "R").out
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"), [("gsc200", "gs-c200"), ("CY525N", "cy525"), ("mc1451", "mc1451a"), ("gs_c200t", "gs-c200")]
+)
+def test_a_chip_that_is_not_there_is_guessed(call, name, meant):
+    ran = call("describe", name)
+    assert ran.status == 2 and ran.err.endswith(f"; did you mean {meant}?\n")
+    assert "did you mean" not in call("describe", "z80").err
 
 
 def test_describe_as_json_has_everything(call):

@@ -86,15 +86,33 @@ def test_a_motion_that_reset_cuts_off_is_not_complete():
     assert 0 < steps < 3000 and text.startswith(f"cut off at {steps}: {steps} steps cw in")
 
 
-@pytest.mark.parametrize("directive", ["@rate 0", "@read position"])
-def test_motion_complete_in_the_middle_of_a_motion_is_not_its_end(directive):
-    more = "@wait 5 ms\n@rate 50\n" if "rate" in directive else ""
-    script = SET_UP + f"N 60000\nH\nG\n@until slew=0\n{directive}\n{more}@wait 5 ms\n@drive abort=0\n"
+ONCE = ["steps cw", "MOTION COMPLETE"]
+
+
+@pytest.mark.parametrize(
+    ("directives", "motions"),
+    [
+        ("@read position\n", ONCE),  # MOTION COMPLETE low for 10 us, within a step
+        ("@rate 0\n@wait 5 ms\n@rate 50\n", ONCE * 2),  # no further step, MOTION COMPLETE low, until a rate comes
+        ("@rate 0\n", ONCE),  # or until ABORT ends it
+    ],
+)
+def test_motion_complete_ends_a_motion_where_no_step_runs(directives, motions):
+    script = SET_UP + f"N 60000\nH\nG\n@until slew=0\n{directives}@wait 5 ms\n@drive abort=0\n"
+    events, x = told(script)
+    assert [text.split(" at")[0].split(" from")[0] for text in texts(events, "motion")] == motions
+    assert f"MOTION COMPLETE at {x.position}" in texts(events, "motion")[-1]
+
+
+def test_motion_complete_is_told_at_the_edge_of_its_pin_before_what_the_host_does_next():
+    script = "A 0\nF 10\nR 10\nS 255\nZ 1\nP 50\nB\n"
     events, _ = told(script)
-    assert [text.split(" at")[0].split(" from")[0] for text in texts(events, "motion")] == [
-        "steps cw",
-        "MOTION COMPLETE",
-    ]
+    (begun, _, _, first), (over, _, _, last) = (event for event in events if event[2] == "motion")
+    assert (first, last) == ("steps cw from 0", "MOTION COMPLETE at 50: 50 steps cw in 50 ms")
+    assert over == begun + 50 * 10**9
+    after = [text for time, _, kind, text in events if kind == "host" and time > begun]
+    assert after == ["B"] and events.index((over, "x", "motion", last)) < [text for *_, text in events].index("B")
+    assert [time for time, *_ in events] == sorted(time for time, *_ in events)
 
 
 def test_findings_are_told_those_from_before_included():

@@ -162,6 +162,6 @@ class Bench(Furnished):
         lines = [f"waited {readable(picoseconds(timeout))} for {what}; it is {readable(self.kernel.now)}"]
         if dead and not any(chip.moving for chip in self.chips.values()):
             lines.append("nothing is going to happen any more")
-        lines += [f"  {chip.waiting}" for chip in self.chips.values() if not chip.idle]
+        lines += [f"  {chip.waiting}" for chip in self.chips.values() if not chip.idle or chip.unfinished]
         lines += [f"  {part.waiting}" for part in self.parts.values() if not part.idle]
         return "\n".join(lines)

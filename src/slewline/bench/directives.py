@@ -7,9 +7,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 from ..core.table import Arg
-from ..core.timebase import picoseconds
+from ..core.timebase import picoseconds, readable
 from ..core.waits import first_of, level, until
-from ..errors import UnknownName, UsageError
+from ..errors import Timeout, UnknownName, UsageError
 from ..language import packets
 from ..parts.host import Host
 from ..parts.packet_host import POLL, USUAL
@@ -248,12 +248,12 @@ def _live(rest: str) -> Reading:
     if not all(commands):
         raise UsageError(f"{rest!r}: an empty command")
 
-    def queue(stage: Stage) -> None:
-        stage.do(_telling(f"live {rest}"))
-        with stage.only_queued() as host:
-            host.live(*commands)
+    async def act(stage: Stage, chip: Chip) -> None:
+        stage.tell(f"live {rest}")
+        for group, data in await stage.bus_host.live_now(stage.port(chip), commands):
+            stage.tell(f"verify {group}: {_shown(data)}")
 
-    return Reading(queue, fits=_on_bus)
+    return Reading(_acting(act), fits=_on_bus)
 
 
 def _rate(rest: str) -> Reading:
@@ -282,12 +282,12 @@ def _read(rest: str) -> Reading:
 def _verify(rest: str) -> Reading:
     group = _number(rest, 0, 3)
 
-    def queue(stage: Stage) -> None:
-        with stage.only_queued() as host:
-            host.verify(group)
-        stage.do(lambda stage, chip: _tell(stage, f"verify {group}: {_shown(stage.bus_host.answer)}"))
+    async def act(stage: Stage, chip: Chip) -> None:
+        host, port = stage.bus_host, stage.port(chip)
+        await host.command_mode(port, f"@until run=1 waits for its end, @live V {group} reads through PROG/LIVE")
+        stage.tell(f"verify {group}: {_shown(await host.verify_now(port, group))}")
 
-    return Reading(queue, fits=_on_bus)
+    return Reading(_acting(act), fits=_on_bus)
 
 
 def _shown(data: bytes) -> str:
@@ -312,7 +312,18 @@ async def _ready(stage: Stage, chip: Chip) -> None:
 # ---------------------------------------------------------------------------------------------------------- in packets
 def _wait_status(bit: str) -> Reading:
     async def act(stage: Stage, chip: Chip) -> None:
-        word = await stage.packet_host.until_status(stage.packet_port(chip), bit, picoseconds(POLL))
+        def never() -> bool:
+            """Does nobody move the axis any more?"""
+            at_rest = chip.idle and not chip.armed and stage.kernel.next_time() is None
+            return bit.lower() == "motion_complete" and at_rest
+
+        port = stage.packet_port(chip)
+        try:
+            word = await stage.packet_host.until_status(port, bit, picoseconds(POLL), never=never)
+        except Timeout:
+            found = f"wait {bit}: axis {port.axis} is at rest, and nothing is going to happen any more"
+            stage.packet_host.finding("expect", f"{found}{_not_started(chip, port.axis)}")
+            return
         stage.tell(f"wait {bit} -> {returned(chip.sheet, chip.sheet.commands['GET_STATUS'].reads[0], word)}")
 
     def fits(stage: Stage, chip: Chip) -> None:
@@ -320,6 +331,12 @@ def _wait_status(bit: str) -> Reading:
         packets.status_bit(chip.sheet, bit.removeprefix("!"))
 
     return Reading(_acting(act), fits=fits)
+
+
+def _not_started(chip: Chip, axis: int) -> str:
+    """Why an axis of a chipset is at rest, if a finding tells."""
+    found = [each for each in chip.findings if each.code == "no-start" and each.text.startswith(f"axis {axis}:")]
+    return f"; {found[-1].code} at {readable(found[-1].time_ps)}: {found[-1].text}" if found else ""
 
 
 def _expect(rest: str) -> Reading:
@@ -346,6 +363,7 @@ async def _packet(stage: Stage, chip: Chip, data: bytes) -> None:
         await port.write(part, command, USUAL)
     port.note_axis(data[0])
     await port.ready()
+    port.note_update(data[0])
 
 
 DIRECTIVES: dict[str, Callable[[str], Reading]] = {

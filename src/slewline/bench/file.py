@@ -192,19 +192,24 @@ class BenchFile:
         Args:
             prepare: called with the furnished bench, before the scripts are queued.
         """
+        bench, scripts = self.staged(**options)
+        for host, script in scripts:
+            check_script(bench, host, script)
+        if prepare is not None:
+            prepare(bench)
+        for host, script in scripts:
+            run_script(bench, host, script)
+        return bench
+
+    def staged(self, **options: Any) -> tuple[Bench, list[tuple[Computer, Script]]]:
+        """Return a bench furnished as the file says, and its hosts with the scripts that they are to play."""
         self.check_times()
         scripts = self.scripts()
         bench = Bench(seed=self.tables.bench.seed, **options)
         self.furnish(bench)
         hosts = self.hosts(bench)
         self.wire(bench)
-        for host, script in zip(hosts, scripts, strict=True):
-            check_script(bench, host, script)
-        if prepare is not None:
-            prepare(bench)
-        for host, script in zip(hosts, scripts, strict=True):
-            run_script(bench, host, script)
-        return bench
+        return bench, list(zip(hosts, scripts, strict=True))
 
     def check_times(self) -> None:
         """Times that are used later must be good now."""

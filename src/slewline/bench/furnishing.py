@@ -90,6 +90,7 @@ class Furnished(Recording):
         chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
         self.chips[name] = chip
         chip.on_power = self._power_input
+        self._keep_inputs(chip)
         self._adopt(chip)
         self.kernel.settle()
         return chip
@@ -127,7 +128,7 @@ class Furnished(Recording):
         if self.journal is not None:
             self.journal.write(do, **what)
 
-    def _keep_inputs(self, part: Part) -> None:
+    def _keep_inputs(self, part: Part | Chip) -> None:
         """Let the journal have what the part is told."""
         if self.journal is not None:
             part.on_input = lambda verb, args: self._note("input", part=part.name, verb=verb, args=args)
@@ -251,9 +252,11 @@ class Furnished(Recording):
             self._join(connector.pins["txd"].net, chip.pins["rxd"].net)
             self._join(connector.pins["rxd"].net, chip.pins["txd"].net)
         addresses = [chip.strapped_address() for chip in chips]
-        for address in sorted({address for address in addresses if addresses.count(address) > 1}):
+        for address in sorted({own for own in addresses if addresses.count(own) > 1 or (own == 0 and len(chips) > 1)}):
             who = ", ".join(chip.name for chip, own in zip(chips, addresses, strict=True) if own == address)
-            connector.finding("same-address", f"{who} have the same address on one line: all of them answer")
+            what = "have the same address on one line" if address else "without an address on a line that modules share"
+            apart = f"; strap {', '.join(pins)} apart" if (pins := chips[0].port.address_pins) else ""
+            connector.finding("same-address", f"{who} {what}: all of them answer{apart}")
         rxd, last = connector.pins["rxd"].net, chips[-1].pins
         if "txpd" in last and not any(chip.pins["txpd"].net is rxd for chip in chips):
             self._join(rxd, last["txpd"].net)

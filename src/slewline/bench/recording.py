@@ -56,6 +56,9 @@ class Recording:
     def record(self, *pins: str, keep: Time | None = None) -> None:
         """Record pins from now on, all signal pins and buses of all chips when none is named.
 
+        Clock outputs (CLK/15 of the CY525, CLKOUT of the MC1451A family) are recorded only when named: they never rest,
+        and would be most of every file.
+
         Args:
             keep: forget what is older than this, for endless runs; None keeps everything.
         """

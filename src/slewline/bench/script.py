@@ -18,7 +18,7 @@ Directives take times such as 20 ms, and pins of the chip that the host speaks t
 (y.abort):
 
     @wait 20 ms            let time pass
-    @until run=1           wait for a level of a pin
+    @until run=1           wait for a level of a pin; here, behind X, until the program has ended
     @until position=40     wait for a position
     @drive abort=0         put a level on a pin, now
     @drive abort=0@12 ms   or at an instant of the run
@@ -33,7 +33,7 @@ Directives take times such as 20 ms, and pins of the chip that the host speaks t
 To a chip on a bus (CY525); while ASCII/BINARY is low, commands go out in binary form:
 
     @reset                 pulse RESET
-    @live R 20 | B         commands to a running program, through PROG/LIVE
+    @live R 20 | V 0       commands to a running program, through PROG/LIVE; V reads its group
     @rate 60               another rate on the fly, when the motor slews
     @read position         read the position on the fly, while the motor steps
     @verify 3              read a verify group
@@ -72,6 +72,10 @@ if TYPE_CHECKING:
     from .bench import Bench
     from .stage import Computer
 
+COPIED = {  # what manuals print, and what to write instead
+    **dict.fromkeys("\u00d8\u00f8\u2205", "write 0 where a manual prints a zero with a stroke"),
+    **dict.fromkeys("\u2193\u21b5", "leave out the sign of the return key"),
+}
 LONGEST = 1000  # characters of a line; no chip takes as many
 EXAMPLES = re.findall(r"^    (@(\w+).*?)  +\S", __doc__ or "", re.MULTILINE)
 
@@ -99,7 +103,19 @@ def run_script(bench: Bench, host: Computer, script: Script | str | Iterable[str
 
 
 def check_script(bench: Bench, host: Computer, script: Script) -> None:
-    """Raise what is wrong with a script, pins and chips that the bench does not have included."""
+    """Raise what is wrong with a script.
+
+    Raises:
+        ProgramError: lines that cannot be played; all of them are in `.problems`.
+    """
+    script.refuse(refused(bench, host, script))
+
+
+def refused(bench: Bench, host: Computer, script: Script) -> list[Problem]:
+    """Return what is wrong with a script, pins and chips that the bench does not have included.
+
+    `run` plays nothing of a script with such lines, and `lint` calls each of them an error.
+    """
     found = list(script.problems)
     stage, chip = Stage(bench, host, script), host.chip
     for step in script.steps:
@@ -107,7 +123,7 @@ def check_script(bench: Bench, host: Computer, script: Script) -> None:
             chip = host.chips[step.to]
         elif step.to:
             found.append(step.problem("unknown-chip", f"{host.name} serves {', '.join(host.chips)}, but not {step.to}"))
-        found += _refused(step, chip.sheet)
+        found += _no_packet(step, chip.sheet, chip.crystal_hz)
         try:
             if step.pin:
                 stage.terminal(step.pin, chip)
@@ -115,14 +131,14 @@ def check_script(bench: Bench, host: Computer, script: Script) -> None:
                 step.fits(stage, chip)
         except SlewlineError as error:
             found.append(step.problem("unknown-pin" if step.pin else "directive", str(error)))
-    script.refuse(found)
+    return found
 
 
-def _refused(step: Step, sheet: Sheet) -> list[Problem]:
+def _no_packet(step: Step, sheet: Sheet, crystal_hz: int) -> list[Problem]:
     """What is wrong with a command for a chipset that takes packets."""
     if sheet.packets is None or step.directs or step.fits is not None:
         return []
-    no = packets.parse(sheet, step.text)
+    no = packets.parse(sheet, step.text, crystal_hz)
     if not isinstance(no, Refusal):
         return []
     place = step.line, step.column + no.at, no.end - no.at
@@ -152,7 +168,7 @@ def _plain(step: Step) -> None:
     odd = next((c for c in step.text if not " " <= c <= "~"), None)
     if odd is not None and step.verb != "note":
         at = f"{odd!r} at character {step.text.index(odd) + 1}"
-        raise UsageError(f"{at} is not printable ASCII; @bytes sends other bytes")
+        raise UsageError(f"{at} is not printable ASCII; {COPIED.get(odd, '@bytes sends other bytes')}")
 
 
 def _line(step: Step) -> Step:

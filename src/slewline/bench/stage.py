@@ -286,14 +286,18 @@ def exchanging(text: str) -> Queue:
     """A command as a packet, and what it returns."""
 
     async def exchange(stage: Stage, chip: Chip) -> None:
-        host, port, command = stage.packet_host, stage.packet_port(chip), packets.command(chip.sheet, text)
+        host, port, command = (
+            stage.packet_host,
+            stage.packet_port(chip),
+            packets.command(chip.sheet, text, chip.crystal_hz),
+        )
         row = command.row
         found = await host.exchange(port, packet_of(row, command.values))
         for arg, value in zip(row.reads, packets.values(row.reads, found), strict=True):
             host.results.append(Result(port.axis, row.name, value))
             stage.tell(f"{text} -> {returned(chip.sheet, arg, value)}")
         if not found:
-            stage.tell(text)
+            stage.tell(f"{text} = {command.values[0]}" if "/" in text else text)
 
     return lambda stage: stage.do(exchange)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from difflib import get_close_matches
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ if TYPE_CHECKING:
     from ..core.chip import Chip
     from ..core.table import Sheet
     from ..language.lint import Check
+    from ..language.ramps import Calculator
 
 PARTS = {  # part: (package, class, name of its sheet, what it is)
     "cy525": ("cy525", "Cy525", "SHEET", "CY525 intelligent ramping stepper motor controller (Cybernetic, 1984)"),
@@ -30,7 +32,9 @@ def _entry(part: str) -> tuple[str, str, str]:
         package, cls, sheet, _ = PARTS[part.lower().replace("_", "-")]
         return f"{__name__}.{package}", cls, sheet
     except KeyError:
-        raise UnknownName(f"no chip {part!r}; there are: {', '.join(PARTS)}") from None
+        near = get_close_matches(part.lower().replace("_", "-"), PARTS, 1)
+        remedy = f"; did you mean {near[0]}?" if near else ""
+        raise UnknownName(f"no chip {part!r}; there are: {', '.join(PARTS)}{remedy}") from None
 
 
 def chip_class(part: str) -> type[Chip]:
@@ -43,6 +47,12 @@ def checks_of(part: str) -> tuple[Check, ...]:
     """What only the linter of this part knows."""
     package = _entry(part)[0]
     return import_module(package + ".checks").checks(sheet_of(part))  # type: ignore[no-any-return]
+
+
+def ramps_of(part: str) -> Calculator:
+    """The ramp calculator of a part."""
+    package = _entry(part)[0]
+    return import_module(package + ".ramps").ramps(sheet_of(part))  # type: ignore[no-any-return]
 
 
 def sheet_of(part: str) -> Sheet:

@@ -66,12 +66,18 @@ class LineChip(Chip):
         self.worker: Task | None = None
         self.listener: Task | None = None
         self.receiver: Receiver | None = None
+        self.coming = bytearray()  # the line that has not ended
+        self.line_feeds = False  # one has come, and been told of
 
     # --------------------------------------------------------------------------------------------------- public face
     @property
     def answering(self) -> bool:
         """Is a line in work, or its answer on its way?"""
         return self.worker is not None
+
+    @property
+    def unfinished(self) -> str:
+        return self.coming.decode("latin-1")
 
     async def obey(self, line: Line) -> Sequence[bytes]:
         """Do what a line says; returns the answers, without their carriage returns.
@@ -125,17 +131,21 @@ class LineChip(Chip):
             self.receiver.close()
         self.listener = self.worker = self.receiver = None
         self.work.clear()
+        self.coming.clear()
 
     async def _listen(self) -> None:
         receiver = self.receiver = Receiver(self.pins["rxd"].net, self.bits, self.word, RS232)
-        text, faulty, first, too_long = bytearray(), False, False, False
+        text, faulty, first, too_long = self.coming, False, False, False
         while True:
             character = await receiver.character()
             byte = character.byte
+            if byte == LF and character.good:
+                self._line_feed(bool(text))
             if byte == CR:
                 faulty |= not character.good
                 self.take(Line(bytes(text), faulty, first, too_long, self.checked, character.end_ps))
-                text, faulty, first, too_long = bytearray(), False, False, False
+                text.clear()
+                faulty = first = too_long = False
             elif byte == LF and self.lenient and not text:
                 continue
             elif len(text) < (self.port.longest or 256):
@@ -144,6 +154,14 @@ class LineChip(Chip):
                 text.append(byte)
             else:
                 too_long = True
+
+    def _line_feed(self, within: bool) -> None:
+        """A line feed came: say once what it tells of the host."""
+        if self.line_feeds or (self.lenient and not within) or (self.checked and not self.kept):
+            return  # the last: it may be a checksum
+        self.line_feeds = True
+        ends = "with LF; this part wants CR" if within else "with CR LF; this part wants CR, and takes LF for a command"
+        self.finding("line-end", f"the host ends its lines {ends}")
 
     def take(self, item: Line | bytes) -> None:
         """A line is complete, or an answer that took its time is ready."""

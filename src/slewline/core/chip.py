@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..errors import UnknownName, UsageError
 from .axis import Axis, Steps
@@ -158,6 +158,7 @@ class Chip(OneAxis):
         self.findings: list[Finding] = []
         self.on_finding: Callable[[Finding], object] | None = None
         self.on_power: Callable[[Chip, bool], object] | None = None  # the journal
+        self.on_input: Callable[[str, list[Any]], object] | None = None  # the journal, too: other inputs from outside
         self.task: Task | None = None
         self.idle = False
         self._waiting: tuple[str, int] = ("nothing yet", 0)
@@ -222,6 +223,11 @@ class Chip(OneAxis):
         """Is a line of a host in work, or its answer on its way?"""
         return False
 
+    @property
+    def armed(self) -> bool:
+        """Does the chip, at rest, wait for an input that lets it go on?"""
+        return False
+
     def step_nets(self) -> list[Net]:
         """Outputs that show every step of a motor."""
         return []
@@ -281,7 +287,13 @@ class Chip(OneAxis):
     def waiting(self) -> str:
         """What the chip waits for, and since when."""
         text, since = self._waiting
-        return f"{self.name}: {text} since {readable(since)}"
+        rest = f"; {self.unfinished!r} has come without its carriage return" if self.unfinished else ""
+        return f"{self.name}: {text} since {readable(since)}{rest}"
+
+    @property
+    def unfinished(self) -> str:
+        """The line that has come so far, where lines end with a carriage return."""
+        return ""
 
     def finding(self, code: str, text: str) -> None:
         """Keep what a host did wrong, or where the manual is silent."""

@@ -13,13 +13,13 @@ the position passes whole numbers, PULSE rises half a step earlier:
     |      cycle 0     |      cycle 1     |      cycle 2
 
 What makes one train is one law for the displacements d(i), in one direction: constant or changing evenly (`Linear`),
-or an `SCurve`.  The train itself is asked rather than expanded, like any other.  All positions are integers, in 1/65536
-step, and every answer is exact.
+or an S-curve (curves.py).  The train itself is asked rather than expanded, like any other.  All positions are integers,
+in 1/65536 step, and every answer is exact.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
+from bisect import bisect_left
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -36,10 +36,8 @@ ONE = 1 << 16  # a step
 CYCLE = 8192  # ticks
 BLOCK = 3 << 12  # steps that are expanded at a time: they stay in the cache, and in memory that is at hand
 STRETCH = 1 << 10  # cycles that are expanded at a time where steps are rare
-EXACT = 1 << 61  # below it, a remainder and its neighbours fit into int64
 NEAREST = 1.5 * 2.0**52  # a float plus this has no decimals; its bits are then those of this plus the integer
 NEAREST_BITS = 0x4338 << 48
-JERKS = (1, 0, -1, 0, -1, 0, 1)  # of the seven phases of an S-curve
 
 
 # ------------------------------------------------------------------------------------------------------------- answers
@@ -117,93 +115,6 @@ class Linear:
         return self.speed + i * self.change
 
     velocities = velocity
-
-
-class SCurve:
-    r"""A distance in seven phases of constant jerk: after k cycles, `distance * c(k) / whole` is covered, rounded down.
-
-        a    __                       phase     1   2   3   4   5   6   7
-            /  \                      cycles   n1  n2  n1  n4  n1  n2  n1
-           /    \____      _          jerk      1   0  -1   0  -1   0   1
-                     \    /
-                      \__/            in every cycle a += jerk, then v += a, then c += v
-
-    So c ends at n1 * (n1 + n2) * (2 * n1 + n2 + n4), which is `whole`.  A stop makes some of the `lengths` of the
-    phases shorter and leaves `whole` as it was.  `first` is the cycle of the curve with which the law begins.  The
-    distance is at most 2^47, which is 2^31 steps.
-    """
-
-    __slots__ = ("_table", "distance", "first", "phases", "start", "starts", "whole")
-    steady = 0
-
-    def __init__(self, distance: int, whole: int, lengths: tuple[int, ...], first: int = 0) -> None:
-        self.distance, self.whole, self.first = distance, whole, first
-        self.phases: list[tuple[int, int, int, int, int]] = []  # begin, then c, v and a there, jerk
-        begin = c = v = a = 0
-        for length, jerk in zip(lengths, JERKS, strict=True):
-            self.phases.append((begin, c, v, a, jerk))
-            c = _advanced(length, c, v, a, jerk)
-            v += length * a + length * (length + 1) // 2 * jerk
-            a += length * jerk
-            begin += length
-        self.starts = [phase[0] for phase in self.phases]
-        self._table: NDArray[np.int64] | None = None
-        self.start = self._covered(first)
-
-    def _covered(self, k: int) -> int:
-        """Distance after k cycles of the curve."""
-        begin, c, v, a, jerk = self.phases[bisect_right(self.starts, k) - 1]
-        here: int = _advanced(k - begin, c, v, a, jerk)
-        return self.distance * here // self.whole
-
-    def travel(self, i: int) -> int:
-        return self._covered(self.first + i) - self.start
-
-    def velocity(self, i: int) -> int:
-        """`distance * v / whole` of cycle i, rounded down."""
-        k = self.first + i
-        begin, _, v, a, jerk = self.phases[bisect_right(self.starts, k) - 1]
-        m = k - begin + 1
-        return self.distance * (v + m * a + m * (m + 1) // 2 * jerk) // self.whole
-
-    def velocities(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
-        import numpy as np
-
-        if self.whole >= EXACT:
-            return np.array([self.velocity(cycle) for cycle in i.tolist()], np.int64)
-        k, (begin, _, v, a, jerk) = self._phases_of(i)
-        m = k - begin + 1
-        return self._shared(v + m * a + m * (m + 1) // 2 * jerk)
-
-    def travels(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
-        import numpy as np
-
-        if self.whole >= EXACT:
-            return np.array([self.travel(cycle) for cycle in i.tolist()], np.int64)
-        k, (begin, c, v, a, jerk) = self._phases_of(i)
-        return self._shared(_advanced(k - begin, c, v, a, jerk)) - self.start
-
-    def _phases_of(self, i: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Cycles of the curve, and for each its phase: begin, then c, v and a there, jerk."""
-        import numpy as np
-
-        if self._table is None:
-            self._table = np.array([*zip(*self.phases, strict=True)], np.int64)
-        k = i + self.first
-        return k, self._table.take(np.searchsorted(self._table[0], k, side="right") - 1, axis=1)
-
-    def _shared(self, c: NDArray[np.int64]) -> NDArray[np.int64]:
-        """`distance * c / whole`, rounded down, for c from 0 to `whole`."""
-        # As a float it is wrong by less than 1/16, being at most 2^47.  So what is guessed here is right or one too
-        # small, and the remainder tells: its products wrap around, but it is less than 2^62 itself.
-        guess: NDArray[np.int64] = (c * (self.distance / self.whole) - 0.125).astype("int64")
-        guess += c * self.distance - guess * self.whole >= self.whole
-        return guess
-
-
-def _advanced(m: Any, c: Any, v: Any, a: Any, jerk: Any) -> Any:
-    """The c of an S-curve after m cycles of a phase; ints, or arrays of them."""
-    return c + m * v + m * (m + 1) * (3 * a + (m + 2) * jerk) // 6
 
 
 # -------------------------------------------------------------------------------------------------------------- train

@@ -139,6 +139,11 @@ class Row:
         return sum(arg.size for arg in self.args)
 
     @property
+    def takes(self) -> str:
+        """The names of its arguments, in words."""
+        return " and ".join(arg.name for arg in self.args) or "no argument"
+
+    @property
     def coded(self) -> bool:
         """Does a byte stand for the command: its opcode in the program buffer, or the head of its packet?"""
         return self.stored or bool(self.acts)
@@ -335,6 +340,7 @@ class Sheet:
     encoder: bool = False
     wires: tuple[tuple[str, ...], ...] = ()  # pins of a part in several packages that belong together, by their names
     foreign: tuple[str, ...] = ()  # commands of sister parts, which this part refuses as unknown
+    slips: Mapping[str, str] = field(default_factory=dict)  # by character: what to do where it was meant in another way
     enter: str = "ENTER"  # the command that begins program entry
     leave: tuple[str, ...] = ("QUIT",)  # the commands that end it; the last one does nothing else, if there is one
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from ..core.table import Arg, Bits, Packets, Port, Row, Sheet
-from ..errors import UnknownName
 from . import lines, packets
 from .assemble import units
-from .dialects import Command
+from .lookup import MARK, find
+from .source import LABELS
 
 LEVEL = {0: "low", 1: "high", None: ""}
 OWN = "Opcodes are the model's own: the sheet gives none. A carriage return ends a line."
@@ -34,6 +34,8 @@ def describe(sheet: Sheet, command: str | None = None) -> str:
 
 def describe_command(sheet: Sheet, command: str) -> str:
     """One command in full: how it is written, sent and stored, what it takes, how long it lasts."""
+    if command == MARK and sheet.labels:
+        return _labels_in_full(sheet)
     in_full = _line_in_full if sheet.in_lines else _packet_in_full if sheet.in_packets else _in_full
     return "\n".join(in_full(sheet, row) for row in find(sheet, command))
 
@@ -50,6 +52,22 @@ def _in_full(sheet: Sheet, row: Row) -> str:
         f"- manual: {row.where}",
     ]
     text += [f"- `{arg.name}`: {_range(sheet, arg)}, {_bytes(arg.size)}" for arg in row.args]
+    text += [f"- {sheet.slips[row.form]}"] if row.form in sheet.slips else []
+    return "\n".join(text) + "\n"
+
+
+def _labels_in_full(sheet: Sheet) -> str:
+    first, last = sheet.labels[0], sheet.labels[-1]
+    used = ", ".join(row.form for row in sheet.commands if any(arg.label for arg in row.args))
+    text = [
+        "# LABEL: names the instruction that follows",
+        "",
+        f"- ASCII: `{first}{MARK}` to `{last}{MARK}`, directly in front of the instruction, without a carriage return",
+        "- binary: none; binary programs branch to addresses",
+        "- program buffer: no room",
+        f"- branches to it: {used}, with the letter alone, such as `J {first}`",
+        f"- manual: {LABELS}; T.II",
+    ]
     return "\n".join(text) + "\n"
 
 
@@ -80,25 +98,6 @@ def _packet_in_full(sheet: Sheet, row: Row) -> str:
     text += [f"- `{arg.name}`: {packets.range_of(arg)}" for arg in (*row.args, *row.reads)]
     text += [f"- {says}" for says in _conditions(row)]
     return "\n".join(text) + "\n"
-
-
-def find(sheet: Sheet, command: str) -> list[Row]:
-    """The rows of a command, by letter (all forms of it), by name, or by a line that is one.
-
-    Raises:
-        UnknownName: the part has no such command; the message says which it has.
-    """
-    for wanted in (command, command.upper()):
-        rows = [row for row in sheet.commands if wanted in (row.form, row.name, row.head)]
-        if rows:
-            return rows
-    line = lines.parse(sheet, command) if sheet.in_lines else None
-    if isinstance(line, Command):
-        return [line.row]
-    if sheet.in_packets:
-        return [packets.row(sheet, "".join(command.split()[:1]))]
-    letters = ", ".join(f"{row.form} ({row.name})" for row in sheet.commands)
-    raise UnknownName(f"{sheet.part} has no command {command!r}; it has {letters}")
 
 
 # ------------------------------------------------------------------------------------------------------ one command

@@ -70,6 +70,7 @@ class Decoder:
         self.sheet = sheet
         self.notes: list[Note] = []
         self._rows = {ord(row.form): row for row in sheet.commands}
+        self._line_feeds = False  # one has come within a line, and been told of
         self.reset()
 
     def reset(self) -> None:
@@ -82,6 +83,13 @@ class Decoder:
         self._after_quit = False
         self._entering = False  # program entry as it was with the letter; no command changes it half-way
         self._entry_empty = True  # no command since program entry began
+
+    @property
+    def unfinished(self) -> str:
+        """The line that has come so far; nothing between commands, and in binary, where a count says the end."""
+        if self.at_letter or self._state not in (self._in_line, self._skip_line):
+            return ""
+        return (self._row.form if self._row is not None else "") + _text(self._line)
 
     def take_notes(self) -> list[Note]:
         """The notes so far, which are then forgotten."""
@@ -130,7 +138,9 @@ class Decoder:
         if byte == LF:
             self._note("line-feed", "a line feed stands where a command letter belongs and swallows the command")
         else:
-            self._note("unknown-command", f"{_shown(byte)} is no command; the line is ignored")
+            self._note(
+                "unknown-command", f"{_shown(byte)} is no command; the line is ignored", stranger(self.sheet, chr(byte))
+            )
         self._state = self._skip_line
 
     # ---------------------------------------------------------------------------------------------------- ASCII
@@ -138,7 +148,15 @@ class Decoder:
     def _skip_line(self, byte: int) -> Decoded:
         if byte == CR:
             self.at_letter = True
+        elif byte == LF:
+            self._line_feed()
         return None
+
+    def _line_feed(self) -> None:
+        """A line feed within a line: say once what it tells of the host."""
+        if not self._line_feeds:
+            self._line_feeds = True
+            self._note("line-end", "the host ends its lines with LF; this part wants CR")
 
     def _in_line(self, byte: int) -> Decoded:
         if byte == CR:
@@ -146,6 +164,8 @@ class Decoder:
             return self._line_end()
         if byte == MARK:
             return self._mark()
+        if byte == LF:
+            self._line_feed()
         if len(self._line) >= LINE_LIMIT - 1:
             self._note("too-long", f"a command of more than {LINE_LIMIT} characters; the line is ignored")
             self._state = self._skip_line
@@ -171,7 +191,8 @@ class Decoder:
         if row.args:
             return self._with_arguments(row, body, argument)
         if argument:
-            self._note("extra-argument", f"{row.name} takes no argument; {_text(argument)} is ignored")
+            remedy = slip(self.sheet, _text(argument), row)
+            self._note("extra-argument", f"{row.name} takes no argument; {_text(argument)} is ignored", remedy)
         elif body:
             self._note("spacing", f"spaces after {row.form}")
         return Command(row, (), 0, row.pack(()), spell(row, ()))
@@ -180,7 +201,9 @@ class Decoder:
         last = len(row.args) - 1
         fields = _BETWEEN.split(argument, last) if last else [argument]
         if len(fields) <= last or not all(fields):
-            self._note("missing-argument", f"{row.name} needs {' and '.join(arg.name for arg in row.args)}; ignored")
+            self._note(
+                "missing-argument", f"{row.name} needs {row.takes}; ignored", slip(self.sheet, _text(argument), row)
+            )
             return None
         if not body.startswith(b" ") or len(body) != 1 + last + sum(map(len, fields)):
             self._note("spacing", f"{row.form}{_text(body)}: one space belongs between letter and argument")
@@ -192,7 +215,8 @@ class Decoder:
             elif self._is_label(arg, field):
                 values.append(field[0])
             else:
-                self._note("bad-number", f"{row.name} {_text(field)}: not a decimal number; ignored")
+                remedy = slip(self.sheet, _text(field))
+                self._note("bad-number", f"{row.name} {_text(field)}: not a decimal number; ignored", remedy)
                 return None
         shown = [str(value) if field.isdigit() else _text(field) for value, field in zip(values, fields, strict=True)]
         return Command(row, tuple(values), digits, row.pack(values), spell(row, shown))
@@ -243,8 +267,8 @@ class Decoder:
         if not arg.low <= number <= arg.high:
             self._note("range", f"{row.name} {arg.name} {number}: allowed {arg.low}..{arg.high}")
 
-    def _note(self, code: str, text: str) -> None:
-        self.notes.append(Note(code, text))
+    def _note(self, code: str, text: str, remedy: str = "") -> None:
+        self.notes.append(Note(code, f"{text}; {remedy}" if remedy else text))
 
 
 # ------------------------------------------------------------------------------------------------------------ encoders
@@ -253,6 +277,22 @@ class Decoder:
 def spell(row: Row, shown: Sequence[int | str]) -> str:
     """A command as it is written: "R 100", "L 3,B"."""
     return f"{row.form} {','.join(map(str, shown))}" if shown else row.form
+
+
+def slip(sheet: Sheet, written: str, row: Row | None = None) -> str:
+    """What somebody may have meant who wrote this, and something else than `row` takes; else nothing.
+
+    A character that the manual prints and the chip does not take explains more than the command does.
+    """
+    odd = next((letter for letter in written if letter in sheet.slips and letter not in sheet.commands.by_form), "")
+    return sheet.slips.get(odd or (row.form if row else ""), "")
+
+
+def stranger(sheet: Sheet, letter: str) -> str:
+    """What somebody may have meant who wrote a letter that is no command; else nothing."""
+    if letter.upper() in sheet.commands.by_form:
+        return f"write {letter.upper()}: command letters are upper case"
+    return sheet.slips.get(letter, "")
 
 
 def letters_for(row: Row, values: Sequence[int], labels: str) -> list[int | str]:

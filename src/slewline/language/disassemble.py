@@ -14,7 +14,7 @@ from typing import NamedTuple
 from ..core.table import Row, Sheet
 from . import lines, packets
 from .assemble import entry_and_end, listed
-from .dialects import spell
+from .dialects import Command, Decoder, Note, spell
 
 COMMENT = 16  # column of the comments
 
@@ -68,6 +68,35 @@ def listing(stored: bytes, sheet: Sheet, known: Mapping[str, int] | None = None)
     """The buffer to look at: address, bytes and instruction, a line each.  `known` as for `disassemble`."""
     program = instructions(stored, sheet)
     return "\n".join(listed(i.address, i.data, _text(i, sheet, known or {}, {}), sheet) for i in program)
+
+
+def commands(stream: bytes, sheet: Sheet) -> tuple[list[str], list[Note]]:
+    """What a binary host says, a command a line, and what is wrong with it.
+
+    A program is read as the chip keeps it: there the counts say nothing (s.5), and one count may announce all of it.
+    """
+    decoder = Decoder(sheet)
+    said: list[str] = []
+    stored: bytes | None = None  # of the program that is being entered
+    for byte in stream:
+        found = decoder.feed(byte, False, stored is not None)
+        if not isinstance(found, Command):
+            continue
+        if stored is not None and found.row.stored:
+            stored += found.stored
+            continue
+        if stored is not None:
+            said += _entered(stored, sheet)
+        said.append(found.text)
+        stored = b"" if found.row.name == sheet.enter else None
+    notes = decoder.take_notes()
+    if not decoder.at_letter:
+        notes.append(Note("cut-short", "the stream ends inside a command, which is left out"))
+    return said + _entered(stored or b"", sheet), notes
+
+
+def _entered(stored: bytes, sheet: Sheet) -> list[str]:
+    return [_text(instruction, sheet, {}, {}) for instruction in instructions(stored, sheet)]
 
 
 def _names(program: Sequence[Instruction], sheet: Sheet, marks: Mapping[str, int]) -> dict[int, str]:

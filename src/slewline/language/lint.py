@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
 from ..core.table import Row, Sheet
+from . import dialogue
 from .assemble import link, units
 from .problems import Problem, render
 from .source import LABELS, read
@@ -27,21 +28,14 @@ S = TypeVar("S")
 def lint(text: str, sheet: Sheet, checks: Iterable[Check] = ()) -> list[Problem]:
     """Everything odd in a text, in the order of its places.
 
-    A text that never enters a program is taken for one if it holds what makes sense in a program only (a label, a
-    branch, the command 0 of a CY5xx, a delayed command of a GS-C), else for commands of a host.
+    A text is what a host sends, as `slewline run` takes it: without a command that begins program entry there is no
+    program in it.
     """
     source = read(text, sheet)
-    if not source.blocks and any(_stored_only(statement) for statement in source.statements):
-        source = read(text, sheet, bare=True)
     link(source)
     for check in (*RULES, *(CY5XX_RULES if sheet.in_letters else ()), *checks):
         check(source)
     return sorted(set(source.problems))
-
-
-def _stored_only(statement: Statement) -> bool:
-    row = statement.row
-    return bool(statement.labels) or statement.target is not None or row.code == 0 or not row.when
 
 
 # ------------------------------------------------------------------------------------------------------- where it goes
@@ -91,7 +85,7 @@ def explored(block: Block, address: int, states: Sequence[S], step: Callable[[St
 def branches(source: Source) -> list[tuple[Statement, Operand, Block]]:
     """Every branch, with the program that it goes to; in command mode, the program that was entered before it."""
     found = []
-    before = source.blocks[0] if source.blocks and source.blocks[0].entry is None else None
+    before = None
     for statement in source.statements:
         if statement.row.name == source.sheet.enter and statement.block < 0:
             before = next(block for block in source.blocks if block.entry is statement)
@@ -206,7 +200,8 @@ def entries(source: Source) -> None:
     """Programs are closed, and their labels are used."""
     used = {(id(block), target.label) for _, target, block in branches(source)}
     for block in source.blocks:
-        if block.entry is not None and block.quit is None:
+        assert block.entry is not None
+        if block.quit is None:
             found, remedy = "a program without Q: all that follows is stored", "write Q behind its last instruction"
             source.report(block.entry, "no-quit", "warning", found, section=block.entry.row.where, remedy=remedy)
         for statement in block.statements:
@@ -215,5 +210,5 @@ def entries(source: Source) -> None:
                     source.report(statement, "unused-label", "note", f"nothing branches to {letter}", section=LABELS)
 
 
-RULES: tuple[Check, ...] = (targets, flow)
-CY5XX_RULES: tuple[Check, ...] = (ends, loops, misplaced, entries)
+RULES: tuple[Check, ...] = (targets, flow, dialogue.driven)
+CY5XX_RULES: tuple[Check, ...] = (ends, loops, misplaced, entries, dialogue.live, dialogue.course)

@@ -3,6 +3,7 @@
     SET_POS 12345             10  0000 3039     command byte; words, the high one first, each high byte first
     set_vel $2C000            11  0002 C000     capitals do not count; hexadecimal behind $ or 0x
     SET_ACC -127795           12  FFFE 0CCD     two's complement; $FFFE0CCD is the same number
+    SET_VEL 12345 steps/s     11  0004 0B93     the nearest number, at the crystal of the part; rates.py has the units
     GET_STATUS                31 [0300]         a word that the chipset returns
     UPDATE                    1A
 
@@ -16,9 +17,12 @@ import re
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from fractions import Fraction
+from itertools import zip_longest
+from math import isfinite
 
 from ..core.table import Arg, Bits, Row, Sheet
 from ..errors import UnknownName, UsageError
+from . import rates
 from .dialects import Command
 from .lines import Refusal
 
@@ -35,14 +39,40 @@ def words(row: Row, values: Sequence[int]) -> tuple[int, ...]:
     Raises:
         UsageError: too few values or too many, or one that is out of range; the message says what is allowed.
     """
-    takes = " and ".join(arg.name for arg in row.args) or "no argument"
     if len(values) != len(row.args):
-        raise UsageError(f"{row.name} takes {takes}, not {len(values)} values")
+        raise UsageError(f"{row.name} takes {row.takes}, not {len(values)} values")
     for arg, value in zip(row.args, values, strict=True):
         if not isinstance(value, int) or isinstance(value, bool) or not arg.allows(value):
-            raise UsageError(f"{row.name} {arg.name} {value!r}: allowed {arg.low}..{arg.high} ({row.where})")
+            meant = (
+                f"; {_scaled(arg, repr(value))}"
+                if isinstance(value, float) and arg.fraction and isfinite(value)
+                else ""
+            )
+            raise UsageError(f"{row.name} {arg.name} {value!r}: allowed {arg.low}..{arg.high} ({row.where}){meant}")
     data = row.pack(values)[1:]
     return tuple(int.from_bytes(data[at : at + 2], "big") for at in range(0, len(data), 2))
+
+
+def numbers(sheet: Sheet, row: Row, values: Sequence[int | str], crystal_hz: int | None = None) -> tuple[int, ...]:
+    """What a command is given, with rates as text ("12345 steps/s") made the numbers of its registers.
+
+    Raises:
+        UsageError: a text that is no rate, or not of this register.
+    """
+    found = []
+    for arg, value in zip_longest(row.args, values):
+        if isinstance(value, str):
+            rate = (
+                rates.spoken(arg, value, rates.cycles_per_s(sheet, crystal_hz))
+                if arg is not None and arg.cycles
+                else None
+            )
+            if rate is None:
+                takes = f"a number, or a rate in {rates.units(arg)}" if arg and arg.cycles else "a number"
+                raise UsageError(f"{row.name} {value!r}: expected {takes}")
+            value = rate
+        found.append(value)
+    return tuple(found[: len(values)])
 
 
 def values(args: Iterable[Arg], found: Sequence[int]) -> tuple[int, ...]:
@@ -108,27 +138,30 @@ def row(sheet: Sheet, name: str) -> Row:
     return found
 
 
-def command(sheet: Sheet, text: str) -> Command:
-    """A line as a command of this part: mnemonic and number.
+def command(sheet: Sheet, text: str, crystal_hz: int | None = None) -> Command:
+    """A line as a command of this part: mnemonic and number; rates in seconds go by the crystal.
 
     Raises:
         UsageError: it is none; the message says what would be one.
     """
-    found = parse(sheet, text)
+    found = parse(sheet, text, crystal_hz)
     if isinstance(found, Refusal):
         allowed = f": allowed {found.allowed}" if found.allowed else ""
         raise UsageError(f"{found.found}{allowed}{f'; {found.remedy}' if found.remedy else ''}")
     return found
 
 
-def parse(sheet: Sheet, text: str) -> Command | Refusal:
+def parse(sheet: Sheet, text: str, crystal_hz: int | None = None) -> Command | Refusal:
     """The same, without raising: a line that is no command is a `Refusal`, with the place of what is wrong."""
     name = "".join(text.split(maxsplit=1)[:1])
     known = sheet.commands.by_form.get(name.upper())
     if known is None:
         return _stranger(sheet, name)
     rest = text.lstrip()[len(name) :]
-    return _arguments(known, text, len(text) - len(rest.lstrip()))
+    at = len(text) - len(rest.lstrip())
+    if "/" in rest and known.args and known.args[0].cycles:
+        return _rate(known, text, at, rates.cycles_per_s(sheet, crystal_hz))
+    return _arguments(known, text, at)
 
 
 def spell(row: Row, values: Sequence[int]) -> str:
@@ -160,17 +193,31 @@ def number(text: str, arg: Arg) -> int | None:
     return value - arg.modulus if digits and negative else value
 
 
+def _rate(row: Row, text: str, at: int, per_s: Fraction) -> Command | Refusal:
+    """A rate with its unit behind a mnemonic."""
+    arg, written = row.args[0], text[at:].rstrip()
+    says = written if len(written) <= LONGEST else f"{written[:LONGEST]}..."
+    try:
+        value = rates.spoken(arg, written, per_s)
+    except UsageError as error:
+        return _refusal("range", at, at + len(written), f"{row.name} {error}")
+    if value is None:
+        remedy = f"write a decimal number with {rates.units(arg)} behind it"
+        return _refusal("bad-number", at, at + len(written), f"{row.name} {arg.name} {says}", range_of(arg), remedy)
+    return Command(row, (value,), 0, b"", spell(row, (value,)))
+
+
 def _arguments(row: Row, text: str, at: int) -> Command | Refusal:
     """The number behind a mnemonic; it begins at character `at`."""
-    takes = row.args[0].name if row.args else "no argument"
     found = text[at:].split()
     if len(found) > len(row.args):
         first = text.index(found[len(row.args)], at + sum(map(len, found[: len(row.args)])))
-        return _refusal("extra-argument", first, len(text), f"{row.name} with {text[first:]}", takes)
-    if len(found) < len(row.args):
         return _refusal(
-            "missing-argument", len(text), len(text) + 1, f"{row.name} without {takes}", range_of(row.args[0])
+            "extra-argument", first, len(text), f"{text[first:]} behind {row.name}, which takes {row.takes}"
         )
+    if len(found) < len(row.args):
+        arg = row.args[0]
+        return _refusal("missing-argument", len(text), len(text) + 1, f"{row.name} without {arg.name}", range_of(arg))
     if not found:
         return Command(row, (), 0, b"", row.form)
     arg, written = row.args[0], found[0]
@@ -193,12 +240,17 @@ def _number_meant(arg: Arg, written: str) -> str:
     if re.fullmatch(r"[0-9a-fA-F]{1,8}[hH]?", written):
         return f"hexadecimal is written 0x{written.rstrip('hH').upper()}"
     if arg.fraction and re.fullmatch(r"[+-]?[0-9]{0,9}\.[0-9]{1,9}", written):
-        scaled = Fraction(written) * (1 << arg.fraction)
-        whole = "" if scaled.denominator == 1 else f"{float(scaled):.8g}, no whole number; the nearest is "
-        return f"{written} {arg.unit} is {whole}{round(scaled)}"
+        return _scaled(arg, written)
     if re.fullmatch(r"[+-]?[0-9][0-9_,']*", written):
         return "write digits, without anything between them"
     return "write decimal digits, or hexadecimal ones behind 0x or $"
+
+
+def _scaled(arg: Arg, written: str) -> str:
+    """What a decimal fraction is in a register."""
+    scaled = Fraction(written) * (1 << arg.fraction)
+    whole = "" if scaled.denominator == 1 else f"{float(scaled):.8g}, no whole number; the nearest is "
+    return f"{written} {arg.unit} is {whole}{round(scaled)}"
 
 
 def _stranger(sheet: Sheet, name: str) -> Refusal:

@@ -7,10 +7,13 @@ A register with `fraction` bits behind the binary point, whose unit has the cycl
 The MC1451A works 25 MHz / 8192 = 3051.7578125 cycles in a second.  Its manual reckons with 3030 (330 us) in its worked
 figures, and cuts steps per cycle off behind six digits before it scales them: 4.07425 steps/cycle, 267010.  `manual`
 does the same; a motor then runs 0.72 % too fast.
+
+Scripts and hosts may write a rate with its unit, `spoken`: 12345 steps/s, 0.5 steps/cycle2, 8e5 steps/s^3.
 """
 
 from __future__ import annotations
 
+import re
 from decimal import ROUND_DOWN, Context, Decimal
 from fractions import Fraction
 from math import floor
@@ -19,6 +22,9 @@ from ..core.table import Arg, Sheet
 from ..errors import UsageError
 
 ROUND_FIGURE = 3030  # cycles per second, in the manual's worked figures
+_SPOKEN = re.compile(
+    r"([+-]?(?:[0-9]{1,20}(?:\.[0-9]{0,20})?|\.[0-9]{1,20})(?:[eE][+-]?[0-9]{1,2})?)\s*steps/(s|cycle)(?:\^?([23]))?"
+)
 _SIX_DIGITS = Context(prec=6, rounding=ROUND_DOWN)
 
 Rate = int | float | Fraction | Decimal
@@ -36,6 +42,32 @@ def register(arg: Arg, rate: Rate, per_s: Fraction) -> int:
         UsageError: a rate that the register cannot hold, or no number.
     """
     return _held(arg, _number(rate) / per_s**arg.cycles, rate)
+
+
+def spoken(arg: Arg, text: str, per_s: Fraction) -> int | None:
+    """The nearest register value, a half upwards, for a rate as text; None: `text` is none.
+
+    Args:
+        text: a decimal number with steps/s or steps/cycle behind it; an acceleration or a jerk has its power there:
+            steps/s2 or steps/s^2, steps/cycle3.
+        per_s: cycles in a second.
+
+    Raises:
+        UsageError: the unit of another register, or more than this one can hold.
+    """
+    match = _SPOKEN.fullmatch(text.strip())
+    if match is None:
+        return None
+    number, time, power = match.groups()
+    if int(power or 1) != arg.cycles:
+        raise UsageError(f"{arg.name} {text.strip()}: allowed {units(arg)}")
+    return _held(arg, Fraction(number) / (per_s**arg.cycles if time == "s" else 1), text.strip())
+
+
+def units(arg: Arg) -> str:
+    """The units in which a rate may be written: "steps/s2 or steps/cycle2"."""
+    power = str(arg.cycles) if arg.cycles > 1 else ""
+    return f"steps/s{power} or steps/cycle{power}"
 
 
 def manual(arg: Arg, rate: Rate) -> int:

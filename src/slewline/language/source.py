@@ -35,7 +35,7 @@ from dataclasses import replace
 
 from ..core.table import Arg, Row, Sheet
 from . import packets
-from .dialects import LINE_LIMIT, Command
+from .dialects import LINE_LIMIT, Command, slip, stranger
 from .lines import SIGN, Refusal, parse, places, usage
 from .problems import Place
 from .statements import Block, Directive, Operand, Source, Statement
@@ -152,30 +152,30 @@ class _Line:
 
     def unknown(self, at: int) -> None:
         letter = self.text[at]
-        known = letter.upper() in self.sheet.commands.by_form
         letters = " ".join(row.form for row in self.sheet.commands)
-        remedy = f"write {letter.upper()}: command letters are upper case" if known else ""
+        remedy = stranger(self.sheet, letter)
         self.error(at, at + 1, "unknown-command", f"{letter} is no command", letters, "", remedy)
 
     def behind_quit(self, row: Row, at: int) -> None:
         argument = self.text[at:].lstrip()
         first, end = len(self.text) - len(argument), len(self.text)
-        remedy = f"{row.form} stands alone: it ends by itself"
-        self.error(first, end, "extra-argument", f"{row.name} with {argument}", "no argument", row.where, remedy)
+        remedy = slip(self.sheet, argument, row) or f"{row.form} stands alone: it ends by itself"
+        found = f"{argument} behind {row.name}, which takes no argument"
+        self.error(first, end, "extra-argument", found, "", row.where, remedy)
 
     def operands(self, row: Row, at: int) -> tuple[Operand, ...] | None:
         """The arguments; None if there are too few, or one of them is no number."""
         rest, needed = self.text[at:], len(row.args)
         words = list(_WORD.finditer(rest))
-        takes = " and ".join(arg.name for arg in row.args) or "no argument"
+        end = len(self.text)
         if len(words) > needed:
             first = at + words[needed].start()
-            self.error(
-                first, len(self.text), "extra-argument", f"{row.name} with {self.text[first:]}", takes, row.where
-            )
+            found = f"{self.text[first:]} behind {row.name}, which takes {row.takes}"
+            self.error(first, end, "extra-argument", found, "", row.where, slip(self.sheet, self.text[first:], row))
         elif len(words) < needed:
-            found = f"{row.name} without {row.args[len(words)].name}"
-            self.error(len(self.text), len(self.text) + 1, "missing-argument", found, takes, row.where)
+            arg = row.args[len(words)]
+            found, remedy = f"{row.name} without {arg.name}", slip(self.sheet, rest, row)
+            self.error(end, end + 1, "missing-argument", found, self.allowed(arg), row.where, remedy)
             return None
         elif needed:
             self.spacing(row, at)
@@ -199,20 +199,23 @@ class _Line:
     def operand(self, row: Row, arg: Arg, word: str, at: int) -> Operand | None:
         named = f"{row.name} {arg.name} {word}" if len(row.args) > 1 else f"{row.name} {word}"
         section = row.where.split("; ")[-1]  # ranges stand in the table, which is named last
-        allowed = f"{arg.low}..{arg.high}"
         place = self.spot(at, at + len(word))
         if word.isascii() and word.isdigit():
             number = int(word)
             if not arg.low <= number <= arg.high:
                 remedy = f"the nearest is {min(max(number, arg.low), arg.high)}"
-                self.error(at, at + len(word), "range", named, allowed, section, remedy)
+                self.error(at, at + len(word), "range", named, f"{arg.low}..{arg.high}", section, remedy)
             return Operand(*place, number % arg.modulus)
         if arg.label and len(word) == 1 and word in self.sheet.labels:
             return Operand(*place, ord(word), word)
-        if arg.label and self.sheet.labels:
-            allowed += f" or a label {self.sheet.labels[0]}..{self.sheet.labels[-1]}"
-        self.error(at, at + len(word), "bad-number", named, allowed, section, "numbers are decimal digits alone")
+        remedy = slip(self.sheet, word) or "numbers are decimal digits alone"
+        self.error(at, at + len(word), "bad-number", named, self.allowed(arg), section, remedy)
         return None
+
+    def allowed(self, arg: Arg) -> str:
+        """What an argument may be."""
+        letters = self.sheet.labels if arg.label else ""
+        return f"{arg.low}..{arg.high}" + (f" or a label {letters[0]}..{letters[-1]}" if letters else "")
 
 
 class _CommandLine(_Line):
@@ -239,7 +242,9 @@ class _CommandLine(_Line):
         alike = [row for row in self.sheet.commands if row.head[0] == letter]
         unknown, remedy = found.code == "unknown", ""
         code = {"unknown": "unknown-command", "argument": "bad-argument"}.get(found.code, found.code)
-        if meant := self.meant():
+        if word := slip(self.sheet, self.text):
+            remedy = word
+        elif meant := self.meant():
             remedy = f"write {meant}: no blanks, and capitals count"
         elif unknown and alike:
             remedy = f"with this letter it has {', '.join(map(usage, alike))}"

@@ -67,6 +67,11 @@ class Directive:
         """Characters."""
         return len(self.text)
 
+    @property
+    def verb(self) -> str:
+        """The word that says what to do."""
+        return "".join(self.text.removeprefix("@").split(maxsplit=1)[:1])
+
 
 Item = Statement | Directive
 

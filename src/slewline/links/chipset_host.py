@@ -18,7 +18,7 @@ from time import monotonic, sleep
 from ..chips import sheet_of
 from ..errors import ChecksumError, Timeout, UsageError
 from ..language import packets
-from ..parts.packet_port import Packet, packet_of
+from ..parts.packet_port import Packet, packet_of, updates
 from .chipset_port import ChipsetPort
 
 
@@ -33,13 +33,14 @@ class ChipsetHost:
     def __init__(self, host: str, port: int, timeout: float = 10.0) -> None:
         self.port = ChipsetPort(host, port, timeout)
         self.sheet = sheet_of(self.port.part)
+        self.updated = False  # nobody knows yet that the cycle has begun which works the last update
 
-    def command(self, name: str, *values: int, axis: int = 0) -> int | None:
+    def command(self, name: str, *values: int | str, axis: int = 0) -> int | None:
         """Send a command and check the checksum; returns what the command returns, if it returns anything.
 
         Args:
             name: the mnemonic.
-            values: what the command takes, in its own units.
+            values: what the command takes, in its own units; rates also as text, "12345 steps/s", at the usual crystal.
             axis: becomes the current axis first; 0: whichever is current.
 
         Raises:
@@ -48,7 +49,7 @@ class ChipsetHost:
         row = packets.row(self.sheet, name)
         if axis:
             self.command(f"SET_{axis}")
-        found = self._exchange(packet_of(row, values))
+        found = self._exchange(packet_of(row, packets.numbers(self.sheet, row, values)))
         return packets.values(row.reads, found)[0] if row.reads else None
 
     def query(self, name: str, axis: int = 0) -> int:
@@ -65,11 +66,16 @@ class ChipsetHost:
         """Ask for the status word until a bit of it is 1, or, with "!" before its name, 0; returns the word.
 
         Args:
-            bit: "motion_complete", "!in_motion" ...
+            bit: "motion_complete", "!in_motion" ...; behind an update !in_motion waits for the cycle that works it.
             every: pause between two questions.
         """
         field, wanted = packets.status_bit(self.sheet, bit.removeprefix("!")), not bit.startswith("!")
         end = monotonic() + timeout
+        if field.name == "in_motion" and not wanted and self.updated:
+            begun = self.query("GET_TIME")
+            while self.query("GET_TIME") == begun and monotonic() < end:
+                pass
+            self.updated = False
         while field.of(word := self.query("GET_STATUS")) != wanted:
             if monotonic() >= end:
                 raise Timeout(f"{self.port.where}: waited {timeout:g} s for {bit}; the status is {word:04x}")
@@ -82,6 +88,7 @@ class ChipsetHost:
         wrong = packet.checked and packet.mismatch(self.sheet, self.port.where, found, words[-1])
         if wrong:
             raise ChecksumError(wrong)
+        self.updated |= updates(self.sheet, packet.code)
         return found
 
     def close(self) -> None:

@@ -257,7 +257,21 @@ class Requests:
                 return line
         raise UsageError(f"no serial line {name!r}; there are: {', '.join(line.name for line in lines) or 'none'}")
 
+    def eeprom(self, request: Data, fails: bool) -> Data:
+        """Let the EEPROM of a module fail, or no more."""
+        chip = self.chip(request["chip"])
+        if not hasattr(chip, "eeprom_fault"):
+            raise UsageError(f"chip {chip.name!r}: a {chip.sheet.part} has no EEPROM")
+        if {"line", "to", "count", "chance", "seed"} & set(request) or request.get("kind", "eeprom") != "eeprom":
+            raise UsageError(f"{request['do']}: a chip has the kind eeprom alone; all others are those of a line")
+        chip.eeprom_fault = fails
+        return {}
+
     def do_fault(self, request: Data) -> Data:
+        if "chip" in request:
+            return self.eeprom(request, True)
+        if not {"line", "to"} <= set(request):
+            raise UsageError("fault: needs line, to and kind, or chip and the kind eeprom")
         line, to = self.line(request["line"]), request["to"]
         if to not in DIRECTIONS:
             raise UsageError(f"to {to!r}; allowed {', '.join(DIRECTIONS)}")
@@ -266,6 +280,10 @@ class Requests:
         return {}
 
     def do_clear(self, request: Data) -> Data:
+        if "chip" in request:
+            return self.eeprom(request, False)
+        if "line" not in request:
+            raise UsageError("clear: needs line or chip")
         line = self.line(request["line"])
         line.to_chip.clear()
         line.to_host.clear()

@@ -4,7 +4,7 @@ The UART of figure 10.16 only receives, and has no way to hold a host up.  This 
 computer instead, which does the handshake for whoever sits at the far end:
 
     R 100            a command, as in a program file; it goes out as fast as the chip takes it
-    ?0 ... ?3        read a verify group; the answer is its bytes:  ?3 4E 20 47
+    ?0 ... ?3        read a verify group, of a running program through PROG/LIVE; its bytes:  ?3 4E 20 47
     ?                are commands still to be sent or taken?        ? busy, or ? ready
     !                forget what is to be sent, and what was asked; the answer is !
 
@@ -82,7 +82,7 @@ class FramedLine(Line):
             if text[1:] not in groups:
                 raise UsageError(f"{text}: allowed ?, ?{', ?'.join(groups)}")
             self._check_room(text)
-            self.computer.verify(int(text[1:]))
+            self.computer.verify(int(text[1:]), live=None)
             self.computer.do(self._answered(text))
         else:
             self._check_room(text)

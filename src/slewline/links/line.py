@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from ..core.serial import Character
+from ..language.lines import KEPT
 from ..parts.noise import LINKED, Noise
 from ..parts.rs232 import LATE_PS, SerialPort
 from .log import TO_CHIP, TO_HOST, Log
@@ -22,6 +23,7 @@ from .pace import Pace, Wait
 if TYPE_CHECKING:
     from ..core.chip import Chip
 
+BLIND = KEPT.bit_length() - 1  # the number of the bit that a checksum always has: wrong, it would pass the checksum
 BACKLOG = 256  # characters that may wait for their turn on the line
 PATIENCE_PS = 60 * 10**12  # how long an answer is waited for, in lockstep or by a host that says no more
 
@@ -119,7 +121,8 @@ class SerialLine(Line):
         self.port = port
         self.coming = 0  # characters whose last bit is not over
         self.late_ps = 0  # a late character of the module comes then, and those behind it not before
-        self.to_chip, self.to_host = Noise(port.word.bits, LINKED), Noise(port.word.bits, LINKED)
+        spared = BLIND if any(chip.sheet.in_lines for chip in chips) else None
+        self.to_chip, self.to_host = (Noise(port.word.bits, LINKED, spared) for _ in range(2))
         port.on_character = self._character
 
     def feed(self, data: bytes) -> None:

@@ -47,15 +47,21 @@ class Log:
         self.file: TextIO | None = None
         self.open: dict[str, tuple[str, int, bytearray]] = {}  # by line: direction, instant, characters so far
         self.on_terminal = path == "-"
+        self.reopen()
+
+    def reopen(self) -> None:
+        """Write behind what is in the file, if there is one; the transcript may have been closed before."""
+        if self.path is None or self.file is not None:
+            return
         if self.on_terminal:
             self.file = sys.stderr
-        elif path is not None:
-            if os.path.exists(path) and not os.path.isfile(path):
-                raise UsageError(f"log {path}: is no regular file; give a file, or - for standard error")
-            try:
-                self.file = open(path, "a", encoding="ascii", buffering=1)  # noqa: SIM115
-            except OSError as error:
-                raise UsageError(f"log {path}: {error.strerror}; give a file that can be written") from None
+            return
+        if os.path.exists(self.path) and not os.path.isfile(self.path):
+            raise UsageError(f"log {self.path}: is no regular file; give a file, or - for standard error")
+        try:
+            self.file = open(self.path, "a", encoding="ascii", buffering=1)  # noqa: SIM115
+        except OSError as error:
+            raise UsageError(f"log {self.path}: {error.strerror}; give a file that can be written") from None
 
     def characters(self, line: str, way: str, data: bytes) -> None:
         """Characters have passed."""

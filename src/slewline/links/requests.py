@@ -62,7 +62,7 @@ CHIP = record(
 HITS = record({way: mapping(WHOLE) for way in ("chip", "host")})
 LINE = record(
     {"chips": array(TEXT), "host": {"type": ["string", "null"]}, "taken": WHOLE, "given": WHOLE, "dropped": WHOLE},
-    {"baud": WHOLE, "format": TEXT, "hits": HITS},
+    {"baud": WHOLE, "format": TEXT, "hits": HITS, "findings": array(FOUND)},
 )
 PACE = record(
     {"lockstep": BOOLEAN}, {"rate": NUMBER, "events": WHOLE, "late": WHOLE, "worst_us": WHOLE, "lost_us": WHOLE}
@@ -82,7 +82,7 @@ class Key:
 
 @dataclass(frozen=True)
 class Request:
-    """A request; `until` has two forms, and so two rows."""
+    """A request; one that has two forms, such as `until`, has two rows."""
 
     do: str
     says: str
@@ -90,6 +90,11 @@ class Request:
     keys: tuple[Key, ...] = ()
     reply: tuple[Key, ...] = ()
     form: str = ""
+
+    @property
+    def needs(self) -> list[str]:
+        """The keys that may not be left out."""
+        return [key.name for key in self.keys if not key.default]
 
     @property
     def name(self) -> str:
@@ -150,6 +155,14 @@ REQUESTS = (
             Key("chance", NUMBER | {"minimum": 0, "maximum": 1}, "the share of them that is hit", "1"),
             Key("seed", WHOLE, "which of them: the same seed hits the same ones", "0"),
         ),
+        form="line",
+    ),
+    Request(
+        "fault",
+        "Let the programming of an EEPROM fail: M and X are answered E6.",
+        {"chip": "x", "kind": "eeprom"},
+        (A_CHIP, Key("kind", {"enum": ["eeprom"]}, "eeprom")),
+        form="chip",
     ),
     Request(
         "clear",
@@ -157,7 +170,9 @@ REQUESTS = (
         {"line": "x"},
         (A_LINE,),
         (Key("hits", HITS, "how many characters were hit, by direction and kind"),),
+        "line",
     ),
+    Request("clear", "The EEPROM works again.", {"chip": "x"}, (A_CHIP,), form="chip"),
     Request(
         "power",
         "Switch the supply of a chip.",
@@ -224,10 +239,10 @@ def read(line: bytes) -> Data:
     if not rows:
         raise UsageError(f"do {do!r}; allowed {', '.join(NAMES)}")
     keys = {key.name: key for row in rows for key in row.keys}
-    for key in rows[0].keys if len(rows) == 1 else ():
-        if key.name not in request and not key.default:
-            needed = ", ".join(key.name for key in rows[0].keys if not key.default)
-            raise UsageError(f"{do}: needs {needed}; {key.name} is missing")
+    needed = [name for name in keys if all(name in row.needs for row in rows)]
+    for name in needed:
+        if name not in request:
+            raise UsageError(f"{do}: needs {', '.join(needed)}; {name} is missing")
     for name, value in request.items():
         if name not in ("do", *keys, *(key.name for key in COMMON)):
             raise UsageError(f"{do}: {name} is unknown; allowed {', '.join(keys) or 'nothing'}")

@@ -27,6 +27,7 @@ from .loop import Loop
 from .pace import Pace
 from .registers import RegisterLine, RegisterPort
 from .reports import Reports
+from .store import FileStore
 from .tcp import TcpPort
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ class Server:
         tell: Callable[[str], object] = lambda _text: None,
     ) -> None:
         self.bench, self.pace, self.allow_remote, self.tell = bench, pace, allow_remote, tell
-        self.troubles: list[str] = []  # files that take no more
+        self.troubles: list[str] = []  # files that take no more, and what else is wrong around the chips
         self.log = Log(bench.kernel, log, self._trouble)
         if bench.journal is not None:
             bench.journal.on_failure = self._trouble
@@ -84,6 +85,9 @@ class Server:
         self.forgotten: Counter[str] = Counter()  # steps of chips, as far as their past is no longer kept
         self.over = False
         bench.on_finding = self._finding
+        for chip in bench.chips.values():
+            if isinstance(store := getattr(chip, "store", None), FileStore):
+                store.on_failure = self._trouble
 
     # ---------------------------------------------------------------------------------------------------- furnishing
     def line(self, *chips: Chip, framing: bool = False) -> Line:
@@ -122,6 +126,7 @@ class Server:
         name = f"{chips[0].name}_line"
         port: SerialPort = self.bench.part("serial_port", name=name, baud=baud, bits=bits, parity=parity, stop=stop)
         self.bench.connect(port, chips)
+        self.troubles += [found.text for found in port.findings]  # they are told as findings
         return port
 
     def _uart(self, chip: Chip) -> SerialPort:
@@ -249,8 +254,9 @@ class Server:
         self.tell(text)
 
     def _trouble(self, text: str) -> None:
-        self.troubles.append(text)
-        self._say("server", text)
+        if text not in self.troubles:  # what a host tries again is not told again
+            self.troubles.append(text)
+            self._say("server", text)
 
     def _finding(self, found: Finding) -> None:
         self.found += 1

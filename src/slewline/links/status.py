@@ -9,7 +9,7 @@ from .line import Line, SerialLine
 from .pace import Paced
 
 if TYPE_CHECKING:
-    from ..core.chip import Chip, OneAxis
+    from ..core.chip import Chip, Finding, OneAxis
     from .server import Server
 
 SHOWN_FINDINGS = 20
@@ -47,11 +47,13 @@ def chip_status(server: Server, chip: Chip) -> dict[str, Any]:
         "moving": chip.moving,
         "waiting": chip.waiting,
         "steps": server.steps_of(chip),
-        "findings": [
-            {"time_ps": found.time_ps, "code": found.code, "text": found.text}
-            for found in chip.findings[-SHOWN_FINDINGS:]
-        ],
+        "findings": last(chip.findings),
     }
+
+
+def last(findings: list[Finding]) -> list[dict[str, Any]]:
+    """The last ones of some findings."""
+    return [{"time_ps": found.time_ps, "code": found.code, "text": found.text} for found in findings[-SHOWN_FINDINGS:]]
 
 
 def axis_status(axis: OneAxis) -> dict[str, Any]:
@@ -71,6 +73,7 @@ def line_status(line: Line) -> dict[str, Any]:
     if isinstance(line, SerialLine):
         found |= {"baud": int(line.port.baud), "format": str(line.port.word)}
         found |= {"hits": {"chip": line.to_chip.done, "host": line.to_host.done}}
+        found |= {"findings": last(line.port.findings)}
     return found
 
 

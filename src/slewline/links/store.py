@@ -14,7 +14,7 @@ and whatever ends it before leaves the former content in place:
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from struct import Struct
@@ -42,6 +42,7 @@ class FileStore:
     def __init__(self, path: str | os.PathLike[str], system: Any = os) -> None:
         self.path, self.system = Path(path), system
         self._part = self.path.with_name(f".{self.path.name}.part")
+        self.on_failure: Callable[[str], object] = lambda _text: None  # is told why a read or a write was refused
 
     def read(self) -> bytes:
         """The content; empty when nothing was ever written.
@@ -51,9 +52,10 @@ class FileStore:
         """
         with self._refusals("read"):
             found = self._found()
-        data = found[HEADER.size :]
-        if found and found != packed(data):
-            raise StoreError(f"{self.path}: the memory is damaged (length or checksum); remove the file to begin empty")
+            data = found[HEADER.size :]
+            if found and found != packed(data):
+                why = "the memory is damaged (length or checksum); remove the file to begin empty"
+                raise StoreError(f"{self.path}: {why}")
         return data
 
     def write(self, data: bytes) -> None:
@@ -113,16 +115,17 @@ class FileStore:
 
     @contextmanager
     def _refusals(self, verb: str) -> Iterator[None]:
-        """Say what the system refuses as an error of ours."""
+        """Say what the system refuses as an error of ours, and tell of it."""
         try:
             yield
-        except StoreError:
+        except StoreError as error:
+            self.on_failure(str(error))
             raise
         except OSError as error:
             why = error.strerror or error
-            raise StoreError(
-                f"{self.path}: cannot {verb} the memory: {why}; give a file in a writable directory"
-            ) from error
+            text = f"{self.path}: cannot {verb} the memory: {why}; give a file in a writable directory"
+            self.on_failure(text)
+            raise StoreError(text) from error
 
 
 def packed(data: bytes) -> bytes:

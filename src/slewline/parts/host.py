@@ -7,6 +7,7 @@ A host never hesitates unless it is told to: `delay_ps` is what its program take
 
 from __future__ import annotations
 
+import re
 from collections import deque
 from collections.abc import Awaitable, Callable, Sequence
 from typing import TYPE_CHECKING, Any
@@ -46,6 +47,7 @@ class Port:
         pins = self.pins
         self.ready, self.slew, self.mode = pins["ready"].net, pins["slew"].net, pins["ascii_binary"].net
         self.outstrobe, self.motion_complete = pins["outstrobe"].net, pins["motion_complete"].net
+        self.running = pins["run"].net
 
     def ps(self, us: int) -> int:
         """A time that is stated at 11 MHz, at the crystal of the chip."""
@@ -65,6 +67,16 @@ class Port:
                 return encode_binary(found.row, found.values)
         raise UsageError(f"host: {command!r} is no command; it cannot be put into binary form")
 
+    def group_size(self, group: int) -> int:
+        """Bytes of a verify group in the present mode: the position has five digits, or two bytes in binary mode."""
+        return 2 if group == 0 and self.mode.level == 0 else self.sheet.verify_bytes[group]
+
+    def group_of(self, command: str) -> int | None:
+        """The verify group that a command points at; None: it is no V, or there is no such group."""
+        match = re.fullmatch(r"V *([0-9]+) *", command)
+        group = int(match[1]) if match else -1
+        return group if group in self.sheet.verify_bytes else None
+
 
 class Host(Part):
     """A host computer on the command port of one or several chips that share its bus."""
@@ -83,6 +95,7 @@ class Host(Part):
         self.doing = ""
         self.since = 0
         self.answer: Any = None
+        self.refused: UsageError | None = None  # what the latest call found when its turn came
         self.wait_for: Callable[[Callable[[], bool], str, str], None] | None = None  # the bench lets time pass
         self.on_input: Callable[[str, list[Any]], object] | None = None  # the journal
         self.on_event: Callable[[str], object] | None = None  # a transcript
@@ -222,8 +235,15 @@ class Host(Part):
     # -------------------------------------------------------------------------------------- calls that let time pass
     def _call(self, verb: str, args: list[Any], action: Action, timeout: str) -> Any:
         self._journal("call", [verb, self.port.chip, *args])
-        self.answer = None
-        self.do(action)
+        self.answer = self.refused = None
+
+        async def guarded(port: Port) -> None:
+            try:
+                await action(port)
+            except UsageError as error:
+                self.refused = error
+
+        self.do(guarded)
         if self.wait_for is None:
             return None
         try:
@@ -231,6 +251,8 @@ class Host(Part):
         except Timeout:
             self.give_up()
             raise
+        if self.refused is not None:
+            raise self.refused
         return self.answer
 
     def give_up(self) -> None:
@@ -241,26 +263,66 @@ class Host(Part):
             self._journal("give_up", [])
             self.queue.pop()
 
-    def live(self, *commands: str, timeout: str = "5 s") -> None:
-        """Give commands to a chip whose program is running, through PROG/LIVE (s.7)."""
-        for command in commands:
-            if not isinstance(command, str) or not command.isascii():
+    def run_program(self, timeout: str = "5 s") -> None:
+        """Send X, and let time pass until RUN is low; from then on only live commands count, until RUN is high again.
+
+        Raises:
+            UsageError: a program runs already.
+        """
+
+        async def action(port: Port) -> None:
+            self.doing = f"starts the program of {port.chip}"
+            await self.command_mode(port, "wait until RUN is high, or give live commands")
+            await self.send_now(port, port.text("X"))
+            await level(port.running, 0)
+
+        self._call("run_program", [], action, timeout)
+
+    async def command_mode(self, port: Port, remedy: str) -> None:
+        """Wait until a byte may be sent.
+
+        Raises:
+            UsageError: a program runs, which takes none.
+        """
+        await level(port.ready, 1)
+        if port.running.level == 0:
+            raise UsageError(f"{self.name}: the program of {port.chip} runs and takes no command; {remedy}")
+
+    def live(self, *commands: str, timeout: str = "5 s") -> bytes:
+        """Give commands to a chip whose program is running, through PROG/LIVE (s.7).
+
+        Returns:
+            What V commands among them brought, one group behind the other.
+        """
+        for command in commands or ("",):
+            if not isinstance(command, str) or not command or not command.isascii():
                 raise UsageError(f"{self.name}: live command {command!r}; expected text such as 'R 20'")
 
         async def action(port: Port) -> None:
             self.doing = f"live commands {', '.join(commands)} to {port.chip}"
-            port.prog.drive(0)
-            await self._between_instructions(port)
-            for number, command in enumerate(commands):
-                data = port.text(command)
-                await self.send_now(port, data[:-1])
-                if number == len(commands) - 1:
-                    await level(port.ready, 1)
-                    port.prog.drive(None)  # before the last terminator, so that the program goes on behind it
-                await self.send_now(port, data[-1:])
-            await level(port.ready, 1)
+            self.answer = await self.live_now(port, commands)
 
-        self._call("live", list(commands), action, timeout)
+        return b"".join(data for _, data in self._call("live", list(commands), action, timeout) or ())
+
+    async def live_now(self, port: Port, commands: Sequence[str], number: int | None = None) -> list[tuple[int, bytes]]:
+        """Commands through PROG/LIVE, each V followed by its read-out; returns (group, bytes) of each."""
+        port.prog.drive(0)
+        await self._between_instructions(port)
+        last, found = commands[-1], []
+        if port.group_of(last) is None:
+            commands = commands[:-1]  # else V twice: the chip is left by one more command, and V changes nothing
+        for command in commands:
+            await self.send_now(port, port.text(command))
+            group = port.group_of(command)
+            if group is not None:
+                found.append((group, await self.fetch(port, port.group_size(group) if number is None else number)))
+        data = port.text(last)
+        await self.send_now(port, data[:-1])
+        await level(port.ready, 1)
+        port.prog.drive(None)  # before the last terminator, so that the program goes on behind it
+        await self.send_now(port, data[-1:])
+        await level(port.ready, 1)
+        return found
 
     async def _between_instructions(self, port: Port) -> None:
         """READY high alone does not say it: an instruction may be about to begin a motion."""
@@ -269,8 +331,17 @@ class Host(Part):
             if await first_of(self.kernel, self.kernel.now + port.ps(SETTLED_US), (port.ready, 0)) is None:
                 return
 
-    def verify(self, group: int, number: int | None = None, timeout: str = "5 s") -> bytes:
-        """Read a verify group: bytes as the chip delivers them (group 0: five digits, or two bytes in binary mode)."""
+    def verify(self, group: int, number: int | None = None, timeout: str = "5 s", live: bool | None = False) -> bytes:
+        """Read a verify group: bytes as the chip delivers them (group 0: five digits, or two bytes in binary mode).
+
+        Args:
+            group: 0 position, 1 program, 2 status, 3 parameters (Table VI).
+            number: how many bytes; all of the group by default.
+            live: read between two instructions of a running program, through PROG/LIVE (s.3 V); None: if one runs.
+
+        Raises:
+            UsageError: no such group, or a program runs and `live` was not asked for.
+        """
         if group not in self.port.sheet.verify_bytes or (
             number is not None and (not isinstance(number, int) or number < 0)
         ):
@@ -278,11 +349,20 @@ class Host(Part):
 
         async def action(port: Port) -> None:
             self.doing = f"reads verify group {group} of {port.chip}"
-            await self.send_now(port, port.text(f"V {group}"))
-            whole = 2 if group == 0 and port.mode.level == 0 else port.sheet.verify_bytes[group]
-            self.answer = await self.fetch(port, whole if number is None else number)
+            self.answer = await self.verify_now(port, group, number, live)
 
-        return self._call("verify", [group, number], action, timeout)  # type: ignore[no-any-return]
+        return self._call("verify", [group, number, timeout, live], action, timeout)  # type: ignore[no-any-return]
+
+    async def verify_now(self, port: Port, group: int, number: int | None = None, live: bool | None = False) -> bytes:
+        """V and its read-out; `live` as with `verify`."""
+        if live is None:
+            await level(port.ready, 1)
+            live = port.running.level == 0
+        if live:
+            return (await self.live_now(port, [f"V {group}"], number))[0][1]
+        await self.command_mode(port, f"verify({group}, live=True) reads through PROG/LIVE")
+        await self.send_now(port, port.text(f"V {group}"))
+        return await self.fetch(port, port.group_size(group) if number is None else number)
 
     def change_rate(self, rate: int, timeout: str = "5 s") -> None:
         """Request a new rate on the fly (s.7): SLEW low, rate on the bus, I/O REQUEST low until SLEW is high."""

@@ -63,10 +63,11 @@ class Noise:
 
     Args:
         kinds: what it can do to a character.
+        spared: the number of a data bit that is never garbled, for example one to which a checksum is blind.
     """
 
-    def __init__(self, bits: int, kinds: tuple[str, ...] = KINDS) -> None:
-        self.bits = bits
+    def __init__(self, bits: int, kinds: tuple[str, ...] = KINDS, spared: int | None = None) -> None:
+        self.bits, self.spared = bits, bits if spared is None else spared
         self.plans: list[Plan] = []
         self.done = dict.fromkeys(kinds, 0)  # how many characters were hit
 
@@ -92,7 +93,8 @@ class Noise:
         if not plan.count:
             self.plans.pop(0)
         self.done[plan.kind] += 1
-        return plan.kind, plan.source.below(self.bits)
+        bit = plan.source.below(self.bits - (self.spared < self.bits))
+        return plan.kind, bit + (bit >= self.spared)
 
     def hit(self, byte: int) -> tuple[int | None, str]:
         """A character passes: what comes out of it (None: nothing), and the fault of its frame, if any."""

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ..core.kernel import Kernel
 from ..core.timebase import picoseconds
 from ..core.waits import until
-from ..errors import ChecksumError, UsageError
+from ..errors import ChecksumError, Timeout, UsageError
 from ..language import packets
 from ..language.source import host_lines
 from .caller import Caller, Errand
@@ -88,12 +88,12 @@ class PacketHost(Caller):
             port.rest()
 
     # ------------------------------------------------------------------------------------------------------ packets
-    def command(self, name: str, *values: int, axis: int = UNKNOWN, timeout: str = "5 s") -> int | None:
+    def command(self, name: str, *values: int | str, axis: int = UNKNOWN, timeout: str = "5 s") -> int | None:
         """Send a command and check the checksum; returns what the command returns, if it returns anything.
 
         Args:
             name: the mnemonic.
-            values: what the command takes, in its own units.
+            values: what the command takes, in its own units; rates also as text, "12345 steps/s", "0.5 steps/cycle2".
             axis: becomes the current axis first, unless it is; 0: whichever is current.
 
         Raises:
@@ -101,7 +101,8 @@ class PacketHost(Caller):
             Timeout: HostRdy stays low.
         """
         row = packets.row(self.port.sheet, name)
-        found = self.fetch(self._queue(packet_of(row, values), axis), timeout)
+        numbers = packets.numbers(self.port.sheet, row, values, self.port.crystal_hz)
+        found = self.fetch(self._queue(packet_of(row, numbers), axis), timeout)
         return packets.values(row.reads, found)[0] if row.reads else None
 
     def query(self, name: str, axis: int = UNKNOWN, timeout: str = "5 s") -> int:
@@ -120,7 +121,9 @@ class PacketHost(Caller):
     def send(self, data: str | bytes, axis: int = UNKNOWN) -> None:
         """Queue packets: text is commands, one a line; bytes are a code and the bytes of its words, as they are."""
         if isinstance(data, str):
-            for command in [packets.command(self.port.sheet, line) for _, _, line in host_lines(data)]:
+            for command in [
+                packets.command(self.port.sheet, line, self.port.crystal_hz) for _, _, line in host_lines(data)
+            ]:
                 self._queue(packet_of(command.row, command.values), axis)
             return
         for part, is_command in operations(as_bytes(self.name, data)):
@@ -130,7 +133,7 @@ class PacketHost(Caller):
         """Ask for the status word until a bit of it is 1, or, with "!" before its name, 0; returns the word.
 
         Args:
-            bit: "motion_complete", "!in_motion" ...
+            bit: "motion_complete", "!in_motion" ...; behind an update !in_motion waits for the cycle that works it.
             every: pause between two questions.
         """
         packets.status_bit(self.port.sheet, bit.removeprefix("!"))
@@ -231,6 +234,7 @@ class PacketHost(Caller):
         port.note_axis(packet.code, found)
         checksum = int.from_bytes(await self.read(port, 2, USUAL), "big") if packet.checked else None
         await port.ready()
+        port.note_update(packet.code)
         if checksum is not None:
             self._check(port, packet, found, checksum)
         return found
@@ -249,14 +253,33 @@ class PacketHost(Caller):
             self.received.append(int.from_bytes(data, "big"))
         return data
 
-    async def until_status(self, port: PacketPort, bit: str, every_ps: int, axis: int = UNKNOWN) -> int:
-        """Ask for the status word, now, until a bit is as it should be."""
+    async def until_status(
+        self,
+        port: PacketPort,
+        bit: str,
+        every_ps: int,
+        axis: int = UNKNOWN,
+        never: Callable[[], bool] = lambda: False,
+    ) -> int:
+        """Ask for the status word, now, until a bit is as it should be.
+
+        An axis is in motion from the cycle on that works its update: !in_motion is asked for when that has begun.
+
+        Raises:
+            Timeout: twice running, `never` says that it cannot become so any more.
+        """
         field, wanted = packets.status_bit(port.sheet, bit.removeprefix("!")), not bit.startswith("!")
         question = packet_of(packets.row(port.sheet, "GET_STATUS"))
+        if field.name == "in_motion" and not wanted:
+            await until(self.kernel, port.worked_ps)
+        hopeless = False
         while True:
             (word,) = await self.exchange(port, question, axis)
             if field.of(word) == wanted:
                 return word
+            before, hopeless = hopeless, never()
+            if before and hopeless:
+                raise Timeout(f"{self.name}: {bit} of {port.chip} cannot come any more")
             await until(self.kernel, self.kernel.now + every_ps)
 
 
@@ -266,7 +289,7 @@ class AxisView:
     def __init__(self, host: PacketHost, number: int) -> None:
         self.host, self.number = host, number
 
-    def command(self, name: str, *values: int, timeout: str = "5 s") -> int | None:
+    def command(self, name: str, *values: int | str, timeout: str = "5 s") -> int | None:
         """PacketHost.command, for this axis."""
         return self.host.command(name, *values, axis=self.number, timeout=timeout)
 

@@ -64,11 +64,14 @@ class PacketPort:
     def __init__(self, kernel: Kernel, chip: Chip, host: str, delay_ps: int) -> None:
         self.kernel, self.chip, self.delay_ps = kernel, chip.name, delay_ps
         self.sheet: Sheet = chip.sheet
+        self.crystal_hz = chip.crystal_hz  # of the board: what a rate in seconds, and a cycle, go by
         self.pins = chip.pins
         self.select, self.reading, self.writing, self.command = (
             Driver(chip.pin(name).net, host) for name in ("hostslct", "hostread", "hostwrite", "hostcmd")
         )
         self.bus = Driver(chip.bus, host)
+        self.cycle_ps = chip.clock.ps(chip.sheet.times["cycle"].ticks)
+        self.worked_ps = 0  # by then the cycle has begun that works the last update
         self.axis = 1
         chip.pin("reset").net.watch(self._restarts)
         chip.pin("hostintrpt").net.watch(lambda net: self._restarts(net) if net.level is None else None)
@@ -125,6 +128,11 @@ class PacketPort:
         self.select.wave(1, (start, end), (0, 1))
         return start, rises, end
 
+    def note_update(self, code: int) -> None:
+        """Note when an update that has just been taken will have been worked."""
+        if updates(self.sheet, code):
+            self.worked_ps = self.kernel.now + self.cycle_ps
+
     def note_axis(self, code: int, found: Sequence[int] = ()) -> None:
         """Note which axis is the current one behind a packet, of which these words were read."""
         row = self.sheet.commands.by_code.get(code)
@@ -141,11 +149,18 @@ class PacketPort:
 
 # ------------------------------------------------------------------------------------------------- commands as packets
 RESET = "RESET"  # the packet that leaves no checksum to be read
+UPDATES = ("UPDATE", "MULTI_UPDATE")
 
 
 def packet_of(row: Row, values: Sequence[int] = ()) -> Packet:
     """A command as a packet."""
     return Packet(row.code, packets.words(row, values), packets.counted(row.reads), row.name != RESET)
+
+
+def updates(sheet: Sheet, code: int) -> bool:
+    """Is this the code of an update, which the next cycle works?"""
+    row = sheet.commands.by_code.get(code)
+    return row is not None and row.name in UPDATES
 
 
 def operations(data: bytes) -> Iterator[tuple[bytes, bool]]:

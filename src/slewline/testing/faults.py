@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.timebase import picoseconds, readable
 from ..errors import UsageError
-from ..language.lines import KEPT
-from ..links.line import SerialLine
+from ..links.line import BLIND, SerialLine
 from ..parts.noise import LINKED, Noise
 from ..parts.part import Part
 
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
 
 Time = str | int
 WAYS = ("module", "host")
-BLIND = KEPT.bit_length() - 1  # the number of the bit that a checksum always has: it may be wrong, and the checksum fit
 FAULTS = {"parity": "its parity is wrong", "framing": "its stop bit is wrong", "late": "it is late"}
 
 
@@ -190,6 +188,18 @@ class Faults(Part):
 
         return self._made("bouncing limit", begin, terminal.release, at, lasting)
 
+    def eeprom_fault(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
+        """Programming the EEPROM fails: M is answered E6, and so is X until a write succeeds."""
+        fail = getattr(self.chip, "fail_eeprom", None)
+        if fail is None:
+            raise UsageError(f"EEPROM fault: {self.chip.name}, a {self.chip.sheet.part}, has no EEPROM")
+
+        def begin() -> str:
+            fail(True)
+            return "the EEPROM takes no program"
+
+        return self._made("EEPROM fault", begin, lambda: fail(False), at, lasting)
+
     def power_cut(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
         """The supply of the module fails."""
 
@@ -201,15 +211,11 @@ class Faults(Part):
 
 
 class TellingNoise(Noise):
-    """Noise that tells what it does to each character, and spares the bit to which a checksum is blind."""
+    """Noise that tells what it does to each character."""
 
     def __init__(self, bits: int, way: str, tell: Callable[[str], object]) -> None:
-        super().__init__(bits - 1, LINKED)
+        super().__init__(bits, LINKED, BLIND)
         self.way, self.tell = way, tell
-
-    def strike(self) -> tuple[str, int]:
-        kind, bit = super().strike()
-        return kind, bit + (bit >= BLIND)
 
     def hit(self, byte: int) -> tuple[int | None, str]:
         passed, fault = super().hit(byte)

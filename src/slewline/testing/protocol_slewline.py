@@ -1,6 +1,6 @@
 """The pySerial URL handler: slewline://gs-c200s is a module in the process of the program that opens it.
 
-    slewline://gs-c200s                          a new module, at 9600 baud, with checksum; gone when the port is closed
+    slewline://gs-c200s                          a new module, at 9600 baud, with checksum; that of this port object
     slewline://gs-c200s?chs=0&br0=1              straps; here no checksum, 4800 baud
     slewline://gs-c200s?name=left                the same module whenever it is opened under this name
     slewline://gs-c200s?store=left.eeprom        a file keeps the EEPROM
@@ -41,18 +41,21 @@ class Serial(SerialBase):
     """A serial port with a module of slewline at its other end."""
 
     rig: Rig
+    _url: str | None = None  # whose module the rig is
 
     # ------------------------------------------------------------------------------------------------- open and close
     def open(self) -> None:
-        """Connect to the module; it is switched on, and was before."""
+        """Connect to the module; it is switched on, and was before.  A port that was closed finds its own again."""
         if self.port is None:
             raise SerialException("a port is opened by its URL, such as slewline://gs-c200s")
         if self.is_open:
             raise SerialException(f"{self.port}: is open already")
         self._word()  # a mistake here makes no module
-        self.rig = from_url(self.port)
+        if self._url != self.port:
+            self.rig, self._url = from_url(self.port), self.port
         if self.rig.line.host is not None:
             raise SerialException(f"{self.port}: somebody else has it open; one host at a time")
+        self.rig.resume()
         self._buffer = bytearray()
         self._cancelled = False
         self._reconfigure_port()
@@ -60,7 +63,7 @@ class Serial(SerialBase):
         self.is_open = True
 
     def close(self) -> None:
-        """Let what was written go out, and hang up.  A module with a name stays as it is, its time stands still."""
+        """Let what was written go out, and hang up.  The module stays as it is, its time stands still."""
         if self.is_open:
             self.flush()
             self.rig.do(self._hang_up)

@@ -20,7 +20,7 @@ from ..bench import Bench
 from ..chips import sheet_of
 from ..core.net import Net
 from ..core.timebase import PS_PER_S
-from ..errors import UsageError
+from ..errors import UnknownName, UsageError
 from ..links.line import SerialLine
 from ..links.log import Log
 from ..links.pace import Lockstep, Pace, Paced, Wait
@@ -132,6 +132,10 @@ class Rig:
             self.lock.notify_all()
         return result
 
+    def resume(self) -> None:
+        """A program is back: the transcript goes on."""
+        self.log.reopen()
+
     def close(self) -> None:
         """End the transcript."""
         self.log.close()
@@ -163,6 +167,13 @@ def from_url(url: str) -> Rig:
     """
     split = urlsplit(url)
     part, query = split.netloc.lower(), _query(url, split.query)
+    junk = split.path.strip("/") or split.fragment
+    if junk:
+        raise UsageError(f"{url}: {junk!r} belongs to nothing; expected {SCHEME}://{part}?name=value&...")
+    try:
+        sheet_of(part)
+    except UnknownName as error:
+        raise UsageError(f"{url}: {error}") from None  # a ValueError, as pySerial has it of a wrong URL
     name = query.get("name")
     if name not in NAMED:
         rig = Rig(part, **settings(part, query))

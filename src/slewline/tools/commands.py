@@ -75,7 +75,10 @@ def run_command(**options: Any) -> int:
 @click.option("--checksum", is_flag=True, help="With --format ascii: every line ends in its checksum (GS-C).")
 @JSON
 def asm_command(**options: Any) -> int:
-    """Assemble a stored program: address, bytes and source of every instruction, or the bytes alone."""
+    """Assemble a stored program: address, bytes and source of every instruction, or the bytes alone.
+
+    The program is what lies between the commands that begin and end its entry, such as E and Q.
+    """
     from .programs import asm
 
     return asm(**options)
@@ -102,10 +105,45 @@ def dis_command(**options: Any) -> int:
 @click.option("--strict", is_flag=True, help="Exit status 1 for warnings too.")
 @JSON
 def lint_command(**options: Any) -> int:
-    """Look for mistakes in programs without running them; exit status 1 if there are errors."""
+    """Look for mistakes in programs, or in the scripts of bench files (BENCH.toml); exit status 1 if there are errors.
+
+    Nothing is run; what `run` would refuse to begin with is an error.
+    """
     from .programs import lint
 
     return lint(**options)
+
+
+@cli.command("ramp", short_help="What a ramp does, and which parameters give the ramp that is wanted.", epilog=EXIT)
+@click.argument("chip")
+@click.argument("parameters", metavar="[NAME=VALUE]...", nargs=-1)
+@click.option("--crystal", type=Frequency(), help="Such as '11 MHz'; the chip's own by default.")
+@click.option("--distance", type=int, metavar="STEPS", help="Tell of a move of so many steps, too.")
+@click.option("--time", type=Time(), help="Look for the ramp that takes nearest to this time, such as '0.5 s'.")
+@click.option(
+    "--accel", type=float, metavar="A", help="Look for the ramp whose mean acceleration is nearest to A, in steps/s^2."
+)
+@click.option("--steps", type=float, metavar="N", help="Look for the ramp that takes nearest to N steps.")
+@click.option("--best", type=int, metavar="N", default=5, show_default=True, help="How many of the nearest to list.")
+@click.option("--table", is_flag=True, help="Print the ramp rate by rate, step by step, or cycle by cycle.")
+@JSON
+@click.option("--plot", metavar="F.svg", help="Draw velocity and position of the move (SVG or PNG).")
+def ramp_command(**options: Any) -> int:
+    """What a ramp of a chip does: its time, its steps, its acceleration, and which moves come to its rate.
+
+    Parameters have the names of the commands that set them: F, R, S, Z (CY525); S, T, R and law (GS-C modules);
+    SET_VEL, SET_ACC, SET_START_VEL and output, or profile=s-curve with SET_VEL, SET_MAX_ACC, SET_JERK and output
+    (MC1451A family).  Try: slewline ramp cy525 F=3 R=127 S=200
+
+    A number is what the command takes; "SET_VEL=12345 steps/s" or "R=6000 steps/s" is the nearest to a rate, and
+    "SET_ACC=20000 steps/s2" to an acceleration.  With --time, --accel or --steps these may be left out: S and Z, R,
+    SET_ACC, one of SET_MAX_ACC and SET_JERK.  The nearest of all ramps that they can give are listed, the slower first
+    of two that are equally near.  Of those with the same time (acceleration, steps) only one is listed: the slowest,
+    then that with the least Z, then with the least S, R, acceleration or jerk.
+    """
+    from .ramp import ramp
+
+    return ramp(**options)
 
 
 @cli.command("describe", short_help="The reference of a chip, or of a command.", epilog=EXIT)

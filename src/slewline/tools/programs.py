@@ -7,7 +7,7 @@ import json
 import re
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -17,11 +17,14 @@ from ..errors import BenchFileError, UsageError
 from .files import STDIN, Outputs, chip_of, read_program, sheet_for
 
 if TYPE_CHECKING:
+    from ..bench import Bench
+    from ..bench.stage import Computer, Script
     from ..core.table import Sheet
     from ..language.assemble import Assembly
     from ..language.disassemble import Instruction
     from ..language.problems import Problem
 
+SOURCE = "a program text, not the bytes of a program; slewline asm makes bytes of it"
 COLOURS = {"error": "red", "warning": "yellow", "note": "cyan"}
 
 
@@ -36,6 +39,7 @@ def asm(
 ) -> int:
     """Assemble a program."""
     from ..language.assemble import assemble
+    from ..language.source import read
 
     sheet, text = sheet_for(file, chip), read_program(file)
     if checksum and not (sheet.port is not None and sheet.port.checksum_pin):
@@ -43,6 +47,10 @@ def asm(
     outputs = Outputs([file])
     outputs.claim(output)
     assembly = assemble(text, sheet, file, resolve)
+    if sheet.enter and not read(text, sheet).blocks:
+        enter, leave = (row.form for row in assembly.framing)
+        remedy = f"write {enter} above the first of them, and {leave} below the last"
+        raise UsageError(f"{file}: no program in it: without {enter} these are commands that a host sends; {remedy}")
     for problem in assembly.findings:
         click.echo(f"slewline: {file}, line {problem.line}: {problem.severity}: {problem.says}", err=True)
     if as_json:
@@ -73,7 +81,7 @@ def put(data: bytes, output: str | None, outputs: Outputs) -> None:
     """Bytes to a claimed file, or to the standard output."""
     if output is None or output == STDIN:
         if sys.stdout.isatty() and not data.decode("latin-1").replace("\n", "").isprintable():
-            raise UsageError("these bytes are not for a terminal; give --output FILE")
+            raise UsageError("these bytes are not for a terminal; give --output FILE, or lead them into a pipe")
         click.echo(data, nl=False)
     else:
         outputs.write_bytes(output, data)
@@ -98,22 +106,24 @@ def dis(
     file: str, chip: str | None, form: str | None, stream: bool, labels: bool, output: str | None, as_json: bool
 ) -> int:
     """Disassemble a program buffer, or a binary stream."""
-    from ..language.disassemble import disassemble, instructions
+    from ..language.disassemble import commands, disassemble, instructions
 
     sheet = sheet_for(file, chip)
     if stream and not sheet.in_letters:
         text = "text already" if sheet.in_lines else "what dis reads without it"
         raise UsageError(f"--stream: the {sheet.part.upper()} has no binary mode; what a host sends it is {text}")
-    data = program_bytes(file, form)
+    data = program_bytes(file, form, sheet)
     outputs = Outputs([file])
     outputs.claim(output)
     if not stream and len(data) > sheet.buffer_bytes > 0:
         remedy = "is it the right file?" if sheet.in_lines else "if a host sends it, give --stream"
         raise BenchFileError(f"{file}: {len(data)} bytes; the program buffer has {sheet.buffer_bytes}; {remedy}")
     if stream:
-        commands = streamed(data, sheet)
-        found: Any = {"chip": sheet.part, "commands": commands}
-        text = "".join(f"{command}\n" for command in commands)
+        said, notes = commands(data, sheet)
+        for note in notes:
+            click.echo(f"slewline: {note.code}: {note.text}", err=True)
+        found: Any = {"chip": sheet.part, "commands": said}
+        text = "".join(f"{command}\n" for command in said)
     else:
         found = {"chip": sheet.part, "lines": [line_object(line) for line in instructions(data, sheet)]}
         text = disassemble(data, sheet, labels=labels)
@@ -127,8 +137,12 @@ def line_object(line: Instruction) -> dict[str, Any]:
     return {"address": line.address, "data": line.data.hex(), "name": name, "values": list(line.values)}
 
 
-def program_bytes(file: str, form: str | None) -> bytes:
-    """The bytes of a hex or binary file; without `form`, a file that looks like hex is hex."""
+def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
+    """The bytes of a hex or binary file; without `form`, a file that looks like hex is hex.
+
+    Raises:
+        BenchFileError: the file cannot be read, is empty, is no hex though it looks like it, or is a program text.
+    """
     try:
         raw = sys.stdin.buffer.read() if file == STDIN else Path(file).read_bytes()
     except (OSError, ValueError) as error:
@@ -138,29 +152,35 @@ def program_bytes(file: str, form: str | None) -> bytes:
     code = re.sub(rb";[^\n]*", b"", raw).split()
     digits = b"".join(code)
     if form == "bin" or (form is None and re.fullmatch(rb"[0-9A-Fa-f]+", digits) is None):
+        if form is None and looks_like_source(raw, sheet):
+            raise BenchFileError(f"{file}: {SOURCE}")
         return raw
     for number, line in enumerate(read_text(file, raw).splitlines(), 1):
         try:
             bytes.fromhex(line.split(";", 1)[0])
         except ValueError:
+            if form is None and looks_like_source(raw, sheet):
+                raise BenchFileError(f"{file}: {SOURCE}") from None
             found = f"{file}, line {number}: {line[:60]!r}"
             raise BenchFileError(f"{found}: bytes are pairs of hexadecimal digits") from None
     return bytes.fromhex(digits.decode("ascii"))
 
 
-def streamed(data: bytes, sheet: Sheet) -> list[str]:
-    """What a binary host says, a command a line; what is wrong with it goes to the standard error."""
-    from ..language.dialects import Command, Decoder
+def looks_like_source(raw: bytes, sheet: Sheet) -> bool:
+    """Is it text, and are most of its lines commands of this part?"""
+    from ..language.source import host_lines, read
 
-    decoder, lines, entering = Decoder(sheet), [], False
-    for byte in data:
-        found = decoder.feed(byte, False, entering)
-        if isinstance(found, Command):
-            entering = found.row.name == "ENTER" if found.row.name in ("ENTER", "QUIT") else entering
-            lines.append(found.text)
-        for note in decoder.take_notes():
-            click.echo(f"slewline: {note.code}: {note.text}", err=True)
-    return lines
+    try:
+        text = raw.decode()
+    except UnicodeDecodeError:
+        return False
+    lines = host_lines(text)
+    taken = {item.line for item in read(text, sheet).items}
+    return (
+        b"\n" in raw
+        and text.replace("\n", "").replace("\r", "").replace("\t", "").isprintable()
+        and (2 * len(taken) > len(lines))
+    )
 
 
 # ----------------------------------------------------------------------------------------------------------------- lint
@@ -168,27 +188,64 @@ def lint(files: tuple[str, ...], chip: str | None, strict: bool, as_json: bool) 
     """Print what is odd about programs."""
     from ..language.problems import picture
 
-    found = {file: (text := read_program(file), problems_of(file, text, chip)) for file in files}
+    found = [linted for file in files for linted in texts_of(file, chip)]
     if as_json:
-        print_json({file: [dataclasses.asdict(each) for each in problems] for file, (_, problems) in found.items()})
+        told: dict[str, list[dict[str, Any]]] = {}
+        for where, _, problems in found:  # two hosts of a bench may play the same file
+            told.setdefault(where, []).extend(dataclasses.asdict(each) for each in problems)
+        print_json(told)
     else:
-        for file, (text, problems) in found.items():
+        for where, text, problems in found:
             for problem in problems:
-                head, _, rest = picture(problem, text, file).partition("\n")
+                head, _, rest = picture(problem, text, where).partition("\n")
                 click.echo(f"{click.style(head, fg=COLOURS[problem.severity])}\n{rest}\n")
-            click.echo(f"{file}: {tally(problems)}")
+            click.echo(f"{where}: {tally(problems)}")
     bad = ("error", "warning") if strict else ("error",)
-    return int(any(problem.severity in bad for _, problems in found.values() for problem in problems))
+    return int(any(problem.severity in bad for *_, problems in found for problem in problems))
 
 
-def problems_of(file: str, text: str, chip: str | None) -> list[Problem]:
-    """What is odd about a program and about its directives."""
-    from ..bench.script import read_script
+class Linted(NamedTuple):
+    """A text, where it stands, and what is odd about it."""
+
+    where: str
+    text: str
+    problems: list[Problem]
+
+
+def texts_of(file: str, chip: str | None) -> list[Linted]:
+    """A program file, or the scripts of a bench file, with what is odd about each.
+
+    Raises:
+        SlewlineError: the file cannot be read, or does not make a bench.
+    """
+    from ..bench import Bench
+    from ..bench.file import BenchFile
+    from .run import read
+
+    if file.lower().endswith(".toml"):
+        if chip is not None:
+            raise UsageError("a bench file says which chips there are; leave out --chip")
+        bench, scripts = BenchFile(file).staged()
+        found = [Linted(script.where, script.text, problems_of(bench, host, script)) for host, script in scripts]
+        return found or [Linted(file, "", [])]
+    part, text = chip_of(file, chip), read_program(file)
+    script, straps = read(text, file, sheet_of(part))
+    bench = Bench()
+    return [Linted(file, text, problems_of(bench, bench.host(bench.add(part, straps=straps)), script))]
+
+
+def problems_of(bench: Bench, host: Computer, script: Script) -> list[Problem]:
+    """What is odd about a script, and whatever `run` would refuse; a line that is an error is told of once.
+
+    What is said to several chips is not followed: of such a script only the lines that cannot be played are told.
+    """
+    from ..bench.script import refused
     from ..language.lint import lint as check
 
-    part = chip_of(file, chip)
-    directives = [problem for problem in read_script(text, file).problems if problem.code == "directive"]
-    return sorted([*check(text, sheet_of(part), checks_of(part)), *directives])
+    alone = len(host.chips) == 1
+    found = check(script.text, host.chip.sheet, checks_of(host.chip.sheet.part)) if alone else []
+    wrong = {problem.line for problem in found if problem.severity == "error"}
+    return sorted([*found, *(problem for problem in refused(bench, host, script) if problem.line not in wrong)])
 
 
 def tally(problems: list[Problem]) -> str:
@@ -220,10 +277,12 @@ def describe(chip: str, command: str | None, as_json: bool) -> int:
 
 def sheet_object(sheet: Sheet, command: str | None) -> dict[str, Any]:
     """A data sheet as data; the commands alone, or one of them, when one is named."""
-    from ..language.describe import find
+    from ..language.lookup import MARK, find
 
-    rows = find(sheet, command) if command is not None else list(sheet.commands)
     found: dict[str, Any] = {"chip": sheet.part, "title": sheet.title, "manual": sheet.manual}
+    if command == MARK and sheet.labels:
+        return found | {"commands": [], "labels": sheet.labels}
+    rows = find(sheet, command) if command is not None else list(sheet.commands)
     found["commands"] = [dataclasses.asdict(row) for row in rows]
     if command is None:
         found["pins"] = [dataclasses.asdict(pin) for pin in sheet.pins]

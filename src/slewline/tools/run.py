@@ -116,7 +116,6 @@ class Run:
         text = read_program(file)
         part = chip_of(file, self.chip)
         script, straps = read(text, file, sheet_of(part))
-        script.refuse(script.problems)
         bench = Bench(journal=journal)
         host = bench.host(bench.add(part, crystal=self.crystal, straps=straps | dict(self.strap)))
         check_script(bench, host, script)

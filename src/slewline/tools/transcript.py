@@ -1,8 +1,8 @@
 """The transcript: what happened when, a line an event, while it happens.
 
 It looks at a bench from outside, as a logic analyser does, and changes nothing: pins are watched, a motion begins with
-the first low of PULSE and is over when READY is high again, or it lasts as long as MOV is high.  Steps in between cost
-nothing.
+the first low of PULSE and is over when MOTION COMPLETE falls while PULSE is high, or it lasts as long as MOV is high.
+Steps in between cost nothing.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ..bench.stage import Computer
 from ..core.chip import Chip, Finding
 from ..core.net import Net
 from ..core.timebase import PS_PER_S, readable
-from ..core.waits import level
+from ..core.waits import first_of, level
 
 MOST = 100  # lines about the same pin; an endless program would never come to an end
 ON_BUS = {  # pin: what it means when it is (low, high)
@@ -123,8 +123,8 @@ class Transcript:
 
     async def motions(self, chip: Chip) -> None:
         """Tell the begin and the end of every motion."""
-        pulse, ready = chip.pins["pulse"].net, chip.pins["ready"].net
-        axis = chip.axes[0]
+        pulse, ready, complete = (chip.pins[name].net for name in ("pulse", "ready", "motion_complete"))
+        kernel, axis = self.bench.kernel, chip.axes[0]
         about = f"{chip.name}, motions"
         while True:
             before = chip.travel
@@ -133,10 +133,10 @@ class Transcript:
             if steps:
                 begun, way = self.now, "cw" if steps > 0 else "ccw"
                 self.seldom(chip.name, "motion", f"steps {way} from {(chip.position - steps) % axis.modulus}", about)
-                await level(ready, 1)
-                complete = chip.pins["motion_complete"].net
-                ended, over = ("MOTION COMPLETE", complete.changed_at) if complete.level == 0 else ("cut off", self.now)
-                taken = f"{counted(abs(chip.travel - before), 'step')} {way} in {readable(over - begun)}"
+                while await first_of(kernel, None, (ready, 1), (complete, 0)) is complete and pulse.level == 0:
+                    await level(complete, 1)  # a read-out on the fly
+                ended = "MOTION COMPLETE" if complete.level == 0 else "cut off"
+                taken = f"{counted(abs(chip.travel - before), 'step')} {way} in {readable(self.now - begun)}"
                 self.seldom(chip.name, "motion", f"{ended} at {chip.position}: {taken}", about)
             await level(pulse, 1)
 

@@ -14,9 +14,9 @@ from typing import NamedTuple
 from ...core.table import Sheet
 from ...language.lint import Check, explored
 from ...language.problems import Severity
-from ...language.statements import Directive, Source, Statement
+from ...language.statements import Block, Directive, Source, Statement
 from .profile import head, ramp, steps
-from .sheet import RATE_TOP, SHORT_SLEW_STEPS, STEP_TICKS, STEPS_PER_SECOND, VERIFY_BYTES
+from .sheet import RATE_TOP, SHORT_SLEW_STEPS, SLIPS, STEP_TICKS, STEPS_PER_SECOND, VERIFY_BYTES
 
 NUMBER_TOP = 65535
 RAMP_TOP = (NUMBER_TOP - SHORT_SLEW_STEPS) // 2  # longest ramp that leaves room to slew ("32K or so", s.7)
@@ -50,6 +50,14 @@ class Motion(NamedTuple):
             return self.state.number
         position = self.state.position
         return None if position is None else abs(self.statement.values[0] - position)
+
+
+class Unreached(NamedTuple):
+    """A motion that turns round before its rate is reached; what to say of it, and how far it gets."""
+
+    statement: Statement
+    found: str
+    remedy: str
 
 
 SETS = {
@@ -86,7 +94,7 @@ class Walk:
         self.halts: dict[int, Statement] = {}
         self.flight = Flight(source)
         blocks = iter(source.blocks)
-        latest = next(blocks, None) if source.blocks and source.blocks[0].entry is None else None
+        latest: Block | None = None
         started, states = False, [State()]
         for item in source.items:
             if isinstance(item, Directive):
@@ -123,13 +131,21 @@ def motions(source: Source) -> None:
     """Judge every motion, and every H that no motion follows."""
     walk = Walk(source)
     unset(source, walk.motions)
+    short: list[Unreached] = []
     for motion in walk.motions:
-        judge(source, motion)
+        endless = judge(source, motion, short)
+        if endless and not walk.flight.stopped:
+            found = f"{motion.statement.text} runs until ABORT is low, and nothing in this text lowers it"
+            remedy = "@drive abort=0 behind it, or run it with --drive abort=0@2s or --until 2s"
+            source.report(motion.statement, "no-abort", "note", found, section="s.3 H; s.7", remedy=remedy)
+            walk.flight.stopped = True  # said once
+    unreached(source, short)
     used = {motion.state.halt for motion in walk.motions}
     for line, statement in walk.halts.items():
         if line not in used:
             found = "no G or P follows this H"
-            source.report(statement, "halt-unused", "warning", found, section="s.7", remedy="H counts for one motion")
+            remedy = f"H counts for one motion; {SLIPS['H']}"
+            source.report(statement, "halt-unused", "warning", found, section="s.7", remedy=remedy)
 
 
 def unset(source: Source, found: Iterable[Motion]) -> None:
@@ -148,25 +164,26 @@ def unset(source: Source, found: Iterable[Motion]) -> None:
             return
 
 
-def judge(source: Source, motion: Motion) -> None:
-    """One motion with one set of registers."""
+def judge(source: Source, motion: Motion, short: list[Unreached]) -> bool:
+    """Judge one motion with one set of registers; return whether it runs without end."""
     first, rate, slope, divisor = motion.state[:4]
     if first is None or rate is None:
-        return
+        return False
     first, rate = min(first, RATE_TOP), min(rate, RATE_TOP)
     if rate < first:
         found = f"R {rate} is below F {first}: the whole move is made at F"
         source.report(motion.statement, "rate-below-first", "warning", found, section="s.8")
     if rate > first and (slope is None or divisor is None):
-        return
+        return False
     up = ramp(first, rate, slope, divisor) if rate > first and slope is not None and divisor is not None else ()
     if motion.state.halt is not None:
-        continuous(source, motion, f"from F {first} to R {rate}", steps(up))
-    elif motion.distance is not None and up:
-        normal(source, motion, up, first, rate)
+        return continuous(source, motion, f"from F {first} to R {rate}", steps(up))
+    if motion.distance and up:  # a move to where the motor is takes no step
+        normal(source, motion, up, first, rate, short)
+    return False
 
 
-def continuous(source: Source, motion: Motion, span: str, full: int) -> None:
+def continuous(source: Source, motion: Motion, span: str, full: int) -> bool:
     """H acts only if the motion comes to slewing: two ramps and 256 steps must fit into the distance (s.7, s.8)."""
     distance, needed = motion.distance, 2 * full + SHORT_SLEW_STEPS
     if full > RAMP_TOP:
@@ -181,9 +198,14 @@ def continuous(source: Source, motion: Motion, span: str, full: int) -> None:
         source.report(
             motion.statement, "halt-too-short", "warning", found, allowed=allowed, section="s.7", remedy=remedy
         )
+    else:
+        return distance is not None
+    return False
 
 
-def normal(source: Source, motion: Motion, up: tuple[tuple[int, int], ...], first: int, rate: int) -> None:
+def normal(
+    source: Source, motion: Motion, up: tuple[tuple[int, int], ...], first: int, rate: int, short: list[Unreached]
+) -> None:
     """A move to a target: is the rate reached, and how much of the way is left over at the first rate (s.8)?"""
     distance, full = motion.distance or 0, steps(up)
     rest = distance - 2 * full
@@ -191,8 +213,9 @@ def normal(source: Source, motion: Motion, up: tuple[tuple[int, int], ...], firs
         cut = head(up, distance // 2)
         top = STEP_TICKS.index(cut[-1][0]) if cut else first
         found = f"R {rate} is not reached: the ramp takes {full} steps up and {full} down, the move has {distance}"
-        remedy = f"the move gets as far as rate {top}, {STEPS_PER_SECOND[top]} steps/s"
-        source.report(motion.statement, "rate-unreached", "note", found, section="s.8", remedy=remedy)
+        short.append(
+            Unreached(motion.statement, found, f"the move gets as far as rate {top}, {STEPS_PER_SECOND[top]} steps/s")
+        )
     elif 0 < rest < SHORT_SLEW_STEPS:
         seconds = rest * STEP_TICKS[first] / source.sheet.crystal_hz
         severity: Severity = "note" if seconds < SHORT_CRAWL else "warning"
@@ -200,6 +223,18 @@ def normal(source: Source, motion: Motion, up: tuple[tuple[int, int], ...], firs
         found = f"nothing is slewed: two ramps of {full} steps leave {rest}, all {crawl}"
         allowed = f"{2 * full} steps, or {2 * full + SHORT_SLEW_STEPS} and more"
         source.report(motion.statement, "short-slew", severity, found, allowed=allowed, section="s.8, short slew")
+
+
+def unreached(source: Source, short: list[Unreached]) -> None:
+    """Say of the first such motion what it reaches, and name the lines of the others: it is seldom a mistake."""
+    if not short:
+        return
+    statement, found, remedy = min(short, key=lambda each: each.statement.line)
+    others = sorted({each.statement.line for each in short} - {statement.line})
+    if others:
+        lines = f"line{'s' * (len(others) > 1)} {', '.join(map(str, others))}"
+        remedy += f"; it is not reached in {lines} either"
+    source.report(statement, "rate-unreached", "note", found, section="s.8", remedy=remedy)
 
 
 # ---------------------------------------------------------------------------------------------------- on the fly (s.7)
@@ -212,6 +247,7 @@ class Flight:
         self.source = source
         self.current: int | None = None  # rate of the continuous motion; None: there is none
         self.first = 0
+        self.stopped = False  # somewhere ABORT is lowered, or everything is reset
         self.lowest = 0  # where an abort would stop: F, or the last rate that was stepped down to
 
     def motion(self, motion: Motion) -> None:
@@ -221,9 +257,11 @@ class Flight:
 
     def directive(self, item: Directive) -> None:
         change = re.match(r"@rate\s+(\d+)\s*$", item.text)
+        self.stopped |= item.verb in ("reset", "power", "tell", "bytes") or "reset" in item.text
         if change:
             self.change(item, int(change[1]))
         elif re.search(r"\babort\s*=\s*0", item.text):
+            self.stopped = True
             self.stop(item)
 
     def change(self, item: Directive, rate: int) -> None:

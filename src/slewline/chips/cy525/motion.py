@@ -55,8 +55,8 @@ class Motion:
             chip.waits(f"{text}: io_request=1 before the first step")
             await chip.polled(chip.request, 1, 1)
         if number:
+            self.abortable = chip.abort.level == 1  # "initially" (s.7, case II): before a hold, which may last
             await self.uninhibited()
-            self.abortable = chip.abort.level == 1
             plan = self.planned()
             chip.waits(self.progress)
             await self.play(plan)
@@ -73,7 +73,9 @@ class Motion:
         self.first = min(chip.reg["firstrate"], sheet.RATE_TOP)  # effective F and R: requests change them
         self.top = max(self.first, min(chip.reg["rate"], sheet.RATE_TOP))
         self.continuous, self.aborted = chip.continuous, False
+        self.crawling = False  # ABORT was released: on to the target
         self.served = self.pending = self.told_held = False
+        self.request_changes = chip.request.changes  # by the latest look
         chip.ready.drive(0)
         chip.motion_complete.drive(1)
 
@@ -91,9 +93,7 @@ class Motion:
         if self.continuous:
             if any(leg.name == "slew" for leg in plan.legs):
                 if not self.abortable:
-                    chip.finding(
-                        "abort-low-at-start", "a continuous motion begins with ABORT low: only RESET can end it"
-                    )
+                    chip.finding("abort-low-at-start", "a continuous motion begun with ABORT low ends by RESET only")
                 return profile.steady(self.top, ("up", self.ramp(self.first, self.top)))
             chip.finding("halt-without-effect", "H has no effect: the motion is too short to slew")
             self.continuous = False
@@ -234,6 +234,8 @@ class Motion:
     @property
     def progress(self) -> str:
         """What a running motion waits for."""
+        if self.crawling:
+            return f"{self.text} aborted, abort=1 at rate {self.first}: on to its target"
         if self.aborted:
             return f"{self.text} aborted: down to rate {self.first}, and on to its target unless abort=0 there"
         if self.continuous:
@@ -253,11 +255,10 @@ class Motion:
         if self.aborted and leg.name != "down" and over.name == "down":  # the bottom of the ramp
             if chip.abort.level == 0:
                 return STOP
+            self.crawling = True
+            chip.waits(self.progress)
             if self.continuous:
-                chip.finding(
-                    "abort-released",
-                    "ABORT released before MOTION COMPLETE in a continuous motion: on to the nominal target at F",
-                )
+                chip.finding("abort-released", "ABORT released in a continuous motion: on to its nominal target at F")
         return await self.rate_request(plan, step)
 
     def way_down(self, plan: Plan, step: int) -> Plan:
@@ -296,9 +297,12 @@ class Motion:
                 chip.finding("fly-rate-outside-continuous", "I/O REQUEST low in a normal motion: it halts without ramp")
                 return STOP
             return plan
+        missed = chip.request.changes - self.request_changes > 1  # low and high again between two looks
+        self.request_changes = chip.request.changes
         if not low:
-            if self.pending:
-                chip.finding("request-withdrawn", "a rate request came and went while the motor was ramping: not seen")
+            if self.pending or missed:
+                when = "while the motor was ramping" if self.pending else "within one step"
+                chip.finding("request-withdrawn", f"a rate request came and went {when}: not seen")
             self.pending = self.served = self.told_held = False
             return plan
         ramping = plan.leg(step).name != "slew"
@@ -343,7 +347,9 @@ class Motion:
         chip = self.chip
         chip.slew.play(Wave(1, (chip.clock.ps(chip.tick + T["slew_blink"]),), (0,)))
         chip.motion_complete.drive(0)
-        chip.waits(f"{self.text} at rate 0: a rate above {old}{', or abort=0' if self.abortable else ''}")
+        higher, ending = [f"a rate above {old}"] * (old < sheet.RATE_TOP), ["abort=0"] * self.abortable
+        ways = ", or ".join(higher + ending) or "RESET"
+        chip.waits(f"{self.text} at rate 0: {ways}")
         poll = T["wait_poll"]
         abort = ((chip.abort, 0),) if self.abortable else ()
         while True:
@@ -352,9 +358,10 @@ class Motion:
             if await chip.polled(chip.request, 0, poll, *abort) is chip.abort:
                 return STOP
             rate = self.taken_rate()
+            self.request_changes = chip.request.changes
             if rate > old:
                 break
-            chip.finding("fly-zero-low", f"rate {rate} at rate 0: only a rate above {old} goes on")
+            chip.finding("fly-zero-low", f"rate {rate} at rate 0 changes nothing: it takes {ways}")
         chip.slew.drive(1)
         await self.uninhibited()
         chip.waits(self.progress)

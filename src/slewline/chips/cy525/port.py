@@ -35,6 +35,10 @@ class Port(Supply):
         if self.task is not None and self.ready.net.level == 0 and not self.motion.moving:
             self.finding("select-while-busy", "I/O SELECT changed while READY is low: it counts at the next READY")
 
+    @property
+    def unfinished(self) -> str:
+        return self.decoder.unfinished
+
     async def next_byte(self) -> int:
         """Take the next byte from the bus; verify bytes are handed out meanwhile.
 

@@ -170,6 +170,19 @@ NOTES = MappingProxyType(
     }
 )
 
+# How the manual prints commands, and commands of the CY512 that mean something else here (s.3, comparison; CY500: T.2)
+SLIPS = MappingProxyType(
+    {
+        "\u00d8": "the manual prints \u00d8 for the digit zero: write 0",
+        "}": "the manual prints } for the return key: leave it out",
+        "$": "$ stands behind the letter of a label, as in A$; binary programs have no labels",
+        "A": "in the CY512 A took no number: write A 0",
+        "D": "in the CY512 D ran the program: here X does, and D is the delay",
+        "H": "in the CY512 H was half step: the CY525 has none",
+        "X": "in the CY512 X was the delay: here D is, and X runs the program",
+    }
+)
+
 SHEET = Sheet(
     part="cy525",
     title="CY525 intelligent ramping stepper motor controller",
@@ -186,5 +199,6 @@ SHEET = Sheet(
     verify_bytes=VERIFY_BYTES,
     labels=LABELS,
     suffix=".cy525",
+    slips=SLIPS,
     notes=NOTES,
 )

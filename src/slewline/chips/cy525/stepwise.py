@@ -75,8 +75,8 @@ class Stepwise:
         await chip.polled(chip.request, 1, 1)
         if number > 0:
             self.prepare(number, sign)
-            await chip.polled(chip.inhibit, 0, T["inhibit_poll"])
             self.abort_enabled = chip.abort.level == 1
+            await chip.polled(chip.inhibit, 0, T["inhibit_poll"])
             await self.play()
         chip.pulse.drive(1)
         chip.slew.drive(1)

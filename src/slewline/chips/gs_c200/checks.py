@@ -75,8 +75,6 @@ def motions(source: Source) -> None:
         return after(statement, state)
 
     states, blocks, block = [State()], iter(source.blocks), None
-    if source.blocks and source.blocks[0].entry is None:
-        block = next(blocks)
     for statement in source.statements:
         if statement.block >= 0:
             continue
@@ -189,6 +187,13 @@ def heads(source: Source) -> None:
         if first.row.name == "UNTIL":
             found = f"{first.text} at location 0: the whole program is repeated until the input is low at its end"
             source.report(first, "until-first", "note", found, section=COMMANDS)
+        ahead = next((s for s in block.statements if s.row.form not in SPEEDS), first)
+        if ahead.row.name == "UNTIL" and ahead is not first:
+            found = (
+                f"{ahead.text} repeats nothing but the speeds above it, until the input is low; then the rest runs once"
+            )
+            remedy = f"{ahead.text} as the last line repeats the whole program"
+            source.report(ahead, "until-early", "note", found, section=COMMANDS, remedy=remedy)
         if saved is not None and first.row.form != "S":
             found = f"a program that begins with {first.text} is not run at power-up (REC low): S must be the first"
             source.report(first, "no-autorun", "note", found, section="stand-alone operation")

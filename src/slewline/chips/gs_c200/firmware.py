@@ -21,7 +21,7 @@ from . import sheet
 from .instructions import Instructions
 from .motion import Motion
 
-INVALID = b"\xff"  # no opcode: what a failed write leaves behind
+INVALID = b"\xff"  # no opcode: so begins what a failed write leaves behind
 
 
 class GsC(Instructions):
@@ -85,6 +85,7 @@ class GsC(Instructions):
             task.kill()
         self.tasks.clear()
         self.motion.cut()
+        self.tear()
         self.stop()
         for driver in self.drivers.values():
             driver.drive(None)
@@ -301,18 +302,15 @@ class GsC(Instructions):
         return "Y" if self.options.early_y else ""
 
     async def _write(self, program: bytes, checked: bool) -> None:
-        """The answer comes when the program is written and verified."""
+        """Byte after byte, a check byte behind them; the answer comes when all of it is verified."""
         self.waits("the EEPROM")
-        await until(self.kernel, self.kernel.now + self.eeprom_ps)
-        good, why = not self.eeprom_fault, "it does not hold the program"
-        try:
-            self.store.write(program if good else INVALID)
-            good = good and self.store.read() == program
-        except OSError as error:
-            good, why = False, str(error)
+        self.saving = program, self.kernel.now
+        await until(self.kernel, self.kernel.now + self.eeprom_ps * (len(program) + 1) // sheet.WRITTEN)
+        self.spoiled = self._programmed(program)
+        good = not self.spoiled
         if not good:
-            self.finding("E6", f"the EEPROM was not written: {why}")
-        self.writing = False
+            self.finding("E6", f"the EEPROM was not written: {self.spoiled}")
+        self.writing, self.saving = False, None
         self.busy(self.in_work)
         self.waits("a command")
         if self.options.early_y:
@@ -320,6 +318,29 @@ class GsC(Instructions):
         else:
             self.take(self.spoken("Y" if good else "E6", checked)[0])
         self.refresh_idle()
+
+    def _programmed(self, program: bytes) -> str:
+        """Keep a program; returns why that failed, or nothing."""
+        try:
+            self.store.write(INVALID if self.eeprom_fails else program)
+            return "" if self.store.read() == program else "it does not hold the program"
+        except OSError as error:
+            return str(error)
+
+    def tear(self) -> None:
+        """The supply goes in the middle of M: what has been written is new, the rest as before, and the check byte
+        fits neither."""
+        if self.saving is None:
+            return
+        program, since = self.saving
+        done = (self.kernel.now - since) * sheet.WRITTEN // self.eeprom_ps
+        try:
+            before = self.store.read()
+            torn = program[:done] + before.removeprefix(INVALID)[done:]
+            if torn != before:
+                self.store.write(INVALID + torn)
+        except OSError as error:
+            self.spoiled = str(error)
 
     async def do_exchange(self) -> str:
         return self.recall()
@@ -330,8 +351,9 @@ class GsC(Instructions):
             data = self.store.read()
         except OSError as error:
             return self.mistake("E6", f"the EEPROM cannot be read: {error}")
-        if data == INVALID or not self._is_program(data):
-            return self.mistake("E6", "the EEPROM holds no valid program")
+        if self.spoiled or not self._is_program(data):
+            why = f": the last write failed ({self.spoiled})" if self.spoiled else ""
+            return self.mistake("E6", f"the EEPROM holds no valid program{why}")
         self.memory = bytearray(data)
         return "Y"
 

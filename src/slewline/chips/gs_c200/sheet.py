@@ -12,6 +12,7 @@ from types import MappingProxyType
 from ...core.table import Arg, Pin, Port, Register, Row, Sheet, Table, Time
 
 LOCATIONS = 119
+WRITTEN = LOCATIONS + 1  # bytes of a full EEPROM: a check byte follows the program
 LONGEST = 11  # characters before the carriage return: address, f-8388608, checksum
 POSITIONS = MappingProxyType({"gs-c200": range(10_000_000), "gs-c200s": range(-(1 << 23), 1 << 23)})
 
@@ -162,7 +163,7 @@ TIMES = MappingProxyType({
     "instruction": _T(MS, PICOSECONDS, "an instruction of a program, before its effect", "program examples", "chosen"),
     "turnround": _T(MS, PICOSECONDS, "carriage return to answer", "data exchange protocol", "chosen"),
     "release": _T(5, PICOSECONDS, "ENABLE high to the step that it held", "pin 24", "chosen"),
-    "eeprom": _T(1_200_000, PICOSECONDS, "119 bytes of 10 ms into the EEPROM", "command M", "chosen"),
+    "eeprom": _T(1_200_000, PICOSECONDS, "M with a full memory: 119 bytes and a check byte, 10 ms each", "command M", "chosen"),
 })
 # fmt: on
 TENTH_PS = 10**11  # the unit of D
@@ -194,6 +195,7 @@ def _sheet(part: str, rows: tuple[Row, ...], foreign: tuple[str, ...]) -> Sheet:
         notes=NOTES,
         port=PORT,
         foreign=foreign,
+        slips={"\u2193": "the data sheet prints \u2193 for the return key: leave it out"},
         enter="PROGRAM",
         leave=tuple(row.name for row in (*ROWS, *rows) if row.name in ("EXECUTE", "PROGRAM_END")),
     )

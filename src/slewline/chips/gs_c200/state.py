@@ -38,7 +38,8 @@ class Options:
     turnround: str | int = TIMES["turnround"]  # carriage return to answer
     instruction_time: str | int = TIMES["instruction"]  # of a program, before its effect
     dir_setup: str | int = TIMES["dir_setup"]  # DIR and MOV to the first step
-    eeprom_time: str | int = TIMES["eeprom"]  # what M takes
+    eeprom_time: str | int = TIMES["eeprom"]  # what M takes with a full memory; less with less
+    eeprom_fault: bool = False  # programming the EEPROM fails
     lenient: bool = False  # forgives LF between lines, and P0 for Po
     direct: bool = False  # delayed commands act at once outside programming
     early_y: bool = False  # M answers before it writes
@@ -104,7 +105,9 @@ class State(LineChip):
             raise UsageError(f"{name}: store {store!r}; expected an object with read() and write(data)")
         super().__init__(kernel, name, bare=bare, straps=straps)
         self.store: Store = store if store is not None else Memory()
-        self.eeprom_fault = False  # a switch for tests: programming the EEPROM fails
+        self.eeprom_fails = self.options.eeprom_fault
+        self.spoiled = ""  # why the last write failed: until one succeeds, the EEPROM is not valid
+        self.saving: tuple[bytes, int] | None = None  # what is being written, since when
         self.axis1 = Axis(kernel, sheet.POSITIONS[self.sheet.part], 0)
         self.axes = (self.axis1,)
         self._take_options()
@@ -127,7 +130,12 @@ class State(LineChip):
         self.eeprom_ps = picoseconds(options.eeprom_time)
         self.clock_ps, self.reset_ps, self.release_ps = TIMES["clock"], TIMES["reset"], TIMES["release"]
         self.law: Law = options.law if callable(options.law) else LAWS[options.law]
-        early = self.sheet is sheet.GS_C200 and tuple(map(int, options.firmware.split("."))) < OR_SINCE
+        early = tuple(map(int, options.firmware.split("."))) < OR_SINCE
+        if early and self.sheet is not sheet.GS_C200:
+            raise UsageError(
+                f"{self.name}: firmware {options.firmware!r}; every {self.sheet.part.upper()} sets bit 0x10 of its "
+                "checksums, as a GS-C200 does from 2.2 on: leave the option out"
+            )
         self.kept = 0 if early else KEPT
 
     def _name_pins(self) -> None:
@@ -178,6 +186,23 @@ class State(LineChip):
                 self.finding("load", f"{drawn:g} mA from {' and '.join(pins)}; allowed {limit} mA")
 
     # ------------------------------------------------------------------------------------------------------ memories
+    @property
+    def eeprom_fault(self) -> bool:
+        """Does programming the EEPROM fail?  A switch for tests."""
+        return self.eeprom_fails
+
+    @eeprom_fault.setter
+    def eeprom_fault(self, on: bool) -> None:
+        self.fail_eeprom(on)
+
+    def fail_eeprom(self, on: bool = True) -> None:
+        """Let programming the EEPROM fail (E6), or no more; an input, which a journal repeats."""
+        if not isinstance(on, bool):
+            raise UsageError(f"{self.name}: eeprom_fault {on!r}; allowed True, False")
+        if self.on_input is not None:
+            self.on_input("fail_eeprom", [on])
+        self.eeprom_fails = on
+
     def forget(self) -> None:
         """What power-off takes away."""
         self.memory = bytearray()  # the program
@@ -186,6 +211,7 @@ class State(LineChip):
         self.overflow = False  # E5 is to be reported
         self.failed = False  # E6 is to be reported (option early_y)
         self.writing = False  # the EEPROM is being written
+        self.saving = None
         self.ending = False  # Z: the program ends when the motion has come to rest
         self.address = 0
         self.running = False

@@ -1,8 +1,9 @@
 """What only the linter of the MC1451A family knows: what an update finds in the registers of its axis.
 
 A script is read as the chipset would take it, packet by packet.  A register that the text has not written yet holds
-what was there before, which nobody knows (None) unless RESET stands above; no rule speaks about it then.  The pulse
-range alone is taken for the standard one until the script says otherwise.
+what was there before, which nobody knows (None) unless RESET stands above; no rule speaks about it then.  Two things
+are taken as they are at power-up until the script says otherwise: the pulse range is the standard one, and a script
+that gives destination and velocity, but no acceleration, has none.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ class Axis:
 
     written: dict[str, Statement] = field(default_factory=dict)  # the last ones
     pending: dict[str, Statement] = field(default_factory=dict)  # those that wait for an update
+    known: bool = True  # which axis it is
     is_reset: bool = False  # parameters that were never written are 0
     mode: str = ""
     high_speed: bool = False
@@ -67,7 +69,7 @@ class Script:
         if row.acts == "set":
             self.current = self.axes[row.code - 1]
         elif name == "SET_I":
-            self.current = Axis()  # whichever it is
+            self.current = Axis(known=False)  # whichever it is
         elif name == "RESET":
             self.axes = [Axis(is_reset=True, mode="SET_PRFL_TRAP") for _ in self.axes]
             self.current = self.axes[0]
@@ -131,13 +133,20 @@ class Script:
 
     def accelerations(self, axis: Axis) -> None:
         """Can the axis start at all?"""
-        needed = {"SET_PRFL_TRAP": ("SET_ACC",), "SET_PRFL_S_CRV": ("SET_MAX_ACC", "SET_JERK")}.get(axis.mode, ())
-        if axis.mode == "SET_PRFL_TRAP" and axis.value("SET_START_VEL") != 0:
+        needed = {
+            "": ("SET_ACC",) if axis.known else (),  # power-up is trapezoidal
+            "SET_PRFL_TRAP": ("SET_ACC",),
+            "SET_PRFL_VEL": ("SET_ACC",),
+            "SET_PRFL_S_CRV": ("SET_MAX_ACC", "SET_JERK"),
+        }.get(axis.mode, ())
+        if axis.mode in ("", "SET_PRFL_TRAP") and axis.value("SET_START_VEL"):
             needed = ()
-        missing = [name for name in needed if axis.value(name) == 0]
-        if missing and axis.value("SET_VEL") and axis.pending:
+        missing = [name for name in needed if not axis.value(name)]
+        moves = axis.is_reset or axis.mode == "SET_PRFL_VEL" or "SET_POS" in axis.written
+        if missing and moves and axis.value("SET_VEL") and axis.pending:
             last = list(axis.pending.values())[-1]
-            self.warn(last, "no-start", f"{' and '.join(missing)} 0: the move that is updated here does not start")
+            found = f"{last.text} is updated without {' and '.join(missing)}: the move does not start"
+            self.warn(last, "no-start", found, f"set {' and '.join(missing)} before the update: 0 from RESET on")
         acceleration = axis.value("SET_ACC") or 0
         if axis.mode == "SET_PRFL_TRAP" and acceleration < 0:
             found = f"acceleration {acceleration}: its sign counts in velocity contouring only"
@@ -158,9 +167,14 @@ class Script:
 
 def script(source: Source) -> None:
     """Every packet in turn."""
-    chipset = Script(source)
-    for statement in source.statements:
-        chipset.take(statement)
+    chipset, returned = Script(source), False
+    for item in source.items:
+        if isinstance(item, Statement):
+            chipset.take(item)
+            returned = returned or bool(item.row.reads)
+        elif item.verb == "expect" and not returned:
+            found, remedy = "no command above returns anything", "such as GET_STATUS"
+            source.report(item, "nothing-returned", "error", found, remedy=f"put one above it, {remedy}")
     chipset.end()
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ...core.chip import AxisInCycles
+from ...core.curves import SCurve
 from ...core.cycles import Cycles
 from ...core.timebase import picoseconds
 from ...errors import UsageError
@@ -40,6 +41,8 @@ class ChipsetAxis(AxisInCycles):
         now = self.kernel.now
         begin, end = 0 if start is None else picoseconds(start), now if stop is None else min(picoseconds(stop), now)
         trajectory = chip.motion.trajectories[self.number - 1]
+        if not trajectory.past:  # the supply has just come, or never did: no cycle has begun
+            return cycles_of(trajectory, 0, 0)
         first = max(-(-(chip.clock.ticks_from(begin) - chip.origin) // CYCLE_TICKS), trajectory.past[0].first)
         last = (chip.clock.ticks_until(end) - chip.origin) // CYCLE_TICKS
         return cycles_of(trajectory, first, last + 1)
@@ -53,7 +56,7 @@ def cycles_of(trajectory: Trajectory, first: int, stop: int) -> Cycles:
     targets, velocities = np.zeros(count, np.int64), np.zeros(count, np.int64)
     phases = np.zeros(count, np.int8)
     past = trajectory.past
-    for entry, following in zip(past, [*past[1:], None], strict=True):
+    for entry, following in zip(past, [*past, None][1:], strict=True):
         a, b = max(entry.first, first), stop if following is None else min(following.first, stop)
         if a >= b:
             continue
@@ -63,10 +66,8 @@ def cycles_of(trajectory: Trajectory, first: int, stop: int) -> Cycles:
             cycles = np.arange(a - entry.since, b - entry.since)
             targets[here] += entry.sign * entry.law.travels(cycles)
             velocities[here] = entry.sign * entry.law.velocities(cycles)
-        if entry.phases is not None:
-            ends = np.cumsum(entry.phases.lengths)
-            done = np.arange(a, b) - entry.since + entry.done
-            phases[here] = np.minimum(np.searchsorted(ends, done, side="right"), 6) + 1
+            if isinstance(entry.law, SCurve):
+                phases[here] = entry.law.phases(cycles)
     numbers = np.arange(first, first + count)
     clock = trajectory.chip.clock
     targets = (targets + RANGE // 2) % RANGE - RANGE // 2

@@ -169,7 +169,7 @@ class Chipset(Instructions):
         """With no interrupt pending, the lowest axis with an event that its mask lets through interrupts."""
         if not self.interrupting:
             for state in self.states:
-                if state.events & state.mask:
+                if state.interrupts:
                     self.interrupting = state.number
                     self.drivers["hostintrpt"].drive(0)
                     return
@@ -194,6 +194,11 @@ class Chipset(Instructions):
             if state.breakpoint == "time":
                 return f"{self.name}: time {state.comparison}, the breakpoint of axis {state.number}"
         return super().waiting
+
+    @property
+    def armed(self) -> bool:
+        """Does an axis have a breakpoint, which an input may meet at any time?"""
+        return any(state.breakpoint for state in self.states)
 
     @property
     def answering(self) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from ...core.table import Arg
 from . import sheet
 from .registers import Registers
-from .state import CAPTURED, GEAR, ONE, S_CURVE, TRAPEZOIDAL, VELOCITY, saturated, signed
+from .state import CAPTURED, GEAR, MOTION_ERROR, ONE, S_CURVE, TRAPEZOIDAL, VELOCITY, saturated, signed
 
 
 class Instructions(Registers):
@@ -66,24 +66,25 @@ class Instructions(Registers):
         self.state.mode = GEAR
 
     def do_set_pos(self, value: int) -> None:
-        self.state.buffer.position = self.to_position(sheet.POSITION, value)
+        self.state.load("position", self.to_position(sheet.POSITION, value))
 
     def do_set_vel(self, value: int) -> None:
-        self.state.buffer.velocity = self.unsigned(sheet.VELOCITY, value)
+        self.state.load("velocity", self.unsigned(sheet.VELOCITY, value))
 
     def do_set_acc(self, value: int) -> None:
-        number = self.state.buffer.acceleration = self.within(sheet.ACCELERATION, value, signed(value, 32))
+        number = self.within(sheet.ACCELERATION, value, signed(value, 32))
+        self.state.load("acceleration", number)
         if sheet.ACCELERATION.low <= number < 0 and self.state.mode == TRAPEZOIDAL:
             self.finding("out-of-range", f"axis {self.current}: acceleration {number} in trapezoidal mode: {-number}")
 
     def do_set_jerk(self, value: int) -> None:
-        self.state.buffer.jerk = self.unsigned(sheet.JERK, value)
+        self.state.load("jerk", self.unsigned(sheet.JERK, value))
 
     def do_set_ratio(self, value: int) -> None:
-        self.state.buffer.ratio = self.within(sheet.RATIO, value, signed(value, 32))
+        self.state.load("ratio", self.within(sheet.RATIO, value, signed(value, 32)))
 
     def do_set_max_acc(self, value: int) -> None:
-        self.state.buffer.max_acceleration = self.unsigned(sheet.MAX_ACCELERATION, value)
+        self.state.load("max_acceleration", self.unsigned(sheet.MAX_ACCELERATION, value))
 
     def do_set_start_vel(self, value: int) -> None:
         self.state.start_velocity = self.unsigned(sheet.START_VELOCITY, value)
@@ -179,7 +180,9 @@ class Instructions(Registers):
 
     def do_rst_intrpt(self, mask: int) -> None:
         if self.interrupting:
-            self.states[self.interrupting - 1].clear(mask)
+            state = self.states[self.interrupting - 1]
+            state.reported |= state.motion_error and not mask & MOTION_ERROR
+            state.clear(mask)
             self.interrupting = 0
             self.drivers["hostintrpt"].drive(1)
 
@@ -210,7 +213,7 @@ class Instructions(Registers):
         self.state.motor_on = True
 
     def do_mtr_off(self) -> None:
-        self.state.motor_on = False
+        self.state.switch_off()
 
     # ---------------------------------------------------------------------------------------------------------- encoder
     def do_get_actl_pos(self) -> int:

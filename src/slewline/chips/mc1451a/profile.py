@@ -23,7 +23,10 @@ from dataclasses import dataclass
 from math import isqrt
 from typing import NamedTuple
 
+from ...core.curves import PLACES, Piece
 from ...core.train import OPEN
+
+UNIT = 1 << PLACES
 
 
 class Run(NamedTuple):
@@ -162,71 +165,150 @@ def contour(limits: Limits, speed: int) -> Run:
 
 # ------------------------------------------------------------------------------------------------------------- S-curves
 class Phases(NamedTuple):
-    """An S-curve: phases of n1, n2, n1, n4, n1, n2, n1 cycles, whose jerk is such that they cover `distance` / `whole`
-    of the distance that a jerk of one unit would cover in them."""
+    """An S-curve of so long phases.  They need not begin with a cycle: a cycle covers what the curve covers in it.
 
-    jerked: int  # n1
-    steady: int  # n2
-    coasting: int  # n4
-    distance: int  # 1/65536 step
-    whole: int
+    Times are in 2^-PLACES cycle.  Up to the end of phase 2 positions are counted from the start, in phases 3 to 5 from
+    the line on which the axis coasts, and from phase 6 on back from the destination.  So what the rounding of the times
+    leaves over, less than 2^-30 of 1/65536 step, does not add up.
+    """
+
+    jerked: int  # phases 1, 3, 5, 7
+    steady: int  # phases 2, 6
+    coasting: int  # phase 4
+    distance: int  # 2^-PLACES of 1/65536 step
+    velocity: int  # 1/65536 step per cycle; the maximum, which the peak may not reach
+    acceleration: int  # the same per cycle^2, likewise
+    jerk: int  # 2^-32 step per cycle^3
 
     @property
     def lengths(self) -> tuple[int, ...]:
-        """Cycles of the phases 1 to 7."""
-        n1, n2, n4 = self.jerked, self.steady, self.coasting
-        return n1, n2, n1, n4, n1, n2, n1
+        """The times of the phases 1 to 7."""
+        t1, t2, t4 = self.jerked, self.steady, self.coasting
+        return t1, t2, t1, t4, t1, t2, t1
 
     @property
     def cycles(self) -> int:
         """Cycles of the move."""
-        return sum(self.lengths)
+        return ceil(sum(self.lengths), UNIT)
 
-    def phase(self, cycle: int) -> int:
-        """The phase, 1 to 7, of a cycle of the move."""
-        for number, length in enumerate(self.lengths, 1):
-            if cycle < length:
-                return number
-            cycle -= length
-        return 7
+    @property
+    def peak(self) -> int:
+        """The velocity of phase 4, in 1/65536 step per cycle, with 16 + 2 * PLACES binary places."""
+        fast = self.jerked + self.steady
+        reached = min(self.jerk * self.jerked, self.acceleration << 16 + PLACES)
+        return min(self.velocity << 16 + 2 * PLACES, reached * fast)
 
     def stopped(self, done: int) -> Phases:
         """What becomes of the move when it is told to stop smoothly after so many cycles.
 
         It decelerates as it has accelerated: phases that have been entered are cut to what has been done of them.
         """
-        n1, n2, n4 = self.jerked, self.steady, self.coasting
-        if done < n1:
-            return self._replace(jerked=done, steady=0, coasting=0)
-        if done < n1 + n2:
-            return self._replace(steady=done - n1, coasting=0)
-        return self._replace(coasting=min(n4, max(done - 2 * n1 - n2, 0)))
+        t1, t2, t4 = self.jerked, self.steady, self.coasting
+        passed = done * UNIT
+        jerked = min(t1, passed)
+        steady = min(t2, passed - jerked)
+        coasting = min(t4, max(passed - 2 * t1 - t2, 0))
+        if (jerked, steady, coasting) == (t1, t2, t4):
+            return self
+        curve = self._replace(jerked=jerked, steady=steady, coasting=coasting)
+        return curve._replace(distance=curve.peak * (2 * jerked + steady + coasting) >> 16 + 2 * PLACES)
+
+    def pieces(self) -> list[Piece]:
+        """The curve as its law takes it: the cycles that lie in one phase, and each that lies in several by itself.
+
+        Such a one counts as the first phase in it that has jerk.
+        """
+        found, ends, begin = [], [], 0
+        for phase, length in enumerate(self.lengths, 1):
+            end = begin + length
+            if ceil(begin, UNIT) * UNIT < end:
+                found.append(self._piece(phase, ceil(begin, UNIT)))
+                ends.append(end)
+            begin = end
+        pieces = []
+        for piece, following, end in zip(found, [*found[1:], self._end], ends, strict=True):
+            last = following.cycle - 1
+            if end % UNIT == 0:
+                pieces.append(piece)
+                continue
+            if last > piece.cycle:
+                pieces.append(piece)
+            position = piece.covered(last)
+            pieces.append(Piece(last, piece.phase | 1, position, following.position - position, 0, 0))
+        return [*pieces, self._end]
+
+    @property
+    def _end(self) -> Piece:
+        """What is there when the move is over."""
+        return Piece(self.cycles, 7, self.distance, 0, 0, 0)
+
+    def _piece(self, phase: int, cycle: int) -> Piece:
+        """The cycles of a phase from this one on.
+
+        Its numbers are rounded up on the way to the maximum velocity and down from there on, the positions with them:
+        so no cycle between leads further than one at the maximum velocity.
+        """
+        x6, v2, a, j = self._state(phase, cycle * UNIT)
+        position, speed = x6, 3 * ((v2 << PLACES) + (a << 2 * PLACES)) + (j << 3 * PLACES)
+        change = a + (j << PLACES)
+        up = -1 if phase <= 3 else 1
+        position, speed = (up * (up * number // (6 << 16 + 2 * PLACES)) for number in (position, speed))
+        return Piece(cycle, phase, position, speed, up * (up * change >> 16), j << PLACES - 16)
+
+    def _state(self, phase: int, t: int) -> tuple[int, int, int, int]:
+        """Six times the position, twice the velocity, acceleration and jerk of a phase at some time.
+
+        They have 16 binary places, and PLACES more for each power of a cycle, so that they are exact.
+        """
+        t1, steep, j = self.jerked, self.acceleration << 16, self.jerk
+        risen, whole = 2 * t1 + self.steady, sum(self.lengths)
+        destination = 6 * self.distance << 16 + 2 * PLACES
+        match phase:
+            case 1:
+                return j * t**3, j * t * t, j * t, j
+            case 2:
+                return self._parabola(t), steep * (2 * t - t1) << PLACES, steep << PLACES, 0
+            case 6:
+                t = whole - t
+                return destination - self._parabola(t), steep * (2 * t - t1) << PLACES, -steep << PLACES, 0
+            case 7:
+                t = whole - t
+                return destination - j * t**3, j * t * t, -j * t, j
+        line, peak = 3 * self.peak * (2 * t - risen), self.peak
+        if phase == 4:
+            return line, 2 * peak, 0, 0
+        t = risen - t if phase == 3 else t - risen - self.coasting
+        bent = j * t**3
+        if phase == 3:
+            return line + bent, 2 * peak - j * t * t, j * t, -j
+        return line - bent, 2 * peak - j * t * t, -j * t, -j
+
+    def _parabola(self, t: int) -> int:
+        """Six times the position in phase 2."""
+        return (self.acceleration << 16 + PLACES) * (3 * t * (t - self.jerked) + self.jerked**2)
 
 
 def s_curve(distance: int, velocity: int, acceleration: int, jerk: int) -> Phases:
-    """The phases of a move: the times of the continuous profile, each rounded up to whole cycles.
-
-    Longer phases only make velocity, acceleration and jerk smaller, so no limit is exceeded.
+    """The phases of a move: the times of the continuous profile, each rounded up to 2^-PLACES cycle.
 
     Args:
         distance: 1/65536 step, positive, as are velocity and acceleration.
         jerk: 2^-32 step per cycle^3, positive.
     """
     d, v, a, j = distance << 16, velocity << 16, acceleration << 16, jerk
-    reached = v * j >= a * a  # the maximum acceleration, on the way to the maximum velocity
-    if reached and d * a * j >= v * (v * j + a * a):
-        n1, n2 = ceil(a, j), ceil(v * j - a * a, a * j)
-        n4 = ceil(d * a * j - v * (v * j + a * a), v * a * j)
-    elif not reached and d * d * j >= 4 * v**3:
-        n1, n2 = least(lambda n: n * n * j >= v, isqrt(v // j)), 0
-        n4 = ceil(d - isqrt(4 * v**3 // j), v)
-    elif d * j * j >= 2 * a**3:
-        n1, n4 = ceil(a, j), 0
-        root = isqrt(a * a + 4 * d * j * j // a)
-        n2 = least(lambda n: a * (a + n * j) * (2 * a + n * j) >= d * j * j, max(root - 3 * a, 0) // (2 * j))
+    t4 = 0
+    if v * j >= a * a and d * a * j >= v * (v * j + a * a):  # both maxima are reached
+        t1, fast = ceil(a << PLACES, j), ceil(v << PLACES, a)
+        t2, t4 = fast - t1, ceil(d << PLACES, v) - fast - t1
+    elif v * j < a * a and d * d * j >= 4 * v**3:  # the velocity is
+        t1, t2 = square_root(ceil(v << 2 * PLACES, j)), 0
+        t4 = ceil(d << PLACES, v) - 2 * t1
+    elif d * j * j >= 2 * a**3:  # the acceleration is
+        t1 = ceil(a << PLACES, j)
+        t2 = ceil(square_root(t1 * t1 + ceil(4 * d << 2 * PLACES, a)) - 3 * t1, 2)
     else:
-        n1, n2, n4 = least(lambda n: 2 * n**3 * j >= d, cube_root(d // (2 * j))), 0, 0
-    return Phases(n1, n2, n4, distance, n1 * (n1 + n2) * (2 * n1 + n2 + n4))
+        t1, t2 = cube_root(ceil(d << 3 * PLACES, 2 * j)), 0
+    return Phases(t1, max(t2, 0), max(t4, 0), distance * UNIT, velocity, acceleration, jerk)
 
 
 def ceil(a: int, b: int) -> int:
@@ -234,18 +316,14 @@ def ceil(a: int, b: int) -> int:
     return -(-a // b)
 
 
+def square_root(number: int) -> int:
+    """The square root of a positive number, rounded up."""
+    return isqrt(number - 1) + 1
+
+
 def cube_root(number: int) -> int:
-    """The whole part of the cube root, by Newton's method from above."""
-    root = 1 << -(-number.bit_length() // 3)
-    while root**3 > number:
-        root = (2 * root + number // (root * root)) // 3
-    return root
-
-
-def least(enough: Callable[[int], bool], guess: int) -> int:
-    """The least number that is enough, near a guess that is hardly too large."""
-    while guess > 0 and enough(guess - 1):
-        guess -= 1
-    while not enough(guess):
-        guess += 1
-    return guess
+    """The cube root of a positive number, rounded up; by Newton's method from above."""
+    root = 1 << ceil(number.bit_length(), 3)
+    while (lower := (2 * root + number // (root * root)) // 3) < root:
+        root = lower
+    return root + (root**3 < number)

@@ -17,7 +17,8 @@ from bisect import bisect_right
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
-from ...core.cycles import CycleTrain, Law, SCurve, SquareView
+from ...core.curves import SCurve
+from ...core.cycles import CycleTrain, Law, SquareView
 from ...core.train import Playing
 from .enc import FilteredInput, QuadratureCounter
 from .profile import Limits, Phases, Run
@@ -39,8 +40,6 @@ class Past(NamedTuple):
     x0: int
     sign: int
     law: Law | None
-    phases: Phases | None
-    done: int
 
 
 class Pulses:
@@ -72,7 +71,7 @@ class Pulses:
         self.aim = ""  # what moves the axis: point, curve, contour, stop; empty at rest
         self.limits = Limits(0, 0, 0)
         self.start_velocity = 0  # in force since the start from rest
-        self.phases = Phases(1, 0, 0, 0, 1)
+        self.phases = Phases(1, 0, 0, 0, 0, 0, 0)
         self.done = 0  # cycles of an S-curve that were over when the run began
         self.since, self.cycles, self.landing = 0, 0, False
         self.law: Law | None = None  # the run, if there is one: its displacements
@@ -80,7 +79,7 @@ class Pulses:
         self.x0 = 0  # target at the start of the run; not wrapped within it
         self.turn = 0  # how often the run has wrapped
         self.lead, self.high = 0, False  # target minus emitted position, and PULSE, at the start of the run
-        self.past = [Past(0, 0, 0, 1, None, None, 0)]
+        self.past = [Past(0, 0, 0, 1, None)]
         self.surplus = 0  # of the lead: what the pulses of this cycle have, but the target no longer
         self.playing: Playing | None = None
         self.fresh = False  # decide anew in step 3, run or no run
@@ -107,7 +106,7 @@ class Pulses:
         going = min(i, self.cycles - 1)
         state.velocity = self.sign * law.velocity(going)
         if isinstance(law, SCurve):
-            state.phase = self.phases.phase(self.done + going)
+            state.phase = law.phase(going)
         self._show(self.x0 + self.sign * law.travel(i))
 
     def _show(self, x: int) -> None:
@@ -150,8 +149,7 @@ class Pulses:
 
     def remember(self, n: int) -> None:
         """Keep what begins with cycle n, for who asks later."""
-        curve = self.law is not None and self.aim == "curve"
-        entry = Past(n, self.since, self.x0, self.sign, self.law, self.phases if curve else None, self.done)
+        entry = Past(n, self.since, self.x0, self.sign, self.law)
         if self.past[-1].first == n:
             self.past[-1] = entry
         else:

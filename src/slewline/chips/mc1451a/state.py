@@ -26,6 +26,7 @@ class Profile:
     max_acceleration: int = 0  # the same, of S-curves
     jerk: int = 0  # 2^-32 step per cycle^3
     ratio: int = 0  # 1/65536 step per encoder count, signed
+    loaded: frozenset[str] = frozenset()  # which of these the host has written since the last update
     stop: bool = False  # actions are done once
     smooth_stop: bool = False
     synch_prfl: bool = False
@@ -50,6 +51,7 @@ class AxisState:
     auto_stop: bool = False
     high_speed: bool = False
     motor_on: bool = True
+    held: bool = False  # the motor has been off, and no update was commanded since it is on: nothing starts
     breakpoint: str = ""  # what is armed: time, pos, neg, actl_pos, actl_neg, mtn_cmplt, ext
     comparison: int = 0  # of the breakpoint, as written: 32 bits unsigned
     mask: int = 0  # of interrupts
@@ -60,6 +62,7 @@ class AxisState:
     events: int = 0  # bits 0 to 7 of the status word
     in_motion: bool = False
     motion_error: bool = False  # the position error exceeds its limit now
+    reported: bool = False  # RST_INTRPT was to clear this motion error: the host knows of it
     target: int = 0  # 1/65536 step, -2^46 to 2^46 - 1
     velocity: int = 0  # displacement of this cycle, signed
     phase: int = 0  # of an S-curve: 1 to 7; else 0
@@ -84,12 +87,33 @@ class AxisState:
             | self.phase << 13
         )
 
+    def load(self, register: str, value: int) -> None:
+        """The host writes a double-buffered register."""
+        setattr(self.buffer, register, value)
+        self.buffer.loaded |= {register}
+
     def take(self) -> None:
-        """An update: what is buffered now takes effect with the next cycle, and so do actions taken since the last."""
+        """An update: what is buffered now takes effect with the next cycle, and so do actions taken since the last.
+
+        Whether it may start something is decided now, by the motor: behind MTR_ON the axis stays at rest until a move
+        is initiated (pulse generation control), whichever cycle sees that.
+        """
+        self.held = not self.motor_on
         before, self.update = self.update or Profile(), self.buffer.copy()
         for action in ("stop", "smooth_stop", "synch_prfl"):
             setattr(self.update, action, getattr(before, action) or getattr(self.buffer, action))
             setattr(self.buffer, action, False)
+        self.update.loaded = before.loaded | self.buffer.loaded
+        self.buffer.loaded = frozenset()
+
+    def switch_off(self) -> None:
+        """The motor goes off, by command or by a stall."""
+        self.motor_on, self.held = False, True
+
+    @property
+    def interrupts(self) -> int:
+        """The events that ask for the host."""
+        return self.events & self.mask & ~(MOTION_ERROR if self.reported else 0)
 
     def clear(self, mask: int) -> None:
         """Clear the events whose bit in `mask` is 0; a motion error that lasts is not cleared."""

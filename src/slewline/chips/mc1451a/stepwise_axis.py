@@ -151,7 +151,7 @@ class Course:
         if self.mode == GEAR or state.mode == GEAR:
             self.rest(complete=False)
             self.counts_used, self.owed = self.count, 0
-            self.suspended = not state.motor_on or self.switches.flagged
+            self.suspended = state.held or self.switches.flagged
         elif state.in_motion and state.mode != VELOCITY:
             self.rest(complete=True)
             self.finding("mode-in-motion", "profile mode changed in motion: it stops at once")
@@ -174,7 +174,7 @@ class Course:
             self.engage()
         elif taken.smooth_stop:
             self.stop_smoothly()
-        elif not state.in_motion and state.motor_on:
+        elif not (state.in_motion or state.held):
             self.set_out()
 
     def relocate(self, position: int) -> None:
@@ -195,15 +195,16 @@ class Course:
                 self.mode, ()
             )
         active.position = new.position
-        if any(getattr(new, name) != getattr(active, name) for name in fixed):
+        if any(name in new.loaded and getattr(new, name) != getattr(active, name) for name in fixed):
             self.event(COMMAND_ERROR)
             return
         for name in ("velocity", "acceleration", "max_acceleration", "jerk", "ratio"):
-            setattr(active, name, getattr(new, name))
+            if name not in fixed:
+                setattr(active, name, getattr(new, name))
 
     def engage(self) -> None:
         """The gear follows (again), from the counts of now on."""
-        if self.suspended and self.state.motor_on and not self.switches.flagged:
+        if self.suspended and not self.state.held and not self.switches.flagged:
             self.suspended = False
             self.counts_used = self.count
 
@@ -377,8 +378,9 @@ class Course:
         was_wrong, state.motion_error = state.motion_error, state.step_ratio != 0 and abs(reported) > state.pos_err
         if state.motion_error:
             self.event(MOTION_ERROR)
+            state.reported &= was_wrong
             if state.auto_stop and not was_wrong:
-                state.motor_on = False
+                state.switch_off()
                 self.was_off = True
 
     def read_encoder(self, tick: int) -> None:

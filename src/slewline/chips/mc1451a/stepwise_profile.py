@@ -6,6 +6,9 @@ Distances are in 2^-16 step, and speeds in that per cycle.
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
+from itertools import accumulate, pairwise
+from math import ceil, floor
 
 
 def sign(number: int) -> int:
@@ -64,70 +67,124 @@ def contour(speed: int, most: int, acceleration: int, start: int) -> int:
     return min(max(speed + acceleration, start), most)
 
 
-def phase_times(distance: int, velocity: int, acceleration: int, jerk: int) -> tuple[int, int, int]:
-    """Cycles of an S-curve's phases 1, 2 and 4: those of the continuous curve, each rounded up.
+FINE = 1 << 58  # so many parts of a cycle are told apart, and so many parts of 1/65536 step
 
-    With D, V, A, J in steps and cycles, phase 1 lasts A/J and phase 2 V/A - A/J, or sqrt(V/J) and 0 if A is not
-    reached; phase 4 lasts what is left of D at V.  If V is not reached, phase 4 falls out and V is what D allows.
+
+def fine(number: Fraction) -> Fraction:
+    """A number rounded up to the next part."""
+    return Fraction(-(-number * FINE // 1), FINE)
+
+
+def finest(holds: Callable[[Fraction], bool]) -> Fraction:
+    """The least number of parts for which something holds that then holds for all greater ones."""
+    return Fraction(least(lambda parts: holds(Fraction(parts, FINE))), FINE)
+
+
+def phase_times(d: int, v: int, a: int, j: Fraction) -> tuple[Fraction, Fraction, Fraction]:
+    """Cycles of an S-curve's phases 1, 2 and 4: those of the continuous curve, rounded up to parts of a cycle.
+
+    Phase 1 lasts A/J and phases 1 and 2 together V/A, or sqrt(V/J) and no longer if A is not reached; phase 4 lasts
+    what is left of D at V.  If V is not reached, phase 4 falls out and V is what D allows.
     """
-    d, v, a, j = distance, velocity, acceleration, jerk
-    knee = a * a << 16  # V * J at which A is just reached
-    if v * j >= knee:
-        if d * a * j >= v * (v * j + knee):
-            n4 = least(lambda n: (n * v - d) * a * j + v * (v * j + knee) >= 0)
-            return -(-(a << 16) // j), -((knee - v * j) // (a * j)), n4
-    elif d * d * j >= 4 * v**3 << 16:
-        n1 = least(lambda n: n * n * j >= v << 16)
-        return n1, 0, least(lambda n: d <= n * v or 4 * v**3 << 16 >= j * (d - n * v) ** 2)
-    if d * a * j * j >= 2 * knee * knee:
-        n2 = least(lambda n: (2 * a * j * n + 3 * knee) ** 2 >= knee * knee + 4 * a * d * j * j)
-        return -(-(a << 16) // j), n2, 0
-    return least(lambda n: 2 * j * n**3 >= d << 16), 0, 0
+    if v * j >= a * a:
+        t1, gaining = fine(a / j), fine(Fraction(v, a))
+        if d >= v * (Fraction(v, a) + a / j):
+            return t1, gaining - t1, max(fine(Fraction(d, v)) - gaining - t1, Fraction(0))
+    elif d * d * j >= 4 * v**3:
+        t1 = finest(lambda t: j * t * t >= v)
+        return t1, Fraction(0), max(fine(Fraction(d, v)) - 2 * t1, Fraction(0))
+    if d * j * j >= 2 * a**3:
+        t1 = fine(a / j)
+        return t1, finest(lambda t: a * (t1 + t) * (2 * t1 + t) >= d), Fraction(0)
+    return finest(lambda t: 2 * j * t**3 >= d), Fraction(0), Fraction(0)
 
 
 class SCurve:
-    """An S-curve under way: +J, 0, -J, 0, -J, 0, +J for n1, n2, n1, n4, n1, n2, n1 cycles, counted in whole J."""
+    """An S-curve under way: +J, 0, -J, 0, -J, 0, +J.  A cycle takes the axis from where it is to where the curve has
+    come to at its end.
 
-    JERKS = (1, 0, -1, 0, -1, 0, 1)
+    Registers with 58 binary places hold position, speed, and how that changes; with every cycle each is added to the
+    one before it.  They are loaded at the first cycle that begins in another phase.
+    """
 
     def __init__(self, distance: int, velocity: int, acceleration: int, jerk: int) -> None:
-        self.distance = distance
-        self.n1, self.n2, self.n4 = phase_times(abs(distance), velocity, acceleration, jerk)
-        self.whole = self.n1 * (self.n1 + self.n2) * (2 * self.n1 + self.n2 + self.n4)  # way in units of J
-        self.cycle = self.acceleration = self.velocity = self.way = 0
+        self.distance, self.velocity, self.acceleration = distance, velocity, acceleration
+        self.jerk = Fraction(jerk, 1 << 16)
+        self.t1, self.t2, self.t4 = phase_times(abs(distance), velocity, acceleration, self.jerk)
+        self.end = Fraction(abs(distance))
+        self.cycle = self.loaded = 0
+        self.registers = [0, 0, 0, 0]
 
     @property
-    def lengths(self) -> tuple[int, ...]:
-        """Cycles of the phases 1 to 7."""
-        return self.n1, self.n2, self.n1, self.n4, self.n1, self.n2, self.n1
+    def ends(self) -> list[Fraction]:
+        """When the phases 1 to 7 end, in cycles."""
+        t1, t2, t4 = self.t1, self.t2, self.t4
+        return list(accumulate((t1, t2, t1, t4, t1, t2, t1)))
 
     @property
     def over(self) -> bool:
         """Are all cycles done?"""
-        return self.cycle == sum(self.lengths)
+        return self.cycle >= self.ends[-1]
 
     @property
-    def gone(self) -> int:
-        """How far the axis has come."""
-        return sign(self.distance) * (abs(self.distance) * self.way // self.whole)
+    def peak(self) -> Fraction:
+        """The speed between phases 3 and 5."""
+        steepest = min(self.jerk * self.t1, Fraction(self.acceleration))
+        return min(Fraction(self.velocity), steepest * (self.t1 + self.t2))
+
+    def place(self, phase: int, t: Fraction) -> Fraction:
+        """Where the law of a phase has the axis at a time."""
+        ends = self.ends
+        coasting = self.peak * (t - ends[2] / 2)
+        if phase == 1:
+            return self.jerk * t**3 / 6
+        if phase == 2:
+            return self.acceleration * (t**2 / 2 - self.t1 * t / 2 + self.t1**2 / 6)
+        if phase == 3:
+            return coasting + self.jerk * (ends[2] - t) ** 3 / 6
+        if phase == 4:
+            return coasting
+        if phase == 5:
+            return coasting - self.jerk * (t - ends[3]) ** 3 / 6
+        return self.end - self.place(8 - phase, ends[6] - t)
+
+    def phase(self, cycle: int) -> int:
+        """The phase in which a cycle begins; 8 behind the end."""
+        return 1 + sum(end <= cycle for end in self.ends)
+
+    def load(self, phase: int, cycle: int) -> list[int]:
+        """The registers at the begin of a cycle: rounded up as long as the axis gains speed, then down."""
+        if phase == 8:
+            return [int(self.end * FINE // 1), 0, 0, 0]
+        numbers = [self.place(phase, Fraction(cycle + i)) * FINE for i in range(4)]
+        found = []
+        while numbers:
+            found.append(ceil(numbers[0]) if phase <= 3 else floor(numbers[0]))
+            numbers = [after - before for before, after in pairwise(numbers)]
+        return found
 
     def step(self) -> tuple[int, int, int]:
         """Work a cycle: the displacement in it, its velocity rounded down, and its phase."""
-        phase, end = 0, 0
-        while self.cycle >= end:
-            end += self.lengths[phase]
-            phase += 1
-        before = self.gone
-        self.acceleration += self.JERKS[phase - 1]
-        self.velocity += self.acceleration
-        self.way += self.velocity
+        phase, ends = self.phase(self.cycle), self.ends
+        if phase != self.loaded:
+            self.loaded, self.registers = phase, self.load(phase, self.cycle)
+        place, speed, change, jerk = self.registers
+        self.registers = [place + speed, speed + change, change + jerk, jerk]
+        whole = self.cycle + 1 <= ends[phase - 1]
         self.cycle += 1
-        speed = abs(self.distance) * self.velocity // self.whole
-        return self.gone - before, sign(self.distance) * speed, phase
+        following = self.phase(self.cycle)
+        after = place + speed if following == phase else self.load(following, self.cycle)[0]
+        if not whole:  # other phases begin in this cycle: it counts as the first of them that has jerk
+            phase, speed = phase | 1, after - place
+        way = sign(self.distance)
+        return way * (after // FINE - place // FINE), way * (speed // FINE), phase
 
     def smooth_stop(self) -> None:
         """Phases that gain speed or keep it last no longer than they have lasted; braking mirrors what was gained."""
-        done = self.cycle
-        self.n1 = min(self.n1, done)
-        self.n2 = min(self.n2, done - self.n1)
-        self.n4 = min(self.n4, max(done - 2 * self.n1 - self.n2, 0))
+        done, before = self.cycle, (self.t1, self.t2, self.t4)
+        rising = 2 * self.t1 + self.t2
+        self.t1 = min(self.t1, Fraction(done))
+        self.t2 = min(self.t2, done - self.t1)
+        self.t4 = min(self.t4, max(done - rising, Fraction(0)))
+        if (self.t1, self.t2, self.t4) != before:
+            self.end = self.peak * (2 * self.t1 + self.t2 + self.t4)

@@ -14,7 +14,8 @@ Positions and displacements are in 1/65536 step.
 
 from __future__ import annotations
 
-from ...core.cycles import Law, Linear, SCurve
+from ...core.curves import SCurve
+from ...core.cycles import Law, Linear
 from .horizon import Horizon
 from .profile import Limits, Run, brake, contour, trapezoid
 from .state import (
@@ -99,9 +100,8 @@ class Trajectory(Horizon):
         if self.aim == "curve":
             if self.law is not None:
                 self.done += n - self.since
-            phases = self.phases
-            law = SCurve(phases.distance, phases.whole, phases.lengths, self.done)
-            return law, Run(phases.cycles - self.done, 0, landing=True)
+            law = SCurve(self.phases.pieces(), self.done)
+            return law, Run(self.phases.cycles - self.done, 0, landing=True)
         velocity = state.velocity
         self.clamp()
         self.limits = Limits(self.top, abs(state.active.acceleration), self.start_velocity)
@@ -166,8 +166,11 @@ class Trajectory(Horizon):
         error = bool(state.step_ratio) and abs(saturated(state.error)) > state.pos_err
         if error:
             state.events |= MOTION_ERROR
-            if state.auto_stop and not state.motion_error:
-                state.motor_on, self.was_off = False, True
+            if not state.motion_error:
+                state.reported = False
+                if state.auto_stop:
+                    state.switch_off()
+                    self.was_off = True
         state.motion_error = error
 
     def look_at_breakpoint(self, n: int) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 from .profile import s_curve
 from .pulses import Pulses
 from .sheet import HIGH_RANGE, STANDARD_RANGE
@@ -17,6 +20,8 @@ from .state import (
     VELOCITY,
     Profile,
 )
+
+FIXED = {TRAPEZOIDAL: ("acceleration",), S_CURVE: ("velocity", "max_acceleration", "jerk")}  # while in motion
 
 
 class Updates(Pulses):
@@ -47,7 +52,7 @@ class Updates(Pulses):
         self.mode, state.phase = mode, 0
         if mode == GEAR:
             self.followed, self.backlog = self.counts, 0
-            self.suspended = not state.motor_on or self.flagged
+            self.suspended = state.held or self.flagged
         elif mode == VELOCITY and state.in_motion and self.aim != "stop":
             self.aim, self.fresh = "contour", True
 
@@ -65,7 +70,7 @@ class Updates(Pulses):
             self.engage()
         elif taken.smooth_stop:
             self.slow_down(n)
-        elif state.motor_on:
+        elif not state.held:
             self.start()
 
     def synchronise(self, n: int) -> None:
@@ -79,25 +84,22 @@ class Updates(Pulses):
             self.fresh = self.state.in_motion
 
     def copy(self, new: Profile) -> None:
-        """To the active registers.  What may not change in motion is a command error; the destination may."""
+        """To the active registers.  To load what may not change in motion is a command error; the destination may.
+
+        What an earlier update has refused waits in the buffer for one at rest, and is no error again (command errors).
+        """
         state = self.state
         old = state.active
-        wrong = state.in_motion and (
-            (self.mode == TRAPEZOIDAL and new.acceleration != old.acceleration)
-            or (
-                self.mode == S_CURVE
-                and (new.velocity, new.max_acceleration, new.jerk) != (old.velocity, old.max_acceleration, old.jerk)
-            )
-        )
-        if wrong:
+        kept: dict[str, Any] = {name: getattr(old, name) for name in FIXED.get(self.mode, ()) if state.in_motion}
+        if any(name in new.loaded and getattr(new, name) != value for name, value in kept.items()):
             state.events |= COMMAND_ERROR
             old.position = new.position
         else:
-            state.active = new
+            state.active = replace(new, **kept)
 
     def engage(self) -> None:
         """The gear follows again, from the counts of now on."""
-        if self.suspended and self.state.motor_on and not self.flagged:
+        if self.suspended and not self.state.held and not self.flagged:
             self.suspended = False
             self.followed = self.counts
 

@@ -1,0 +1,84 @@
+"""The ramp calculator from Python: what parameters give, and which parameters give what is wanted.
+
+ramp = slewline.ramp("cy525", F=3, R=127, S=200, Z=1)
+ramp.time_ps, ramp.steps, ramp.move(5000).time_ps
+slewline.find_ramps("cy525", time="0.5 s", F=3, R="6000 steps/s")[0].values
+"""
+
+from __future__ import annotations
+
+from ..chips import ramps_of
+from ..core.timebase import picoseconds
+from ..errors import UsageError
+from ..language.ramps import Goal, Ramp, Search, Value, Wanted, nearest, read
+from .furnishing import crystal_for
+
+
+def ramp(part: str, *, crystal: str | int | None = None, **values: Value) -> Ramp:
+    """Return the ramp that these parameters give.
+
+    Args:
+        part: "cy525", "gs-c200" ...
+        crystal: such as "11 MHz"; the part's own by default.
+        values: parameters by name: F, R, S, Z (CY525); S, T, R, law (GS-C); SET_VEL, SET_ACC ... (MC1451A family).
+            A whole number is what the command takes; text may give a rate, such as "4000 steps/s".
+
+    Raises:
+        UnknownName: no such part or parameter.
+        UsageError: a value that is missing or out of range.
+    """
+    calculator = ramps_of(part)
+    hz = calculator.sheet.crystal_hz if crystal is None else crystal_for(calculator.sheet, crystal)
+    return calculator.ramp(read(calculator, values, hz, search=False)[0], hz)
+
+
+def find_ramps(
+    part: str,
+    *,
+    time: str | int | None = None,
+    acceleration: float | None = None,
+    steps: float | None = None,
+    crystal: str | int | None = None,
+    count: int = 5,
+    **values: Value,
+) -> list[Ramp]:
+    """Return the ramps that come nearest to what is wanted, of all values of the free parameters, best first.
+
+    Free are S and Z of the CY525, R of the GS-C modules, SET_ACC or one of SET_MAX_ACC and SET_JERK of the MC1451A
+    family, as far as no value is given.  Of two ramps that are equally far off the slower one comes first.  Of those
+    that have the same of what is wanted one is listed: the slowest, then that with the least Z, then with the least S,
+    R, acceleration or jerk.
+
+    Args:
+        part, crystal, values: as for `ramp`.
+        time, acceleration, steps: what is wanted of the ramp, one of the three: a time such as "0.5 s" or ps; the mean
+            acceleration in steps/s^2; steps.
+        count: how many, 1 and more.
+
+    Raises:
+        UnknownName: no such part or parameter.
+        UsageError: not one thing wanted, no free parameter, a value that is missing or out of range.
+    """
+    calculator = ramps_of(part)
+    hz = calculator.sheet.crystal_hz if crystal is None else crystal_for(calculator.sheet, crystal)
+    wanted = _wanted(
+        {"time": None if time is None else picoseconds(time), "acceleration": acceleration, "steps": steps}
+    )
+    if not isinstance(count, int) or count < 1:
+        raise UsageError(f"count {count!r}; allowed 1 and more")
+    fixed, free = read(calculator, values, hz, search=True)
+    if not free:
+        names = " or ".join(quantity.name for quantity in calculator.quantities if quantity.free)
+        raise UsageError(f"{calculator.sheet.part}: every parameter is given; leave out {names} to have it looked for")
+    return nearest(calculator, Search(wanted, fixed, free, hz, count))
+
+
+def _wanted(goals: dict[Goal, float | None]) -> Wanted:
+    """The one goal that is given."""
+    given = [(goal, value) for goal, value in goals.items() if value is not None]
+    if len(given) != 1:
+        raise UsageError("what shall the ramp have? give one of time, acceleration and steps")
+    goal, value = given[0]
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < float("inf"):
+        raise UsageError(f"{goal} {value!r}; allowed more than 0")
+    return Wanted(goal, value)

@@ -1,0 +1,187 @@
+"""What the CY525 brings to the ramp calculator: F, R, S, Z; the manual's own program for it is in section 8.
+
+The manual reckons with one D for all rates; here every step of the ramp counts (profile.py), at the crystal that is
+fitted.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterator
+from fractions import Fraction
+from functools import lru_cache
+from heapq import merge
+from itertools import accumulate, pairwise
+from typing import TYPE_CHECKING
+
+from ...core.table import Arg, Sheet
+from ...core.timebase import PS_PER_S, Clock
+from ...core.train import StepTrain
+from ...errors import UsageError
+from ...language.ramps import Accelerations, Calculator, Candidate, Move, Quantity, Ramp, Search, Stretch, Values, least
+from . import profile
+from .firmware import LONGEST_UNIT
+from .sheet import COMMANDS, STEP_TICKS
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+NUMBER = COMMANDS["N"].args[0]
+SLOPE, DIVISOR = COMMANDS["S"].args[0], COMMANDS["Z"].args[0]
+UNIT = Arg("ramp_unit", 2, 1, LONGEST_UNIT, unit="clocks")
+QUANTITIES = (
+    Quantity("F", COMMANDS["F"].says, COMMANDS["F"].args[0], per_s=1),
+    Quantity("R", COMMANDS["R"].says, COMMANDS["R"].args[0], per_s=1),
+    Quantity("S", COMMANDS["S"].says, SLOPE, free=True),
+    Quantity("Z", COMMANDS["Z"].says, DIVISOR, default=1, free=True),
+    Quantity("ramp_unit", "option of the chip: a rate unit at S 255, Z 1", UNIT, default=profile.LAW.unit),
+    Quantity("ramp_jumps", "option of the chip: several units a step", choices=("False", "True"), default="False"),
+)
+
+
+def law_of(values: Values) -> profile.Law:
+    """How fast the rate parameter moves."""
+    return profile.Law(int(values["ramp_unit"]), values["ramp_jumps"] == "True")
+
+
+class CyRamp(Ramp):
+    """The way up from F to R."""
+
+    def __init__(self, values: Values, crystal_hz: int) -> None:
+        self.values, self.crystal_hz, self.clock = values, crystal_hz, Clock(crystal_hz)
+        first, rate, slope, divisor = (int(values[name]) for name in "FRSZ")
+        self.law = first, rate, slope, divisor, law_of(values)
+        self.runs = profile.ramp(*self.law)
+        self.start, self.top = (crystal_hz / STEP_TICKS[each] for each in (first, max(first, rate)))
+        self.time_ps = self.clock.ps(sum(interval * count for interval, count in self.runs))
+        self.steps = profile.steps(self.runs)
+
+    @property
+    def accelerations(self) -> Accelerations:
+        """Every rise of the rate over the time for which the lower rate lasted, as the manual has it (s.8)."""
+        stretches = [*self.table(), Stretch(self.time_ps, self.steps, 0, self.top)]
+        rises = [(b.rate - a.rate) * PS_PER_S / (b.begin_ps - a.begin_ps) for a, b in pairwise(stretches)]
+        return Accelerations(rises[0], self.acceleration, max(rises)) if rises else Accelerations(0, 0, 0)
+
+    def table(self) -> Iterator[Stretch]:
+        ticks = position = 0
+        for interval, count in self.runs:
+            rate = profile.RATE_OF[interval]
+            yield Stretch(self.clock.ps(ticks), position, count, self.crystal_hz / interval, rate)
+            ticks, position = ticks + interval * count, position + count
+
+    @property
+    def reached_from(self) -> int | None:
+        return least(lambda number: CyMove(self, number).reached, 1, NUMBER.high)
+
+    def move(self, distance: int) -> CyMove:
+        if not NUMBER.allows(distance):
+            raise UsageError(
+                f"cy525: a move of {distance} steps; allowed {NUMBER.low}..{NUMBER.high} ({NUMBER.name}, N)"
+            )
+        return CyMove(self, distance)
+
+
+class CyMove(Move):
+    """A whole move (s.8)."""
+
+    def __init__(self, ramp: CyRamp, number: int) -> None:
+        plan = profile.move(number, *ramp.law)
+        train = StepTrain(ramp.clock, 0, plan.runs)
+        shortest = min(interval for interval, _ in plan.runs)
+        self.train, self.steps, self.time_ps = train, number, ramp.clock.ps(train.length)
+        self.top = ramp.crystal_hz / shortest
+        self.reached = self.top >= ramp.top
+        self.legs = [(leg.name, leg.count) for leg in plan.legs]
+
+    def times(self) -> NDArray[np.int64]:
+        return self.train.begins()
+
+
+class Cy525Ramps(Calculator):
+    """The calculator of the CY525."""
+
+    quantities = QUANTITIES
+    parameter = "rate"
+
+    def __init__(self, sheet: Sheet) -> None:
+        self.sheet = sheet
+
+    def ramp(self, values: Values, crystal_hz: int) -> CyRamp:
+        return CyRamp(values, crystal_hz)
+
+    def register(self, quantity: Quantity, rate: Fraction, crystal_hz: int) -> int:
+        slowest, fastest = (Fraction(crystal_hz, STEP_TICKS[end]) for end in (0, -1))
+        if not slowest / 2 <= rate <= fastest * 2:
+            found = f"cy525: {quantity.name} {float(rate):g} steps/s"
+            raise UsageError(f"{found}; allowed {float(slowest):.0f}..{float(fastest):.0f} steps/s (T.VII)")
+        return min(range(len(STEP_TICKS)), key=lambda each: abs(Fraction(crystal_hz, STEP_TICKS[each]) - rate))
+
+    def candidates(self, search: Search) -> Iterator[Candidate]:
+        """Yield a pair of S and Z for every time that a rate unit can take, of those with the same the least Z."""
+        slopes, divisors = (
+            range(arg.low, arg.high + 1) if name in search.free else range(fixed := int(search.fixed[name]), fixed + 1)
+            for name, arg in (("S", SLOPE), ("Z", DIVISOR))
+        )
+        bounds = Bounds(search)
+        listed = every_unit(slopes, divisors, law_of(search.fixed))
+        rising = listed if search.wanted.goal != "acceleration" else listed[::-1]
+
+        def candidate(index: int) -> Candidate:
+            unit, pair = rising[index]
+            values = {name: value for name, value in zip("SZ", pair, strict=True) if name in search.free}
+            return Candidate(values, bounds.of(unit))
+
+        middle = bisect_left(rising, search.wanted.value, key=lambda each: bounds.of(each[0])[1])
+        above, below = range(middle, len(rising)), range(middle - 1, -1, -1)
+        return merge(
+            *(map(candidate, side) for side in (above, below)), key=lambda each: search.wanted.beyond(each.bounds)
+        )
+
+
+@lru_cache(maxsize=4)
+def every_unit(slopes: range, divisors: range, law: profile.Law) -> list[tuple[int, tuple[int, int]]]:
+    """Every time that a rate unit can take, in clocks and ascending, with the S and the least Z that give it."""
+    units: dict[int, tuple[int, int]] = {}
+    for divisor in divisors:
+        for slope in slopes:
+            units.setdefault(profile.unit_ticks(slope, divisor, law), (slope, divisor))
+    return sorted(units.items())
+
+
+class Bounds:
+    """Between what a ramp lies whose rate unit takes so many clocks, so that most need not be worked out.
+
+    No unit is taken before it is due, and none later than the steps before it, at one per unit, could have delayed it:
+    unit k, due at k * u, is taken by k * u + (the intervals of the k rates before it).  Time follows from the last
+    unit; steps, the sum of (time at a rate) / (its interval), from all of them.
+    """
+
+    def __init__(self, search: Search) -> None:
+        first, rate = (int(search.fixed[name]) for name in "FR")
+        intervals = STEP_TICKS[first:rate]
+        self.goal, self.hz = search.wanted.goal, search.crystal_hz
+        self.units, self.late = len(intervals), sum(intervals)
+        self.gain = self.hz / STEP_TICKS[max(first, rate)] - self.hz / STEP_TICKS[first]
+        self.per_tick = sum(1 / interval for interval in intervals)
+        late = list(accumulate(intervals))  # of unit k + 1
+        self.fewer = sum(
+            by * (1 / after - 1 / before) for by, (before, after) in zip(late, pairwise(intervals), strict=False)
+        )
+        self.more = self.late / intervals[-1] if intervals else 0.0
+
+    def of(self, unit: int) -> tuple[float, float]:
+        """The least and the greatest value of what is wanted."""
+        if self.goal == "steps":
+            return self.per_tick * unit - self.fewer - 1, self.per_tick * unit + self.more + 1
+        low, high = (ticks * PS_PER_S / self.hz for ticks in (self.units * unit, self.units * unit + self.late))
+        if self.goal == "time":
+            return low - 1, high + 1
+        slack = 1e-9 * self.gain * PS_PER_S / low if low else 0.0
+        return (self.gain * PS_PER_S / high - slack, self.gain * PS_PER_S / low + slack) if low else (0.0, 0.0)
+
+
+def ramps(sheet: Sheet) -> Calculator:
+    """Return the calculator of this part."""
+    return Cy525Ramps(sheet)

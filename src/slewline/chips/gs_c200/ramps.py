@@ -1,0 +1,138 @@
+"""What the GS-C modules bring to the ramp calculator: S, T, R, and the law of the ramp.
+
+An acceleration here is what a step adds to half the square of the rate, which `constant acceleration` keeps constant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from fractions import Fraction
+from itertools import pairwise
+from math import floor
+from typing import TYPE_CHECKING
+
+from ...core.table import Sheet
+from ...core.timebase import PS_PER_S, Clock
+from ...core.train import StepTrain
+from ...errors import UsageError
+from ...language.ramps import (
+    Accelerations,
+    Calculator,
+    Candidate,
+    Move,
+    Quantity,
+    Ramp,
+    Search,
+    Stretch,
+    Values,
+    least,
+    levels,
+)
+from . import profile
+from .sheet import POSITIONS, TIMES
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+CLOCK = Clock(PS_PER_S)
+PER_UNIT = 10  # steps/s of a unit of S and T
+
+
+class GscRamp(Ramp):
+    """The way up from S to T in R steps."""
+
+    def __init__(self, part: str, values: Values, crystal_hz: int) -> None:
+        self.part, self.values, self.crystal_hz = part, values, crystal_hz
+        start, top, length = (int(values[name]) for name in "STR")
+        self.law = start, top, length, profile.LAWS[str(values["law"])]
+        self.runs = profile.ramp(*self.law)
+        self.start, self.top = float(PER_UNIT * (start if self.runs else top)), float(PER_UNIT * top)
+        self.time_ps = sum(interval for interval, _ in self.runs)
+        self.steps = len(self.runs)
+
+    @property
+    def acceleration(self) -> float:
+        """The mean of all steps."""
+        return (self.top**2 - self.start**2) / (2 * self.steps) if self.steps else 0.0
+
+    @property
+    def accelerations(self) -> Accelerations:
+        squares = [(PS_PER_S / interval) ** 2 for interval, _ in self.runs] + [self.top**2]
+        rises = [(after - before) / 2 for before, after in pairwise(squares)]
+        return Accelerations(rises[0], self.acceleration, max(rises)) if rises else Accelerations(0, 0, 0)
+
+    def table(self) -> Iterator[Stretch]:
+        begin = 0
+        for position, (interval, _) in enumerate(self.runs):
+            yield Stretch(begin, position, 1, PS_PER_S / interval)
+            begin += interval
+
+    @property
+    def reached_from(self) -> int | None:
+        return least(lambda number: GscMove(self, number).reached, 1, len(POSITIONS[self.part]) - 1)
+
+    def move(self, distance: int) -> GscMove:
+        most = len(POSITIONS[self.part]) - 1
+        if not 1 <= distance <= most:
+            raise UsageError(f"{self.part}: a move of {distance} steps; allowed 1..{most}")
+        return GscMove(self, distance)
+
+
+class GscMove(Move):
+    """A whole move, to the end of its last pulse, when MOV falls."""
+
+    def __init__(self, ramp: GscRamp, number: int) -> None:
+        plan = profile.move(number, *ramp.law)
+        shortest = min(interval for interval, _ in plan.runs)
+        self.train = StepTrain(CLOCK, 0, plan.runs)
+        self.steps, self.time_ps = number, self.train.begin(number - 1) + TIMES["clock"].ticks
+        self.reached = shortest <= profile.period(ramp.law[1])
+        self.top = ramp.top if self.reached else PS_PER_S / shortest
+        self.legs = [(leg.name, leg.count) for leg in plan.legs]
+
+    def times(self) -> NDArray[np.int64]:
+        return self.train.begins()
+
+
+class GscRamps(Calculator):
+    """The calculator of a GS-C module."""
+
+    def __init__(self, sheet: Sheet) -> None:
+        self.sheet = sheet
+        rows = sheet.commands
+        start, top, length = rows["S"], rows["T"], rows["R"]
+        self.quantities = (
+            Quantity("S", start.says, start.args[0], per_s=1),
+            Quantity("T", top.says, top.args[0], per_s=1),
+            Quantity("R", length.says, length.args[0], free=True),
+            Quantity(
+                "law", "how the rate goes from S to T", choices=tuple(profile.LAWS), default=next(iter(profile.LAWS))
+            ),
+        )
+
+    def ramp(self, values: Values, crystal_hz: int) -> GscRamp:
+        return GscRamp(self.sheet.part, values, crystal_hz)
+
+    def register(self, quantity: Quantity, rate: Fraction, crystal_hz: int) -> int:
+        return floor(rate / PER_UNIT + Fraction(1, 2))
+
+    def candidates(self, search: Search) -> Iterable[Candidate]:
+        """Yield the R around the one that is wanted.
+
+        A ramp with a step more takes longer, since each of its rates is no higher than that of the same step in the
+        shorter one, and is gentler.
+        """
+        sign = 1 if search.wanted.goal == "acceleration" else -1
+
+        def measure(length: int) -> float:
+            return sign * search.wanted.of(self.ramp({**search.fixed, "R": length}, search.crystal_hz))
+
+        arg = self.arg("R")
+        found = levels(measure, sign * search.wanted.value, arg.low, arg.high, search.best)
+        return (Candidate({"R": length}) for length in found)
+
+
+def ramps(sheet: Sheet) -> Calculator:
+    """Return the calculator of a GS-C module."""
+    return GscRamps(sheet)

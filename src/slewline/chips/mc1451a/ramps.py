@@ -1,0 +1,276 @@
+"""What the MC1451A family brings to the ramp calculator: trapezoids and S-curves, in the units of their commands.
+
+Both are made in cycles.  The ramp of a trapezoid is the way up before the first cycle at its maximum velocity, that of
+an S-curve its phases 1 to 3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from functools import cache
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from ...core.cycles import CYCLE, ONE, CycleTrain, Law, Linear, SCurve
+from ...core.table import Arg, Sheet
+from ...core.timebase import Clock
+from ...core.train import OPEN
+from ...errors import UsageError
+from ...language import rates
+from ...language.ramps import (
+    Accelerations,
+    Calculator,
+    Candidate,
+    Move,
+    Quantity,
+    Ramp,
+    Search,
+    Stretch,
+    Values,
+    least,
+    levels,
+)
+from . import profile
+from .sheet import ACCELERATION, HIGH_RANGE, JERK, MAX_ACCELERATION, POSITION, STANDARD_RANGE, START_VELOCITY, VELOCITY
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+TRAPEZOID, S_CURVE = ("profile", "trapezoid"), ("profile", "s-curve")
+RANGES = {"standard": STANDARD_RANGE, "high": HIGH_RANGE}
+
+
+class Units:
+    """Cycles and registers in seconds and steps."""
+
+    def __init__(self, sheet: Sheet, crystal_hz: int) -> None:
+        self.clock, self.per_s = Clock(crystal_hz), rates.cycles_per_s(sheet, crystal_hz)
+
+    def ps(self, cycles: int) -> int:
+        """Picoseconds of so many cycles."""
+        return self.clock.ps(cycles * CYCLE)
+
+    def rate(self, arg: Arg, value: int) -> float:
+        """A register in steps/s, steps/s^2 or steps/s^3."""
+        return float(rates.per_second(arg, value, self.per_s))
+
+
+class ChipsetRamp(Ramp):
+    """The way up of a profile: so many cycles that follow a law, from rest."""
+
+    law: Law
+    cycles: int
+
+    def __init__(self, units: Units, values: Values, crystal_hz: int) -> None:
+        self.units, self.values, self.crystal_hz = units, values, crystal_hz
+        self.velocity = min(int(values["SET_VEL"]), RANGES[str(values["output"])] * ONE)
+
+    def settle(self, law: Law, cycles: int) -> None:
+        """Take over what the law of the profile says."""
+        self.law, self.cycles = law, cycles
+        self.time_ps, self.steps = self.units.ps(cycles), law.travel(cycles) / ONE
+
+    def table(self) -> Iterator[Stretch]:
+        for cycle in range(self.cycles):
+            before, after = self.law.travel(cycle), self.law.travel(cycle + 1)
+            rate = self.units.rate(VELOCITY, after - before)
+            yield Stretch(self.units.ps(cycle), before / ONE, (after - before) / ONE, rate, after - before)
+
+    @property
+    def reached_from(self) -> int | None:
+        return least(lambda distance: self.made(distance).reached, 1, POSITION.high)
+
+    def move(self, distance: int) -> ChipsetMove:
+        if not 1 <= distance <= POSITION.high:
+            raise UsageError(f"a move of {distance} steps; allowed 1..{POSITION.high} (SET_POS)")
+        return self.made(distance)
+
+    def made(self, distance: int) -> ChipsetMove:
+        """The move of so many steps."""
+        raise NotImplementedError
+
+
+class ChipsetMove(Move):
+    """A whole move: laws that follow each other, each for a number of cycles."""
+
+    def __init__(
+        self, ramp: ChipsetRamp, distance: int, parts: Sequence[tuple[Law, int]], top: int, legs: Mapping[str, int]
+    ) -> None:
+        self.units, self.parts = ramp.units, parts
+        self.steps, self.time_ps = distance, ramp.units.ps(sum(cycles for _, cycles in parts))
+        self.top, self.reached = ramp.units.rate(VELOCITY, top), top >= ramp.velocity
+        self.legs = [(name, travel / ONE) for name, travel in legs.items() if travel]
+
+    def times(self) -> NDArray[np.int64]:
+        import numpy as np
+
+        found, cycles, position = [], 0, 0
+        for law, count in self.parts:
+            found.append(CycleTrain(self.units.clock, cycles * CYCLE, law, count, position % ONE).begins())
+            cycles, position = cycles + count, position + law.travel(count)
+        return np.concatenate(found)
+
+
+# ------------------------------------------------------------------------------------------------------------ profiles
+class Trapezoid(ChipsetRamp):
+    """The way up with linear ramps; from `start` on, which is also the velocity of the first cycle if it is greater."""
+
+    def __init__(self, units: Units, values: Values, crystal_hz: int) -> None:
+        super().__init__(units, values, crystal_hz)
+        start = min(int(values["SET_START_VEL"]), self.velocity)
+        self.limits = profile.Limits(self.velocity, int(values["SET_ACC"]), start)
+        run = profile.contour(self.limits, 0)
+        self.settle(Linear(run.speed, run.change), run.cycles if run.cycles < OPEN else 0)
+        self.start, self.top = (units.rate(VELOCITY, speed) for speed in (start, self.velocity))
+
+    @property
+    def acceleration(self) -> float:
+        """What every cycle adds; the maximum velocity at most, then in the first one."""
+        return self.units.rate(ACCELERATION, min(self.limits.acceleration, self.velocity))
+
+    @property
+    def accelerations(self) -> Accelerations:
+        return Accelerations(*(self.acceleration,) * 3)
+
+    def made(self, distance: int) -> ChipsetMove:
+        parts: list[tuple[Law, int]] = []
+        legs = dict.fromkeys(("up", "slew", "down"), 0)
+        remaining, speed, top, landing = distance * ONE, 0, 0, False
+        while not landing:
+            run = profile.trapezoid(self.limits, remaining, speed)
+            law, travel = Linear(run.speed, run.change), Linear(run.speed, run.change).travel(run.cycles)
+            last = law.velocity(run.cycles - 1)
+            slewed = travel if not run.change else run.speed if run.speed == self.velocity else last
+            slewed *= self.velocity in (run.speed, last)
+            legs["slew"] += slewed
+            legs["up" if run.speed > speed else "down"] += travel - slewed
+            speed, landing = last, run.landing
+            remaining, top = remaining - travel, max(top, run.speed, speed)
+            parts.append((law, run.cycles))
+        return ChipsetMove(self, distance, parts, top, legs)
+
+
+class Curve(ChipsetRamp):
+    """The phases 1 to 3 of an S-curve; of the longest move, since a shorter one may not come so far."""
+
+    def __init__(self, units: Units, values: Values, crystal_hz: int) -> None:
+        super().__init__(units, values, crystal_hz)
+        self.limits = self.velocity, int(values["SET_MAX_ACC"]), int(values["SET_JERK"])
+        phases, law = self.planned(POSITION.high)
+        self.settle(law, 2 * phases.jerked + phases.steady)
+        self.start, self.top = 0.0, units.rate(VELOCITY, self.velocity)
+
+    def planned(self, distance: int) -> tuple[profile.Phases, SCurve]:
+        """The phases of a move, and its law."""
+        phases = profile.s_curve(distance * ONE, *self.limits)
+        return phases, SCurve(phases.distance, phases.whole, phases.lengths)
+
+    @property
+    def accelerations(self) -> Accelerations:
+        speeds = [0, *(self.law.velocity(cycle) for cycle in range(self.cycles + 1))]
+        rises = [after - before for before, after in pairwise(speeds)]
+        first, greatest = (self.units.rate(ACCELERATION, rise) for rise in (rises[0], max(rises)))
+        return Accelerations(first, self.acceleration, greatest)
+
+    def made(self, distance: int) -> ChipsetMove:
+        phases, law = self.planned(distance)
+        middle = 2 * phases.jerked + phases.steady
+        up, over = law.travel(middle), law.travel(middle + phases.coasting)
+        legs = {"up": up, "slew": over - up, "down": law.travel(phases.cycles) - over}
+        return ChipsetMove(self, distance, [(law, phases.cycles)], law.velocity(middle), legs)
+
+
+PROFILES: dict[str, type[Trapezoid | Curve]] = {"trapezoid": Trapezoid, "s-curve": Curve}
+
+
+# ---------------------------------------------------------------------------------------------------------- calculator
+class ChipsetRamps(Calculator):
+    """The calculator of a part of the family."""
+
+    parameter = "velocity"
+
+    def __init__(self, sheet: Sheet) -> None:
+        self.sheet = sheet
+
+        def quantity(name: str, arg: Arg, low: int, **more: object) -> Quantity:
+            return Quantity(name, sheet.commands.named(name).says, replace(arg, low=low), per_s=arg.cycles, **more)  # type: ignore[arg-type]
+
+        self.quantities = (
+            Quantity(TRAPEZOID[0], "profile mode", choices=(TRAPEZOID[1], S_CURVE[1]), default=TRAPEZOID[1]),
+            quantity("SET_VEL", VELOCITY, 1),
+            quantity("SET_ACC", ACCELERATION, 1, free=True, only=TRAPEZOID),
+            quantity("SET_START_VEL", START_VELOCITY, 0, default=0, only=TRAPEZOID),
+            quantity("SET_MAX_ACC", MAX_ACCELERATION, 1, free=True, only=S_CURVE),
+            quantity("SET_JERK", JERK, 1, free=True, only=S_CURVE),
+            Quantity("output", "pulse range", choices=tuple(RANGES), default="standard"),
+        )
+
+    def ramp(self, values: Values, crystal_hz: int) -> Trapezoid | Curve:
+        return PROFILES[str(values[TRAPEZOID[0]])](Units(self.sheet, crystal_hz), values, crystal_hz)
+
+    def register(self, quantity: Quantity, rate: Fraction, crystal_hz: int) -> int:
+        assert quantity.arg is not None
+        return rates.register(quantity.arg, rate, rates.cycles_per_s(self.sheet, crystal_hz))
+
+    def candidates(self, search: Search) -> Iterable[Candidate]:
+        """Yield the values around the one that is wanted; the gentlest of those with the same ramp."""
+        if len(search.free) > 1:
+            names = " and ".join(search.free)
+            raise UsageError(f"{self.sheet.part}: {names} cannot both be looked for; give one of them")
+        name, wanted = search.free[0], search.wanted
+        arg = self.arg(name)
+        sign = -1 if wanted.goal == "acceleration" else 1
+
+        @cache
+        def ramp(value: int) -> Trapezoid | Curve:
+            return self.ramp({**search.fixed, name: value}, search.crystal_hz)
+
+        if wanted.goal == "steps" and name == "SET_ACC":
+            found = sawtooth(lambda each: ramp(each).cycles, lambda each: ramp(each).steps, search, arg)
+        else:
+            found = levels(
+                lambda each: sign * wanted.of(ramp(each)), sign * wanted.value, arg.low, arg.high, search.best
+            )
+        return (Candidate({name: value}) for value in found)
+
+
+def sawtooth(cycles: Callable[[int], int], steps: Callable[[int], float], search: Search, arg: Arg) -> Iterator[int]:
+    """Values of the acceleration around a target of steps.
+
+    While the cycles of the ramp are the same, a greater acceleration takes more steps; with a cycle less the next tooth
+    begins.  Teeth follow each other with hardly an overlap, so that the best lie in those around the target.
+    """
+    target, around = search.wanted.value, search.best + 2
+
+    def tooth(value: int) -> tuple[int, int]:
+        """The least and the greatest acceleration with as many cycles."""
+        count = cycles(value)
+        low = least(lambda each: cycles(each) <= count, arg.low, arg.high)
+        above = least(lambda each: cycles(each) < count, arg.low, arg.high)
+        return low or arg.low, arg.high if above is None else above - 1
+
+    def within(low: int, high: int) -> Iterator[int]:
+        """The values of a tooth around the target."""
+        return levels(lambda each: -steps(each), -target, low, high, around)
+
+    middle = tooth(least(lambda each: steps(tooth(each)[0]) <= target, arg.low, arg.high) or arg.high)
+    low, high = middle
+    for _ in range(around):
+        yield from within(low, high)
+        if low == arg.low:
+            break
+        low, high = tooth(low - 1)
+    low, high = middle
+    for _ in range(around):
+        if high == arg.high:
+            break
+        low, high = tooth(high + 1)
+        yield from within(low, high)
+
+
+def ramps(sheet: Sheet) -> Calculator:
+    """Return the calculator of a part of the family."""
+    return ChipsetRamps(sheet)

@@ -1,0 +1,359 @@
+"""What a ramp calculator asks a part, and what the part answers.  No time passes, nothing runs.
+
+    rate                                      forward:  parameters -> time, steps and acceleration of the ramp,
+     top .......________                                which moves reach the rate, and how long a move takes
+              _/        \\_                    back:     a time, a number of steps or an acceleration -> the values of
+     start  _/            \\_                            the free parameters whose ramp comes nearest
+            |<->| time, steps
+
+A part brings a `Calculator` (its `ramps.py`): its parameters, named as the commands that set them, the `Ramp` of a set
+of values, and where to look for free ones.  The numbers are those of its law of motion (`profile.py`), never others.
+"""
+
+from __future__ import annotations
+
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+from ..core.table import Arg, Sheet
+from ..core.timebase import PS_PER_S
+from ..errors import UnknownName, UsageError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+Value = int | str
+Values = Mapping[str, Value]
+Goal = Literal["time", "acceleration", "steps"]
+ANYTHING = (float("-inf"), float("inf"))
+_RATE = re.compile(r"\s*([+-]?\d+(?:\.\d*)?(?:e\d+)?)\s*steps?/s(?:\^?([23])|([²³]))?\s*", re.IGNORECASE)
+_WHOLE = re.compile(r"([+-]?)(?:0[xX]|\$)([0-9a-fA-F]+)|[+-]?\d+")
+
+
+# ------------------------------------------------------------------------------------------------------- what is asked
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A parameter of a ramp, a number within the range of `arg`, or one of the names in `choices`.
+
+    `default` holds where nothing is said.  A `free` one may be looked for.  `per_s` tells how many times a second is in
+    the denominator of what it stands for: 1 in a rate, 2 in an acceleration.  One that is `only` for a choice, such as
+    ("profile", "s-curve"), does not exist with another.
+    """
+
+    name: str
+    says: str
+    arg: Arg | None = None
+    choices: tuple[str, ...] = ()
+    default: Value | None = None
+    free: bool = False
+    per_s: int = 0
+    only: tuple[str, str] | None = None
+
+    @property
+    def allowed(self) -> str:
+        """What it may be."""
+        if self.arg is None:
+            return ", ".join(self.choices)
+        return f"{self.arg.low}..{self.arg.high}{f' ({self.arg.unit})' if self.arg.unit else ''}"
+
+
+class Wanted(NamedTuple):
+    """What a ramp shall have: time in ps, acceleration in steps/s^2 (mean), or steps."""
+
+    goal: Goal
+    value: float
+
+    def error(self, ramp: Ramp) -> float:
+        """How far a ramp is off."""
+        return abs(self.of(ramp) - self.value)
+
+    def of(self, ramp: Ramp) -> float:
+        """What a ramp has of it."""
+        return {"time": ramp.time_ps, "acceleration": ramp.acceleration, "steps": ramp.steps}[self.goal]
+
+    def beyond(self, bounds: tuple[float, float]) -> float:
+        """How far the nearest point within some bounds is off."""
+        return max(bounds[0] - self.value, self.value - bounds[1], 0.0)
+
+
+# ---------------------------------------------------------------------------------------------------- what is answered
+class Stretch(NamedTuple):
+    """Steps at one rate; of a part that works in cycles, a cycle."""
+
+    begin_ps: int  # since the begin of the first step, or of the first cycle
+    position: float  # steps before it
+    steps: float
+    rate: float  # steps/s
+    parameter: int | None = None  # what stands for the rate in the part, if something does
+
+
+class Accelerations(NamedTuple):
+    """Accelerations of a ramp, steps/s^2."""
+
+    first: float
+    mean: float
+    greatest: float
+
+
+class Move(ABC):
+    """A whole move from rest to rest."""
+
+    steps: int
+    time_ps: int  # from the begin of the first step, or cycle, until the part says that it is over
+    top: float  # the greatest rate, steps/s
+    reached: bool  # the rate that is asked for
+    legs: Sequence[tuple[str, float]]  # "up", "slew", "down" ...: steps
+
+    @abstractmethod
+    def times(self) -> NDArray[np.int64]:
+        """Return the begin of every step: (n,) int64 ps."""
+
+
+class Ramp(ABC):
+    """What a set of values gives: the way up from the first rate to the last one."""
+
+    values: Values
+    crystal_hz: int
+    start: float  # the rate of the first steps, steps/s
+    top: float  # the rate behind the ramp, steps/s
+    time_ps: int  # from the begin of the first step, or cycle, to the first one at `top`
+    steps: float  # before that; a whole number, unless the part works in cycles
+
+    @property
+    def acceleration(self) -> float:
+        """The mean acceleration: what the rate gains, over the time of the ramp; 0 without a ramp."""
+        return (self.top - self.start) * PS_PER_S / self.time_ps if self.time_ps else 0.0
+
+    @property
+    @abstractmethod
+    def accelerations(self) -> Accelerations:
+        """The accelerations of the ramp."""
+
+    @property
+    @abstractmethod
+    def reached_from(self) -> int | None:
+        """The steps of the shortest move that reaches `top`; None: none does."""
+
+    @abstractmethod
+    def table(self) -> Iterator[Stretch]:
+        """Yield the ramp stretch by stretch."""
+
+    @abstractmethod
+    def move(self, distance: int) -> Move:
+        """Return a move of so many steps.
+
+        Raises:
+            UsageError: the part cannot make so many.
+        """
+
+
+class Search(NamedTuple):
+    """What is looked for: values of the `free` quantities, for the `best` ramps, those nearest to what is `wanted`."""
+
+    wanted: Wanted
+    fixed: Values
+    free: Sequence[str]
+    crystal_hz: int
+    best: int = 5
+
+
+class Candidate(NamedTuple):
+    """Values of free parameters, and bounds of what their ramp has of what is wanted: the truth lies within them."""
+
+    values: dict[str, int]
+    bounds: tuple[float, float] = ANYTHING
+
+
+class Calculator(ABC):
+    """What a part brings: its parameters and its ramps."""
+
+    sheet: Sheet
+    quantities: tuple[Quantity, ...]
+    parameter = ""  # what a stretch of a ramp calls its `parameter`
+
+    def quantity(self, name: str) -> Quantity:
+        """The quantity of this name, whatever its case.
+
+        Raises:
+            UnknownName: there is none; the message says which there are.
+        """
+        for quantity in self.quantities:
+            if quantity.name.lower() == name.lower():
+                return quantity
+        names = ", ".join(quantity.name for quantity in self.quantities)
+        raise UnknownName(f"{self.sheet.part}: no parameter {name!r}; there are: {names}")
+
+    def told(self, values: Values) -> dict[str, Value]:
+        """Values without those that are at their default and cannot be looked for."""
+        defaults = {quantity.name: quantity.default for quantity in self.quantities if not quantity.free}
+        return {name: value for name, value in values.items() if value != defaults.get(name)}
+
+    def arg(self, name: str) -> Arg:
+        """The range of a quantity that is a number."""
+        arg = self.quantity(name).arg
+        assert arg is not None
+        return arg
+
+    @abstractmethod
+    def ramp(self, values: Values, crystal_hz: int) -> Ramp:
+        """Return the ramp of a full set of values, all within their ranges."""
+
+    @abstractmethod
+    def register(self, quantity: Quantity, rate: Fraction, crystal_hz: int) -> int:
+        """Return the value of a quantity that comes nearest to a rate in steps/s, steps/s^2 or steps/s^3.
+
+        Raises:
+            UsageError: a rate that it cannot come near.
+        """
+
+    @abstractmethod
+    def candidates(self, search: Search) -> Iterable[Candidate]:
+        """Yield values of the free quantities among which are the best, those with the nearest bounds first.
+
+        Raises:
+            UsageError: these quantities cannot be looked for together.
+        """
+
+
+# ------------------------------------------------------------------------------------------------------ reading values
+def read(calculator: Calculator, given: Values, crystal_hz: int, search: bool) -> tuple[dict[str, Value], list[str]]:
+    """Check what a user has given; returns all values, and the names of the quantities that are to be looked for.
+
+    Args:
+        given: by name, whatever its case: whole numbers are what the command takes, text such as "4000 steps/s" too.
+        search: a `free` quantity that is not given is looked for; else it needs a value or has a default.
+
+    Raises:
+        UnknownName: no such quantity.
+        UsageError: a value out of range or of the wrong kind, or one that is missing.
+    """
+    part = calculator.sheet.part
+    named: dict[str, Value] = {}
+    for name, value in given.items():
+        quantity = calculator.quantity(name)
+        if quantity.name in named:
+            raise UsageError(f"{part}: {name} twice; give one value")
+        named[quantity.name] = _value(calculator, quantity, value, crystal_hz)
+    values: dict[str, Value] = {}
+    missing: list[Quantity] = []
+    free: list[str] = []
+    for quantity in calculator.quantities:
+        if quantity.only is not None and values.get(quantity.only[0]) != quantity.only[1]:
+            if quantity.name in named:
+                which = " ".join(quantity.only)
+                raise UsageError(
+                    f"{part}: {quantity.name} belongs to {which}; leave it out, or set {'='.join(quantity.only)}"
+                )
+        elif quantity.name in named:
+            values[quantity.name] = named[quantity.name]
+        elif quantity.free and search:
+            free.append(quantity.name)
+        elif quantity.default is not None:
+            values[quantity.name] = quantity.default
+        else:
+            missing.append(quantity)
+    if missing:
+        names = ", ".join(f"{quantity.name} ({quantity.says}, {quantity.allowed})" for quantity in missing)
+        raise UsageError(f"{part}: no value for {names}")
+    return values, free
+
+
+def _value(calculator: Calculator, quantity: Quantity, value: object, crystal_hz: int) -> Value:
+    """A value within its range."""
+    where = f"{calculator.sheet.part}: {quantity.name} {value!r}"
+    if quantity.arg is None:
+        for choice in quantity.choices:
+            if str(value).lower() == choice.lower():
+                return choice
+        raise UsageError(f"{where}; allowed {quantity.allowed}")
+    if isinstance(value, str):
+        value = _number(calculator, quantity, value, crystal_hz)
+    if not isinstance(value, int) or isinstance(value, bool) or not quantity.arg.allows(value):
+        rates = f", or text such as '4000 {_unit(quantity)}'" if quantity.per_s else ""
+        raise UsageError(f"{where}; allowed {quantity.allowed}{rates}")
+    return value
+
+
+def _number(calculator: Calculator, quantity: Quantity, text: str, crystal_hz: int) -> int | None:
+    """The number that a text means; None: none."""
+    if whole := _WHOLE.fullmatch(text.strip()):
+        return int(whole[1] + whole[2], 16) if whole[2] else int(text)
+    rate = _RATE.fullmatch(text)
+    if rate is None or not quantity.per_s:
+        return None
+    if int({"²": "2", "³": "3"}.get(rate[3], rate[3]) or rate[2] or 1) != quantity.per_s:
+        raise UsageError(f"{calculator.sheet.part}: {quantity.name} {text!r}; it takes {_unit(quantity)}")
+    return calculator.register(quantity, Fraction(rate[1]), crystal_hz)
+
+
+def _unit(quantity: Quantity) -> str:
+    return "steps/s" + ("" if quantity.per_s == 1 else str(quantity.per_s))
+
+
+# ----------------------------------------------------------------------------------------------------------- searching
+def nearest(calculator: Calculator, search: Search) -> list[Ramp]:
+    """Return the ramps that come nearest to what is wanted, best first.
+
+    Of two that are equally far off the slower one comes first.  Of those with the same of what is wanted only one is
+    listed: the slowest, and of these the one with the least value of its last free quantity, and so on.
+    """
+    wanted = search.wanted
+    best: dict[float, tuple[tuple[float, int, tuple[int, ...]], Ramp]] = {}
+    for candidate in calculator.candidates(search):
+        if len(best) == search.best and wanted.beyond(candidate.bounds) > max(key[0] for key, _ in best.values()):
+            break  # what is left is further off than all that are found
+        ramp = calculator.ramp({**search.fixed, **candidate.values}, search.crystal_hz)
+        key = (wanted.error(ramp), -ramp.time_ps, tuple(reversed(candidate.values.values())))
+        has = wanted.of(ramp)
+        if has not in best or key < best[has][0]:
+            best[has] = key, ramp
+        if len(best) > search.best:
+            del best[max(best, key=lambda each: best[each][0])]
+    return [ramp for _, ramp in sorted(best.values(), key=lambda found: found[0])]
+
+
+def least(enough: Callable[[int], bool], low: int, high: int) -> int | None:
+    """Return the least number from `low` to `high` that is enough, as all above it are; None: none is."""
+    if not enough(high):
+        return None
+    while low < high:
+        middle = (low + high) // 2
+        if enough(middle):
+            high = middle
+        else:
+            low = middle + 1
+    return low
+
+
+def levels(measure: Callable[[int], float], target: float, low: int, high: int, count: int) -> Iterator[int]:
+    """Yield values around those where something comes to a target that never grows with them: `count` to either side.
+
+    Of values with the same measure the least one stands for all.
+    """
+
+    def first(most: float) -> int:
+        """The least value that comes down so far."""
+        value = least(lambda each: measure(each) <= most, low, high)
+        assert value is not None
+        return value
+
+    middle = first(max(target, measure(high)))
+    value = middle
+    for _ in range(count):  # further down
+        yield value
+        here = measure(value)
+        lower = least(lambda each, here=here: measure(each) < here, value, high)  # type: ignore[misc]
+        if lower is None:
+            break
+        value = lower
+    value = middle
+    for _ in range(count):  # further up
+        if value == low:
+            break
+        value = first(measure(value - 1))
+        yield value
