@@ -281,7 +281,7 @@ def test_long_s_curves_are_exact_where_products_overflow(most):
 @pytest.mark.parametrize("hz", [10**12, 7 * 10**10])
 def test_pulse_is_high_in_the_second_half_of_each_step(hz, high):
     clock = Clock(hz)
-    for random, train, displaced in short_trains(16, clock, 24):
+    for random, train, displaced in short_trains(16, clock, 10):
         train = CycleTrain(clock, 5, train.law, train.cycles, train.lead, 16)
         halves = [clock.ps(5 + tick) for tick in tick_by_tick(displaced, train.lead, 16, ONE // 2)]
         end = train.origin + train.length

@@ -298,7 +298,7 @@ def test_a_rate_in_seconds_goes_by_the_crystal_and_one_in_cycles_does_not():
             *("SET_VEL 5 step/s", "bad-number", "SET_VEL velocity 5 step/s"),
             "write a decimal number with steps/s or steps/cycle behind it",
         ),
-        ("SET_POS 5 steps/s", "extra-argument", "SET_POS with steps/s", ""),
+        ("SET_POS 5 steps/s", "extra-argument", "steps/s behind SET_POS, which takes position", ""),
     ],
 )
 def test_a_rate_with_the_wrong_unit_is_refused(line, code, found, remedy):

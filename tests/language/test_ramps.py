@@ -42,7 +42,7 @@ def test_capitals_of_a_name_do_not_count_and_hexadecimal_is_a_number() -> None:
     ({"F": 3, "R": True, "S": 1}, UsageError, "cy525: R True; allowed"),
     ({"F": 3, "R": 100, "S": "steep"}, UsageError, r"cy525: S 'steep'; allowed 1\.\.255$"),
     ({"F": 3, "R": 100, "S": "100 steps/s"}, UsageError, r"cy525: S '100 steps/s'; allowed 1\.\.255$"),
-    ({"F": 3, "R": "100 steps/s2", "S": 1}, UsageError, "cy525: R '100 steps/s2'; it takes steps/s$"),
+    ({"F": 3, "R": "100 steps/s2", "S": 1}, UsageError, "cy525: R '100 steps/s2'; allowed"),
     ({"F": 3, "R": 100, "S": 1, "crystal": "99 MHz"}, UsageError, "CY525 takes 1 to 11 MHz"),
 ])  # fmt: skip
 def test_bad_parameters_are_refused_with_what_is_allowed(values: Any, error: type[Exception], says: str) -> None:

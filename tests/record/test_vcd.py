@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import time
 import tracemalloc
 
 import numpy as np
@@ -371,30 +370,3 @@ def test_long_window_needs_no_more_memory(rig, tmp_path):
         tracemalloc.stop()
     assert (tmp_path / "a.vcd").stat().st_size > 30_000_000
     assert peaks[1] < 1.2 * peaks[0] < 40_000_000
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("shared", [False, True])
-def test_eight_times_as_fast_as_pyvcd(rig, tmp_path, shared):
-    busy(rig, 2_000_000, 10**12, shared)
-    columns = [rig.recorder.edges(net, 0, 10**12) for net in rig.nets.values()]
-    times = np.concatenate([times for times, _ in columns]) // 1000
-    order = np.argsort(times, kind="stable")
-    which = np.repeat(np.arange(8), [len(times) for times, _ in columns])[order].tolist()
-    levels = np.concatenate([levels for _, levels in columns])[order].tolist()
-    times = times[order].tolist()
-    spent = []
-    for _ in range(3):
-        begin = time.process_time()
-        with open(tmp_path / "p.vcd", "w") as file, VCDWriter(file, timescale="1 ns", date="") as writer:
-            variables = [writer.register_var("x", f"n{n}", "wire", size=1, init=1) for n in range(8)]
-            for at, number, level in zip(times, which, levels, strict=True):
-                writer.change(variables[number], at, level)
-        middle = time.process_time()
-        write_vcd(tmp_path / "a.vcd", rig.nets, rig.recorder, 0, 10**12)
-        spent.append((middle - begin, time.process_time() - middle))
-    theirs, ours = (min(column) for column in zip(*spent, strict=True))
-    print(
-        f"{len(times)} edges: pyvcd {theirs:.3f} s, slewline {ours:.3f} s of processor time: {theirs / ours:.1f} times"
-    )
-    assert theirs / ours > 8

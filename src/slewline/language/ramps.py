@@ -16,7 +16,6 @@ import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from ..core.table import Arg, Sheet
@@ -31,7 +30,6 @@ Value = int | str
 Values = Mapping[str, Value]
 Goal = Literal["time", "acceleration", "steps"]
 ANYTHING = (float("-inf"), float("inf"))
-_RATE = re.compile(r"\s*([+-]?\d+(?:\.\d*)?(?:e\d+)?)\s*steps?/s(?:\^?([23])|([²³]))?\s*", re.IGNORECASE)
 _WHOLE = re.compile(r"([+-]?)(?:0[xX]|\$)([0-9a-fA-F]+)|[+-]?\d+")
 
 
@@ -204,11 +202,11 @@ class Calculator(ABC):
         """Return the ramp of a full set of values, all within their ranges."""
 
     @abstractmethod
-    def register(self, quantity: Quantity, rate: Fraction, crystal_hz: int) -> int:
-        """Return the value of a quantity that comes nearest to a rate in steps/s, steps/s^2 or steps/s^3.
+    def spoken(self, quantity: Quantity, text: str, crystal_hz: int) -> int | None:
+        """Return the value of a quantity that comes nearest to a rate with its unit (rates.py); None: `text` is none.
 
         Raises:
-            UsageError: a rate that it cannot come near.
+            UsageError: the unit of another quantity, or a rate that this one cannot come near.
         """
 
     @abstractmethod
@@ -283,12 +281,7 @@ def _number(calculator: Calculator, quantity: Quantity, text: str, crystal_hz: i
     """The number that a text means; None: none."""
     if whole := _WHOLE.fullmatch(text.strip()):
         return int(whole[1] + whole[2], 16) if whole[2] else int(text)
-    rate = _RATE.fullmatch(text)
-    if rate is None or not quantity.per_s:
-        return None
-    if int({"²": "2", "³": "3"}.get(rate[3], rate[3]) or rate[2] or 1) != quantity.per_s:
-        raise UsageError(f"{calculator.sheet.part}: {quantity.name} {text!r}; it takes {_unit(quantity)}")
-    return calculator.register(quantity, Fraction(rate[1]), crystal_hz)
+    return calculator.spoken(quantity, text, crystal_hz) if quantity.per_s else None
 
 
 def _unit(quantity: Quantity) -> str:

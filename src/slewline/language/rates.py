@@ -64,6 +64,12 @@ def spoken(arg: Arg, text: str, per_s: Fraction) -> int | None:
     return _held(arg, Fraction(number) / (per_s**arg.cycles if time == "s" else 1), text.strip())
 
 
+def steps_per_s(text: str) -> Fraction | None:
+    """The rate in a text such as "4000 steps/s", exactly; None: there is none."""
+    match = _SPOKEN.fullmatch(text.strip())
+    return Fraction(match[1]) if match and (match[2], match[3]) == ("s", None) else None
+
+
 def units(arg: Arg) -> str:
     """The units in which a rate may be written: "steps/s2 or steps/cycle2"."""
     power = str(arg.cycles) if arg.cycles > 1 else ""

@@ -19,6 +19,7 @@ from ...core.timebase import PS_PER_S, Clock
 from ...core.train import StepTrain
 from ...errors import UsageError
 from ...language.ramps import Accelerations, Calculator, Candidate, Move, Quantity, Ramp, Search, Stretch, Values, least
+from ...language.rates import steps_per_s
 from . import profile
 from .firmware import LONGEST_UNIT
 from .sheet import COMMANDS, STEP_TICKS
@@ -111,10 +112,13 @@ class Cy525Ramps(Calculator):
     def ramp(self, values: Values, crystal_hz: int) -> CyRamp:
         return CyRamp(values, crystal_hz)
 
-    def register(self, quantity: Quantity, rate: Fraction, crystal_hz: int) -> int:
+    def spoken(self, quantity: Quantity, text: str, crystal_hz: int) -> int | None:
+        rate = steps_per_s(text)
+        if rate is None:
+            return None
         slowest, fastest = (Fraction(crystal_hz, STEP_TICKS[end]) for end in (0, -1))
         if not slowest / 2 <= rate <= fastest * 2:
-            found = f"cy525: {quantity.name} {float(rate):g} steps/s"
+            found = f"cy525: {quantity.name} {text.strip()}"
             raise UsageError(f"{found}; allowed {float(slowest):.0f}..{float(fastest):.0f} steps/s (T.VII)")
         return min(range(len(STEP_TICKS)), key=lambda each: abs(Fraction(crystal_hz, STEP_TICKS[each]) - rate))
 

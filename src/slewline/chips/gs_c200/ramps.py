@@ -28,6 +28,7 @@ from ...language.ramps import (
     least,
     levels,
 )
+from ...language.rates import steps_per_s
 from . import profile
 from .sheet import POSITIONS, TIMES
 
@@ -114,8 +115,9 @@ class GscRamps(Calculator):
     def ramp(self, values: Values, crystal_hz: int) -> GscRamp:
         return GscRamp(self.sheet.part, values, crystal_hz)
 
-    def register(self, quantity: Quantity, rate: Fraction, crystal_hz: int) -> int:
-        return floor(rate / PER_UNIT + Fraction(1, 2))
+    def spoken(self, quantity: Quantity, text: str, crystal_hz: int) -> int | None:
+        rate = steps_per_s(text)
+        return None if rate is None else floor(rate / PER_UNIT + Fraction(1, 2))
 
     def candidates(self, search: Search) -> Iterable[Candidate]:
         """Yield the R around the one that is wanted.

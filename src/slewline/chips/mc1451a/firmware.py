@@ -58,6 +58,7 @@ class Chipset(Instructions):
         self.unheeded = False  # a command has written what no cycle has seen yet
         self.starts = 0  # counts resets: what was due before one is not done
         self.up_ps = 0
+        self.started = False  # the first command may come: reset is over
         if stepwise:
             from .stepwise import Stepwise
 
@@ -132,7 +133,7 @@ class Chipset(Instructions):
         self.port.begin()
         self.outputs_reset()
         self.bus_driver.drive(None)
-        self.idle = False
+        self.idle = self.started = False
         self.waits("the end of reset")
 
     def _start_in(self, ticks: int) -> None:
@@ -149,7 +150,8 @@ class Chipset(Instructions):
             if starts == self.starts:
                 self.motion.catch_up()
                 self.port.open()
-                self.waits("a command")
+                self.started = True
+                self.refresh_idle()
 
         self.origin = self.clock.ticks_from(self.kernel.now) + ticks
         self.kernel.call_at(self.clock.ps(self.origin), start)
@@ -183,17 +185,19 @@ class Chipset(Instructions):
         """Something has begun or ended.  An axis whose breakpoint waits for a time is not idle."""
         busy = self.unheeded or not self.port.ready
         self.idle = not busy and not any(state.in_motion or state.breakpoint == "time" for state in self.states)
+        awaited = self._awaited()
+        if self.started and awaited != self._waiting[0]:
+            self.waits(awaited)
 
-    @property
-    def waiting(self) -> str:
-        """What the chipset waits for."""
+    def _awaited(self) -> str:
+        """What the chipset waits for when reset is over."""
         moving = [state.number for state in self.states if state.in_motion]
         if moving:
-            return f"{self.name}: the motion of {'axis' if len(moving) == 1 else 'axes'} {', '.join(map(str, moving))}"
+            return f"the motion of {'axis' if len(moving) == 1 else 'axes'} {', '.join(map(str, moving))}"
         for state in self.states:
             if state.breakpoint == "time":
-                return f"{self.name}: time {state.comparison}, the breakpoint of axis {state.number}"
-        return super().waiting
+                return f"time {state.comparison}, the breakpoint of axis {state.number}"
+        return "a command"
 
     @property
     def armed(self) -> bool:

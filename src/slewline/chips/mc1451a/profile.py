@@ -193,7 +193,7 @@ class Phases(NamedTuple):
 
     @property
     def peak(self) -> int:
-        """The velocity of phase 4, in 1/65536 step per cycle, with 16 + 2 * PLACES binary places."""
+        """The same with 16 + 2 * PLACES binary places."""
         fast = self.jerked + self.steady
         reached = min(self.jerk * self.jerked, self.acceleration << 16 + PLACES)
         return min(self.velocity << 16 + 2 * PLACES, reached * fast)

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from fractions import Fraction
-from functools import cache
+from functools import cache, cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from ...core.cycles import CYCLE, ONE, CycleTrain, Law, Linear, SCurve
+from ...core.curves import PLACES, SCurve
+from ...core.cycles import CYCLE, ONE, CycleTrain, Law, Linear
 from ...core.table import Arg, Sheet
 from ...core.timebase import Clock
 from ...core.train import OPEN
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 TRAPEZOID, S_CURVE = ("profile", "trapezoid"), ("profile", "s-curve")
+FAR = 1 << 100  # 1/65536 step; further than any S-curve needs to come to its velocity
 RANGES = {"standard": STANDARD_RANGE, "high": HIGH_RANGE}
 
 
@@ -61,23 +62,22 @@ class Units:
 class ChipsetRamp(Ramp):
     """The way up of a profile: so many cycles that follow a law, from rest."""
 
-    law: Law
     cycles: int
 
     def __init__(self, units: Units, values: Values, crystal_hz: int) -> None:
         self.units, self.values, self.crystal_hz = units, values, crystal_hz
         self.velocity = min(int(values["SET_VEL"]), RANGES[str(values["output"])] * ONE)
 
-    def settle(self, law: Law, cycles: int) -> None:
-        """Take over what the law of the profile says."""
-        self.law, self.cycles = law, cycles
-        self.time_ps, self.steps = self.units.ps(cycles), law.travel(cycles) / ONE
+    @property
+    def law(self) -> Law:
+        """How far each cycle goes."""
+        raise NotImplementedError
 
     def table(self) -> Iterator[Stretch]:
         for cycle in range(self.cycles):
-            before, after = self.law.travel(cycle), self.law.travel(cycle + 1)
-            rate = self.units.rate(VELOCITY, after - before)
-            yield Stretch(self.units.ps(cycle), before / ONE, (after - before) / ONE, rate, after - before)
+            before, after, speed = self.law.travel(cycle), self.law.travel(cycle + 1), self.law.velocity(cycle)
+            rate = self.units.rate(VELOCITY, speed)
+            yield Stretch(self.units.ps(cycle), before / ONE, (after - before) / ONE, rate, speed)
 
     @property
     def reached_from(self) -> int | None:
@@ -123,8 +123,13 @@ class Trapezoid(ChipsetRamp):
         start = min(int(values["SET_START_VEL"]), self.velocity)
         self.limits = profile.Limits(self.velocity, int(values["SET_ACC"]), start)
         run = profile.contour(self.limits, 0)
-        self.settle(Linear(run.speed, run.change), run.cycles if run.cycles < OPEN else 0)
+        self.linear, self.cycles = Linear(run.speed, run.change), run.cycles if run.cycles < OPEN else 0
+        self.time_ps, self.steps = units.ps(self.cycles), self.linear.travel(self.cycles) / ONE
         self.start, self.top = (units.rate(VELOCITY, speed) for speed in (start, self.velocity))
+
+    @property
+    def law(self) -> Law:
+        return self.linear
 
     @property
     def acceleration(self) -> float:
@@ -154,19 +159,22 @@ class Trapezoid(ChipsetRamp):
 
 
 class Curve(ChipsetRamp):
-    """The phases 1 to 3 of an S-curve; of the longest move, since a shorter one may not come so far."""
+    """The phases 1 to 3 of an S-curve that is long enough; they may end in mid-cycle."""
 
     def __init__(self, units: Units, values: Values, crystal_hz: int) -> None:
         super().__init__(units, values, crystal_hz)
         self.limits = self.velocity, int(values["SET_MAX_ACC"]), int(values["SET_JERK"])
-        phases, law = self.planned(POSITION.high)
-        self.settle(law, 2 * phases.jerked + phases.steady)
+        self.phases = profile.s_curve(FAR, *self.limits)
+        fine = 2 * self.phases.jerked + self.phases.steady
+        self.cycles = profile.ceil(fine, profile.UNIT)
+        self.time_ps = units.ps(fine) >> PLACES
+        self.steps = risen(self.phases) / (ONE << 17 + 3 * PLACES)
         self.start, self.top = 0.0, units.rate(VELOCITY, self.velocity)
 
-    def planned(self, distance: int) -> tuple[profile.Phases, SCurve]:
-        """The phases of a move, and its law."""
-        phases = profile.s_curve(distance * ONE, *self.limits)
-        return phases, SCurve(phases.distance, phases.whole, phases.lengths)
+    @cached_property
+    def law(self) -> Law:
+        """The cycles, of which the last may hold a part of phase 4."""
+        return SCurve(self.phases.pieces())
 
     @property
     def accelerations(self) -> Accelerations:
@@ -176,11 +184,16 @@ class Curve(ChipsetRamp):
         return Accelerations(first, self.acceleration, greatest)
 
     def made(self, distance: int) -> ChipsetMove:
-        phases, law = self.planned(distance)
-        middle = 2 * phases.jerked + phases.steady
-        up, over = law.travel(middle), law.travel(middle + phases.coasting)
-        legs = {"up": up, "slew": over - up, "down": law.travel(phases.cycles) - over}
-        return ChipsetMove(self, distance, [(law, phases.cycles)], law.velocity(middle), legs)
+        phases = profile.s_curve(distance * ONE, *self.limits)
+        up, slew = risen(phases) >> 17 + 3 * PLACES, phases.peak * phases.coasting >> 16 + 3 * PLACES
+        legs = {"up": up, "slew": slew, "down": distance * ONE - up - slew}
+        peak = phases.peak >> 16 + 2 * PLACES
+        return ChipsetMove(self, distance, [(SCurve(phases.pieces()), phases.cycles)], peak, legs)
+
+
+def risen(phases: profile.Phases) -> int:
+    """What phases 1 to 3 cover, at half the peak velocity in the mean; in 1/65536 step with 17 + 3 * PLACES places."""
+    return phases.peak * (2 * phases.jerked + phases.steady)
 
 
 PROFILES: dict[str, type[Trapezoid | Curve]] = {"trapezoid": Trapezoid, "s-curve": Curve}
@@ -211,9 +224,8 @@ class ChipsetRamps(Calculator):
     def ramp(self, values: Values, crystal_hz: int) -> Trapezoid | Curve:
         return PROFILES[str(values[TRAPEZOID[0]])](Units(self.sheet, crystal_hz), values, crystal_hz)
 
-    def register(self, quantity: Quantity, rate: Fraction, crystal_hz: int) -> int:
-        assert quantity.arg is not None
-        return rates.register(quantity.arg, rate, rates.cycles_per_s(self.sheet, crystal_hz))
+    def spoken(self, quantity: Quantity, text: str, crystal_hz: int) -> int | None:
+        return rates.spoken(self.arg(quantity.name), text, rates.cycles_per_s(self.sheet, crystal_hz))
 
     def candidates(self, search: Search) -> Iterable[Candidate]:
         """Yield the values around the one that is wanted; the gentlest of those with the same ramp."""
