@@ -179,13 +179,19 @@ def chips_command(**options: Any) -> int:
 @click.option("--rate", metavar="R", help="Virtual seconds per second of the wall clock; 1 by default.")
 @click.option("--lockstep", is_flag=True, help="Time passes only by the bytes of the line, and by `advance`.")
 @click.option("--control", metavar="HOST:PORT", help="JSON lines: pins, time, faults, status; from any language.")
+@click.option(
+    "--token",
+    metavar="TEXT",
+    envvar="SLEWLINE_TOKEN",
+    help="What clients of the control port must know; also taken from the environment, SLEWLINE_TOKEN.",
+)
 @click.option("--state", metavar="DIR", help="Where the EEPROMs are kept.")
-@click.option("--log", metavar="F", help="Write a transcript of all lines behind what is in F.")
+@click.option("--log", metavar="F", help="Write a transcript of all lines behind what is in F; -: on standard error.")
 @click.option("--journal", metavar="F", help="Write every input from outside, for slewline run --replay.")
 @click.option("--anywhere", is_flag=True, help="The bench file may name files outside its own folder.")
 @click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=0. May be repeated.")
 @click.option("--option", type=Setting(), multiple=True, help="An option of the chip, such as 'eeprom_time=20 ms'.")
-@click.option("--allow-remote", is_flag=True, help="Other machines may connect.")
+@click.option("--allow-remote", is_flag=True, help="Other machines may connect; to the control port with --token only.")
 @click.option("--status", is_flag=True, help="Show a status line every second; else SIGUSR1 asks for one.")
 def serve_command(**options: Any) -> int:
     """Put a chip on a port, where host software finds it as if it were real, until SIGINT, SIGTERM or SIGHUP.
