@@ -77,6 +77,11 @@ def test_what_is_looked_for_is_listed_best_first(call: Any) -> None:
     ]
 
 
+def test_a_time_below_a_nanosecond_is_taken_with_its_unit(call: Any) -> None:
+    ran = call("ramp", "cy525", "F=3", "R=20", "--time", "5 ps", "--json")
+    assert (ran.status, ran.json["wanted"]) == (0, {"time_ps": 5})
+
+
 @pytest.mark.parametrize(("option", "wanted"), [
     (("--accel", "20000"), {"acceleration": 20_000}),
     (("--steps", "300"), {"steps": 300}),

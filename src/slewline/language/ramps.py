@@ -67,15 +67,15 @@ class Wanted(NamedTuple):
     value: float
 
     def error(self, ramp: Ramp) -> float:
-        """How far a ramp is off."""
+        """Return by how much a ramp misses it, in the unit of the goal."""
         return abs(self.of(ramp) - self.value)
 
     def of(self, ramp: Ramp) -> float:
-        """What a ramp has of it."""
+        """Return the time, acceleration or steps of a ramp, whichever is wanted."""
         return {"time": ramp.time_ps, "acceleration": ramp.acceleration, "steps": ramp.steps}[self.goal]
 
     def beyond(self, bounds: tuple[float, float]) -> float:
-        """How far the nearest point within some bounds is off."""
+        """Return by how much a ramp within some bounds misses it at least."""
         return max(bounds[0] - self.value, self.value - bounds[1], 0.0)
 
 
@@ -175,7 +175,7 @@ class Calculator(ABC):
     parameter = ""  # what a stretch of a ramp calls its `parameter`
 
     def quantity(self, name: str) -> Quantity:
-        """The quantity of this name, whatever its case.
+        """Return the quantity of this name, whatever its case.
 
         Raises:
             UnknownName: there is none; the message says which there are.
@@ -187,12 +187,12 @@ class Calculator(ABC):
         raise UnknownName(f"{self.sheet.part}: no parameter {name!r}; there are: {names}")
 
     def told(self, values: Values) -> dict[str, Value]:
-        """Values without those that are at their default and cannot be looked for."""
+        """Return values without those that are at their default and cannot be looked for."""
         defaults = {quantity.name: quantity.default for quantity in self.quantities if not quantity.free}
         return {name: value for name, value in values.items() if value != defaults.get(name)}
 
     def arg(self, name: str) -> Arg:
-        """The range of a quantity that is a number."""
+        """Return the range of a quantity that is a number."""
         arg = self.quantity(name).arg
         assert arg is not None
         return arg
@@ -220,7 +220,7 @@ class Calculator(ABC):
 
 # ------------------------------------------------------------------------------------------------------ reading values
 def read(calculator: Calculator, given: Values, crystal_hz: int, search: bool) -> tuple[dict[str, Value], list[str]]:
-    """Check what a user has given; returns all values, and the names of the quantities that are to be looked for.
+    """Check what a user has given; return all values, and the names of the quantities that are to be looked for.
 
     Args:
         given: by name, whatever its case: whole numbers are what the command takes, text such as "4000 steps/s" too.
@@ -324,13 +324,13 @@ def least(enough: Callable[[int], bool], low: int, high: int) -> int | None:
 
 
 def levels(measure: Callable[[int], float], target: float, low: int, high: int, count: int) -> Iterator[int]:
-    """Yield values around those where something comes to a target that never grows with them: `count` to either side.
+    """Yield values around the one where a measure that never grows with them comes to a target: `count` to either side.
 
     Of values with the same measure the least one stands for all.
     """
 
     def first(most: float) -> int:
-        """The least value that comes down so far."""
+        """Return the least value whose measure is `most` or less."""
         value = least(lambda each: measure(each) <= most, low, high)
         assert value is not None
         return value

@@ -1,4 +1,4 @@
-"""ramp: what a ramp does, and which parameters give the ramp that is wanted."""
+"""ramp: what a ramp takes, and which parameters give the ramp that is wanted."""
 
 from __future__ import annotations
 
@@ -40,8 +40,17 @@ def ramp(
     values = named(calculator, parameters)
     wanted = {"time": time, "acceleration": accel, "steps": steps}
     search = any(value is not None for value in wanted.values())
+    duration = None if time is None else f"{time} ps"
     found = (
-        find_ramps(chip, crystal=crystal, count=best, **wanted, **values)  # type: ignore[arg-type]
+        find_ramps(
+            chip,
+            crystal=crystal,
+            count=best,
+            time=duration,
+            acceleration=accel,
+            steps=steps,
+            **values,
+        )
         if search
         else [ramp_of(chip, crystal=crystal, **values)]
     )
@@ -63,7 +72,7 @@ def ramp(
 
 
 def named(calculator: Calculator, parameters: Iterable[str]) -> dict[str, str]:
-    """Parameters by name.
+    """Return the parameters by name.
 
     Raises:
         UnknownName: no such parameter.
@@ -86,7 +95,7 @@ UNITS = {"time": "time_ps", "acceleration": "acceleration_sps2", "steps": "steps
 
 # ----------------------------------------------------------------------------------------------------------------- text
 def summary(calculator: Calculator, ramp: Ramp) -> Iterator[str]:
-    """A ramp in a few lines."""
+    """Yield the lines that describe a ramp."""
     told = calculator.told(ramp.values)
     yield f"{head(calculator, ramp)}: {', '.join(f'{name} {value}' for name, value in told.items())}"
     yield f"rates         {number(ramp.start)} to {number(ramp.top)} steps/s"
@@ -100,7 +109,7 @@ def summary(calculator: Calculator, ramp: Ramp) -> Iterator[str]:
 
 
 def accelerations(ramp: Ramp) -> str:
-    """One number, or the first, the mean and the greatest."""
+    """Return the acceleration in words: one number, or the mean, the first and the greatest."""
     first, mean, greatest = (number(each) for each in ramp.accelerations)
     if first == mean == greatest:
         return f"{mean} steps/s²"
@@ -108,7 +117,7 @@ def accelerations(ramp: Ramp) -> str:
 
 
 def move_line(move: Move | None) -> Iterator[str]:
-    """A move in a line."""
+    """Yield the line that describes a move, if there is one."""
     if move is not None:
         legs = ", ".join(f"{name} {number(steps)}" for name, steps in move.legs)
         reached = "" if move.reached else f"; gets as far as {number(move.top)} steps/s"
@@ -116,7 +125,7 @@ def move_line(move: Move | None) -> Iterator[str]:
 
 
 def list_of(calculator: Calculator, found: Sequence[Ramp], free: Sequence[str]) -> Iterator[str]:
-    """The ramps that come nearest, a line each."""
+    """Yield the ramps that come nearest, a line each."""
     fixed = ", ".join(f"{name} {value}" for name, value in calculator.told(found[0].values).items() if name not in free)
     yield f"{head(calculator, found[0])}: {fixed}; {number(found[0].start)} to {number(found[0].top)} steps/s"
     rows = (
@@ -131,7 +140,7 @@ def list_of(calculator: Calculator, found: Sequence[Ramp], free: Sequence[str]) 
 
 
 def table_of(calculator: Calculator, ramp: Ramp) -> Iterator[str]:
-    """The ramp, stretch by stretch."""
+    """Yield a ramp as a table, stretch by stretch."""
     parameter = [calculator.parameter] if calculator.parameter else []
     rows = (
         [
@@ -147,7 +156,7 @@ def table_of(calculator: Calculator, ramp: Ramp) -> Iterator[str]:
 
 
 def columns(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
-    """A table, numbers to the right."""
+    """Yield the lines of a table, numbers to the right."""
     lines = [heads, *rows]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     for line in lines:
@@ -155,24 +164,24 @@ def columns(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str
 
 
 def head(calculator: Calculator, ramp: Ramp) -> str:
-    """The part, and its crystal if it has one."""
+    """Return the part, and its crystal if it has one."""
     hz = crystal_hz(calculator, ramp)
     return calculator.sheet.part + (f", {hz / 1e6:g} MHz" if hz else "")
 
 
 def crystal_hz(calculator: Calculator, ramp: Ramp) -> int | None:
-    """The crystal, if there is one to choose."""
+    """Return the crystal, Hz, if there is one to choose."""
     return ramp.crystal_hz if calculator.sheet.crystal_high_hz else None
 
 
 def number(value: float) -> str:
-    """A number as people want it: whole from 100 on, else with up to four digits that count."""
+    """Return a number as text: whole from 100 on, else with up to four significant digits."""
     return f"{value:.0f}" if abs(value) >= 100 or value == int(value) else f"{value:.4g}"
 
 
 # ----------------------------------------------------------------------------------------------------------------- data
 def ramp_object(ramp: Ramp, move: Move | None, table: bool) -> dict[str, Any]:
-    """A ramp as data."""
+    """Return a ramp as data for JSON."""
     found: dict[str, Any] = {
         "parameters": dict(ramp.values),
         "start_sps": exact(ramp.start),
@@ -189,22 +198,22 @@ def ramp_object(ramp: Ramp, move: Move | None, table: bool) -> dict[str, Any]:
 
 
 def move_object(move: Move) -> dict[str, Any]:
-    """A move as data."""
+    """Return a move as data for JSON."""
     found = {"steps": move.steps, "time_ps": move.time_ps, "top_sps": exact(move.top), "reached": move.reached}
     return found | {"legs": dict(move.legs)}
 
 
 def exact(value: float) -> float:
-    """Nine digits: what is left behind them is rounding."""
+    """Round to nine significant digits: what is behind them is rounding error."""
     return float(f"{value:.9g}")
 
 
 # -------------------------------------------------------------------------------------------------------------- picture
 def draw(path: str, calculator: Calculator, ramp: Ramp, move: Move | None) -> None:
-    """Draw a move: the one that is asked for, or the shortest one that comes to the rate.
+    """Draw a move: the one that is asked for, or the shortest one that reaches the rate.
 
     Raises:
-        UsageError: no move comes to the rate, or one of too many steps.
+        UsageError: no move reaches the rate, or one of too many steps.
     """
     import numpy as np
 

@@ -21,7 +21,6 @@ from .profile import Law
 from .state import TICKS_PER_US, T
 
 LETTERS = {row.code: row for row in sheet.COMMANDS if row.stored}
-LONGEST_UNIT = 65535  # clocks; of ramp_unit
 LASTING = "GPDUW"  # these go on for as long as they take
 
 
@@ -31,13 +30,15 @@ def lead(row: Row) -> int:
 
 
 def ramp_law(name: str, unit: object, jumps: object) -> Law:
-    """Return what the options of a chip say of its ramps.
+    """Return the law of the ramps that the options of a chip ask for.
 
     Raises:
         UsageError: a unit that is not a whole number of clocks from 1 to 65535, or jumps that are not a bool.
     """
-    if type(unit) is not int or not 1 <= unit <= LONGEST_UNIT:
-        raise UsageError(f"{name}: ramp_unit {unit!r}; allowed 1..{LONGEST_UNIT} clocks, 452 by default")
+    arg = sheet.RAMP_UNIT
+    if type(unit) is not int or not arg.allows(unit):
+        allowed = f"{arg.low}..{arg.high} {arg.unit}, {sheet.RAMP_UNIT_TICKS} by default"
+        raise UsageError(f"{name}: {arg.name} {unit!r}; allowed {allowed}")
     if type(jumps) is not bool:
         raise UsageError(f"{name}: ramp_jumps {jumps!r}; allowed True, False")
     return Law(unit, jumps)

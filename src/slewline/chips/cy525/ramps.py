@@ -14,15 +14,14 @@ from heapq import merge
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING
 
-from ...core.table import Arg, Sheet
+from ...core.table import Sheet
 from ...core.timebase import PS_PER_S, Clock
 from ...core.train import StepTrain
 from ...errors import UsageError
 from ...language.ramps import Accelerations, Calculator, Candidate, Move, Quantity, Ramp, Search, Stretch, Values, least
 from ...language.rates import steps_per_s
 from . import profile
-from .firmware import LONGEST_UNIT
-from .sheet import COMMANDS, STEP_TICKS
+from .sheet import COMMANDS, RAMP_UNIT, STEP_TICKS
 
 if TYPE_CHECKING:
     import numpy as np
@@ -30,19 +29,18 @@ if TYPE_CHECKING:
 
 NUMBER = COMMANDS["N"].args[0]
 SLOPE, DIVISOR = COMMANDS["S"].args[0], COMMANDS["Z"].args[0]
-UNIT = Arg("ramp_unit", 2, 1, LONGEST_UNIT, unit="clocks")
 QUANTITIES = (
     Quantity("F", COMMANDS["F"].says, COMMANDS["F"].args[0], per_s=1),
     Quantity("R", COMMANDS["R"].says, COMMANDS["R"].args[0], per_s=1),
     Quantity("S", COMMANDS["S"].says, SLOPE, free=True),
     Quantity("Z", COMMANDS["Z"].says, DIVISOR, default=1, free=True),
-    Quantity("ramp_unit", "option of the chip: a rate unit at S 255, Z 1", UNIT, default=profile.LAW.unit),
+    Quantity(RAMP_UNIT.name, "option of the chip: a rate unit at S 255, Z 1", RAMP_UNIT, default=profile.LAW.unit),
     Quantity("ramp_jumps", "option of the chip: several units a step", choices=("False", "True"), default="False"),
 )
 
 
 def law_of(values: Values) -> profile.Law:
-    """How fast the rate parameter moves."""
+    """Return the law that the options among some values ask for."""
     return profile.Law(int(values["ramp_unit"]), values["ramp_jumps"] == "True")
 
 
@@ -146,7 +144,7 @@ class Cy525Ramps(Calculator):
 
 @lru_cache(maxsize=4)
 def every_unit(slopes: range, divisors: range, law: profile.Law) -> list[tuple[int, tuple[int, int]]]:
-    """Every time that a rate unit can take, in clocks and ascending, with the S and the least Z that give it."""
+    """Return every time that a rate unit can take, clocks, ascending, with the S and the least Z that give it."""
     units: dict[int, tuple[int, int]] = {}
     for divisor in divisors:
         for slope in slopes:
@@ -155,7 +153,7 @@ def every_unit(slopes: range, divisors: range, law: profile.Law) -> list[tuple[i
 
 
 class Bounds:
-    """Between what a ramp lies whose rate unit takes so many clocks, so that most need not be worked out.
+    """Bounds of a ramp by the clocks of its rate unit, so that most ramps need not be worked out.
 
     No unit is taken before it is due, and none later than the steps before it, at one per unit, could have delayed it:
     unit k, due at k * u, is taken by k * u + (the intervals of the k rates before it).  Time follows from the last
@@ -176,7 +174,7 @@ class Bounds:
         self.more = self.late / intervals[-1] if intervals else 0.0
 
     def of(self, unit: int) -> tuple[float, float]:
-        """The least and the greatest value of what is wanted."""
+        """Return the least and the greatest value of what is wanted; `unit` in clocks."""
         if self.goal == "steps":
             return self.per_tick * unit - self.fewer - 1, self.per_tick * unit + self.more + 1
         low, high = (ticks * PS_PER_S / self.hz for ticks in (self.units * unit, self.units * unit + self.late))

@@ -152,6 +152,7 @@ STEP_TICKS = tuple((2 * REFERENCE_HZ + rate) // (2 * rate) for rate in STEPS_PER
 # One rate unit takes Z*(256-S) times this (s.8): the manual takes 9375/(22988*80/(256-S)) s for the 124 units from R 3 to
 # R 127, 452.22 clocks a unit at 11 MHz.  Where D is 100, at R 3 to 40, its formula says 478.51: quirk UND-RAMP-LAW.
 RAMP_UNIT_TICKS = 452
+RAMP_UNIT = Arg("ramp_unit", 2, 1, 65535, unit="clocks")  # other readings; an option of the chip
 SHORT_SLEW_STEPS = 256  # fewer slew steps than this are not slewed (s.8, special case)
 
 # phi1, phi2, phi3, phi4 by offset (s.7); clockwise goes up

@@ -16,7 +16,7 @@ from ...language.lint import Check, explored
 from ...language.problems import Severity
 from ...language.statements import Source, Statement
 from .profile import ramp
-from .sheet import POSITIONS
+from .sheet import POSITIONS, RATE_UNIT
 
 SPEEDS = {"S": "start", "T": "top", "R": "ramp"}
 COMMANDS = "command descriptions"
@@ -115,7 +115,9 @@ def reach(source: Source, motion: Motion, start: int, top: int, length: int) -> 
         remedy = f"the move gets as far as {fastest} steps/s; from {2 * length + 2} steps on T is reached"
         source.report(motion.statement, "rate-unreached", "note", found, section=COMMANDS, remedy=remedy)
     elif length == 1:
-        found = f"R1 has no rate between S and T: {10 * start} steps/s, then {10 * top}, and down as suddenly"
+        found = (
+            f"R1 has no rate between S and T: {RATE_UNIT * start} steps/s, then {RATE_UNIT * top}, and down as suddenly"
+        )
         source.report(motion.statement, "sudden-ramp", "note", found, section=COMMANDS, remedy="a longer R")
 
 

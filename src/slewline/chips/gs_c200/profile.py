@@ -25,6 +25,7 @@ from ...core.plan import Plan, Runs, head, mirrored, plan
 from ...core.timebase import PS_PER_S
 from ...core.train import OPEN
 from ...errors import UsageError
+from .sheet import RATE_UNIT
 
 Law = Callable[[float, float, int, int], float]
 """A ramp law: steps/s at step k (0 to `ramp`) of a ramp from `start` to `top`: law(start, top, ramp, k)."""
@@ -44,8 +45,9 @@ LAWS = MappingProxyType({"constant acceleration": constant_acceleration, "linear
 
 
 def period(speed: int) -> int:
-    """Picoseconds of a step at a speed in units of 10 steps/s."""
-    return (PS_PER_S + 5 * speed) // (10 * speed)
+    """Return the picoseconds of a step at a speed in units of 10 steps/s, rounded."""
+    rate = RATE_UNIT * speed
+    return (PS_PER_S + rate // 2) // rate
 
 
 @lru_cache(maxsize=256)
@@ -63,9 +65,10 @@ def ramp(start: int, top: int, length: int, law: Law = constant_acceleration) ->
         return ()
     intervals = [period(start)]
     for k in range(1, length):
-        rate = law(10.0 * start, 10.0 * top, length, k)
-        if not 10 * start <= rate <= 10 * top:
-            raise UsageError(f"ramp law: {rate:g} steps/s at step {k} of {length}; allowed {10 * start}..{10 * top}")
+        low, high = RATE_UNIT * start, RATE_UNIT * top
+        rate = law(float(low), float(high), length, k)
+        if not low <= rate <= high:
+            raise UsageError(f"ramp law: {rate:g} steps/s at step {k} of {length}; allowed {low}..{high}")
         intervals.append(round(PS_PER_S / rate))
         if intervals[-1] > intervals[-2]:
             raise UsageError(f"ramp law: step {k} of {length} is slower than the one before; a ramp only goes up")
@@ -89,7 +92,7 @@ def move(number: int, start: int, top: int, length: int, law: Law = constant_acc
 
 
 def down(up: Runs, intervals: int) -> Runs:
-    """The way down from a rate that `intervals` of the way up led to, and the rest behind its last step."""
+    """Return the way down from where `intervals` of the way up led, with the start-stop interval behind the end."""
     return (*mirrored(head(up, intervals)), (up[0][0], 1))
 
 

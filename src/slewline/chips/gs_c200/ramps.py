@@ -30,14 +30,13 @@ from ...language.ramps import (
 )
 from ...language.rates import steps_per_s
 from . import profile
-from .sheet import POSITIONS, TIMES
+from .sheet import POSITIONS, RATE_UNIT, TIMES
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
 CLOCK = Clock(PS_PER_S)
-PER_UNIT = 10  # steps/s of a unit of S and T
 
 
 class GscRamp(Ramp):
@@ -48,13 +47,13 @@ class GscRamp(Ramp):
         start, top, length = (int(values[name]) for name in "STR")
         self.law = start, top, length, profile.LAWS[str(values["law"])]
         self.runs = profile.ramp(*self.law)
-        self.start, self.top = float(PER_UNIT * (start if self.runs else top)), float(PER_UNIT * top)
+        self.start, self.top = float(RATE_UNIT * (start if self.runs else top)), float(RATE_UNIT * top)
         self.time_ps = sum(interval for interval, _ in self.runs)
         self.steps = len(self.runs)
 
     @property
     def acceleration(self) -> float:
-        """The mean of all steps."""
+        """The mean acceleration of all steps, steps/s^2; 0 without a ramp."""
         return (self.top**2 - self.start**2) / (2 * self.steps) if self.steps else 0.0
 
     @property
@@ -117,7 +116,7 @@ class GscRamps(Calculator):
 
     def spoken(self, quantity: Quantity, text: str, crystal_hz: int) -> int | None:
         rate = steps_per_s(text)
-        return None if rate is None else floor(rate / PER_UNIT + Fraction(1, 2))
+        return None if rate is None else floor(rate / RATE_UNIT + Fraction(1, 2))
 
     def candidates(self, search: Search) -> Iterable[Candidate]:
         """Yield the R around the one that is wanted.

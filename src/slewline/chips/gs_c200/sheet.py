@@ -12,6 +12,7 @@ from types import MappingProxyType
 from ...core.table import Arg, Pin, Port, Register, Row, Sheet, Table, Timing
 
 LOCATIONS = 119
+RATE_UNIT = 10  # steps/s; of S and T
 WRITTEN = LOCATIONS + 1  # bytes of a full EEPROM: a check byte follows the program
 LONGEST = 11  # characters before the carriage return: address, f-8388608, checksum
 POSITIONS = MappingProxyType({"gs-c200": range(10_000_000), "gs-c200s": range(-(1 << 23), 1 << 23)})

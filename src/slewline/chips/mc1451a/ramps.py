@@ -51,16 +51,16 @@ class Units:
         self.clock, self.per_s = Clock(crystal_hz), rates.cycles_per_s(sheet, crystal_hz)
 
     def ps(self, cycles: int) -> int:
-        """Picoseconds of so many cycles."""
+        """Return the picoseconds of so many cycles."""
         return self.clock.ps(cycles * CYCLE)
 
     def rate(self, arg: Arg, value: int) -> float:
-        """A register in steps/s, steps/s^2 or steps/s^3."""
+        """Return a register value in steps/s, steps/s^2 or steps/s^3."""
         return float(rates.per_second(arg, value, self.per_s))
 
 
 class ChipsetRamp(Ramp):
-    """The way up of a profile: so many cycles that follow a law, from rest."""
+    """The way up of a profile: `cycles` cycles that follow a law, from rest."""
 
     cycles: int
 
@@ -89,7 +89,7 @@ class ChipsetRamp(Ramp):
         return self.made(distance)
 
     def made(self, distance: int) -> ChipsetMove:
-        """The move of so many steps."""
+        """Return the move of so many steps, 1 or more."""
         raise NotImplementedError
 
 
@@ -133,7 +133,7 @@ class Trapezoid(ChipsetRamp):
 
     @property
     def acceleration(self) -> float:
-        """What every cycle adds; the maximum velocity at most, then in the first one."""
+        """What every cycle adds, steps/s^2; above the maximum velocity, the first cycle is at that."""
         return self.units.rate(ACCELERATION, min(self.limits.acceleration, self.velocity))
 
     @property
@@ -192,7 +192,7 @@ class Curve(ChipsetRamp):
 
 
 def risen(phases: profile.Phases) -> int:
-    """What phases 1 to 3 cover, at half the peak velocity in the mean; in 1/65536 step with 17 + 3 * PLACES places."""
+    """Return what phases 1 to 3 cover, at half the peak velocity in the mean: 1/65536 step, 17 + 3 * PLACES places."""
     return phases.peak * (2 * phases.jerked + phases.steady)
 
 
@@ -250,7 +250,7 @@ class ChipsetRamps(Calculator):
 
 
 def sawtooth(cycles: Callable[[int], int], steps: Callable[[int], float], search: Search, arg: Arg) -> Iterator[int]:
-    """Values of the acceleration around a target of steps.
+    """Yield values of the acceleration around a target of steps.
 
     While the cycles of the ramp are the same, a greater acceleration takes more steps; with a cycle less the next tooth
     begins.  Teeth follow each other with hardly an overlap, so that the best lie in those around the target.
@@ -258,14 +258,14 @@ def sawtooth(cycles: Callable[[int], int], steps: Callable[[int], float], search
     target, around = search.wanted.value, search.best + 2
 
     def tooth(value: int) -> tuple[int, int]:
-        """The least and the greatest acceleration with as many cycles."""
+        """Return the least and the greatest acceleration with as many cycles."""
         count = cycles(value)
         low = least(lambda each: cycles(each) <= count, arg.low, arg.high)
         above = least(lambda each: cycles(each) < count, arg.low, arg.high)
         return low or arg.low, arg.high if above is None else above - 1
 
     def within(low: int, high: int) -> Iterator[int]:
-        """The values of a tooth around the target."""
+        """Yield the values of a tooth around the target."""
         return levels(lambda each: -steps(each), -target, low, high, around)
 
     middle = tooth(least(lambda each: steps(tooth(each)[0]) <= target, arg.low, arg.high) or arg.high)
