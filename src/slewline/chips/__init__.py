@@ -50,7 +50,11 @@ def checks_of(part: str) -> tuple[Check, ...]:
 
 
 def ramps_of(part: str) -> Calculator:
-    """The ramp calculator of a part."""
+    """Return the ramp calculator of a part.
+
+    Raises:
+        UnknownName: no such part; the message says which there are.
+    """
     package = _entry(part)[0]
     return import_module(package + ".ramps").ramps(sheet_of(part))  # type: ignore[no-any-return]
 

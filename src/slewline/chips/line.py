@@ -151,7 +151,7 @@ class LineChip(Chip):
                 too_long = True
 
     def _line_feed(self, within: bool) -> None:
-        """A line feed came: say once what it tells of the host."""
+        """Report once that the host sends line feeds."""
         if self.line_feeds or (self.lenient and not within) or (self.checked and not self.kept):
             return  # the last: it may be a checksum
         self.line_feeds = True

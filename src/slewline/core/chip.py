@@ -74,7 +74,7 @@ class OneAxis:
         return self.motor.travel
 
     def steps(self, start: Time | None = None, stop: Time | None = None) -> Steps:
-        """Steps at start <= t <= stop; from the beginning, and up to now, by default."""
+        """Return the steps at start <= t <= stop; from the beginning, and up to now, by default."""
         now = self.kernel.now
         return self.motor.steps(0 if start is None else moment(start), now if stop is None else min(moment(stop), now))
 
@@ -137,7 +137,7 @@ class AxisInCycles(AxisOfChip):
         raise NotImplementedError
 
     def cycles(self, start: Time | None = None, stop: Time | None = None) -> Cycles:
-        """Cycles that begin at start <= t <= stop; all of them by default."""
+        """Return the cycles that begin at start <= t <= stop; all of them by default."""
         raise NotImplementedError
 
 

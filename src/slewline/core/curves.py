@@ -36,12 +36,12 @@ class Piece(NamedTuple):
     jerk: int
 
     def covered(self, k: int) -> int:
-        """The position when cycle k of the curve begins."""
+        """Return the position when cycle k of the curve begins."""
         m = k - self.cycle
         return self.position + m * self.speed + m * (m - 1) // 2 * self.change + m * (m - 1) * (m - 2) // 6 * self.jerk
 
     def displaced(self, k: int) -> int:
-        """The displacement of cycle k of the curve."""
+        """Return the displacement of cycle k of the curve."""
         m = k - self.cycle
         return self.speed + m * self.change + m * (m - 1) // 2 * self.jerk
 
@@ -63,7 +63,7 @@ class SCurve:
         self.start = self._piece(first).covered(first) >> PLACES
 
     def _piece(self, k: int) -> Piece:
-        """The piece in which a cycle of the curve lies."""
+        """Return the piece in which a cycle of the curve lies."""
         return self.pieces[bisect_right(self.cycles, k) - 1]
 
     def travel(self, i: int) -> int:
@@ -75,7 +75,7 @@ class SCurve:
         return self._piece(k).displaced(k) >> PLACES
 
     def phase(self, i: int) -> int:
-        """The phase, 1 to 7, of cycle i."""
+        """Return the phase, 1 to 7, of cycle i."""
         return self._piece(self.first + i).phase
 
     def travels(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -85,17 +85,17 @@ class SCurve:
         return self._sums(i, 1)
 
     def phases(self, i: NDArray[np.int64]) -> NDArray[np.int8]:
-        """The phases of many cycles, any order: shape as `i`."""
+        """Return the phases, 1 to 7, of many cycles in any order: shape as `i`."""
         import numpy as np
 
         which = np.searchsorted(self.cycles, i + self.first, side="right") - 1
         return np.array([piece.phase for piece in self.pieces], np.int8).take(which)
 
     def _sums(self, i: NDArray[np.int64], of: int) -> NDArray[np.int64]:
-        """Positions (0) or displacements (1) of many cycles.
+        """Return positions (0) or displacements (1) of many cycles, 1/65536 step.
 
         They are computed twice: as floats, which are wrong by less than 1, and as integers with PLACES binary places,
-        of which the upper bits are lost, so that they are right but for a multiple of 64.
+        of which the upper bits are lost, so that they are right modulo 64.
         """
         import numpy as np
 

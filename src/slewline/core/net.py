@@ -97,7 +97,7 @@ class Driver:
 
 
 class Joint:
-    """Stands among the drivers that were told something: wiring may have changed the level of a net."""
+    """A pending entry of a net whose wiring has changed, as a driver is when it has been told a level (see `join`)."""
 
     __slots__ = ("net", "next", "pending")
 

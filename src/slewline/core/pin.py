@@ -113,17 +113,32 @@ class Terminal:
         return net.level  # type: ignore[no-any-return]
 
     def drive(self, level: int, at: Time | None = None) -> None:
-        """Drive the pin to 0 or 1 from outside, now or at an instant; overrides the standard wiring of a bare part."""
+        """Drive the pin to 0 or 1 from outside, now or at an instant; overrides the standard wiring of a bare part.
+
+        Raises:
+            UsageError: another level, or an instant that is over.
+            WiringError: the pin carries no signal, or is a bus.
+        """
         if level not in (0, 1):
             raise UsageError(f"{self.name}: level {level!r}; allowed 0, 1 (release() lets go)")
         self._put(level, self._instant(at))
 
     def release(self, at: Time | None = None) -> None:
-        """Let go of the pin."""
+        """Let go of the pin, now or at an instant.
+
+        Raises:
+            UsageError: the instant is over.
+            WiringError: the pin carries no signal, or is a bus.
+        """
         self._put(None, self._instant(at))
 
     def pulse(self, level: int, width: Time, at: Time | None = None) -> None:
-        """Drive the pin for a time, then as before: the level that was driven from outside, or none."""
+        """Drive the pin for a time, then as before: the level that was driven from outside, or none.
+
+        Raises:
+            UsageError: a level other than 0 and 1, or an instant that is over.
+            WiringError: the pin carries no signal, or is a bus.
+        """
         kernel = self.net.kernel
         if level not in (0, 1):
             raise UsageError(f"{self.name}: level {level!r}; allowed 0, 1")

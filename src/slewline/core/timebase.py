@@ -2,7 +2,7 @@
 
 Users write "25 us", "1.5 ms" or an int of picoseconds.  A float is refused: it would be rounded by somebody else.
 Where time is to pass or something is to happen (`picoseconds`), an int from 1 to 999 is refused, too: it was meant to
-be something else, and "5 ps" can be written.  A question about the past (`moment`) takes any int.
+have another unit, and "5 ps" can be written.  A question about the past (`moment`) takes any int.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def _scaled(text: str, units: dict[str, int], what: str, example: str) -> int:
     decimals = match[3] or ""
     value, rest = divmod(int(match[2] + decimals) * unit, int(10 ** len(decimals)))
     if rest:
-        raise TimeError(f"{what} {text!r}: finer than the unit of the house; give a multiple of 1 {next(iter(units))}")
+        raise TimeError(f"{what} {text!r}: finer than 1 {next(iter(units))}; give a multiple of it")
     return -value if match[1] == "-" else value
 
 
@@ -63,7 +63,7 @@ def _whole(time: Time, negative: bool) -> int:
 
 
 def picoseconds(time: Time, *, negative: bool = False) -> int:
-    """Picoseconds of a time such as "25 us", or of an int that is picoseconds already.
+    """Return the picoseconds of a time such as "25 us", or of an int that is picoseconds already.
 
     Raises:
         TimeError: for a float, an unknown unit, a fraction of a picosecond, a negative time, or an int from 1 to 999.
@@ -75,12 +75,20 @@ def picoseconds(time: Time, *, negative: bool = False) -> int:
 
 
 def moment(time: Time) -> int:
-    """Picoseconds of an instant that somebody asks about: as `picoseconds`, but any int counts as it stands."""
+    """Return the picoseconds of an instant of the past: as `picoseconds`, but any int from 0 on is taken.
+
+    Raises:
+        TimeError: for a float, an unknown unit, a fraction of a picosecond, or a negative time.
+    """
     return _whole(time, False)
 
 
 def moments(times: Time | Sequence[Time] | NDArray[np.int64]) -> int | NDArray[np.int64]:
-    """Picoseconds of one instant, or of many that somebody asks about: (n,) int64, shape as `times`."""
+    """Return the picoseconds of one instant of the past as an int, of many as int64 of the shape of `times`.
+
+    Raises:
+        TimeError: as `moment`.
+    """
     if isinstance(times, str | int):
         return moment(times)
     import numpy as np
@@ -111,7 +119,7 @@ def readable(ps: int) -> str:
 
 
 class Seconds(float):
-    """A time to be read: prints as "0.170768 s", and is a float of seconds; `now_ps` is the exact one."""
+    """Seconds as a float that prints as "0.170768 s", rounded; `now_ps` is the exact time."""
 
     def __str__(self) -> str:
         return f"{float(self):.6f} s"

@@ -139,7 +139,9 @@ class Decoder:
             self._note("line-feed", "a line feed stands where a command letter belongs and swallows the command")
         else:
             self._note(
-                "unknown-command", f"{_shown(byte)} is no command; the line is ignored", stranger(self.sheet, chr(byte))
+                "unknown-command",
+                f"{_shown(byte)} is no command; the line is ignored",
+                unknown_remedy(self.sheet, chr(byte)),
             )
         self._state = self._skip_line
 
@@ -280,7 +282,7 @@ def spell(row: Row, shown: Sequence[int | str]) -> str:
 
 
 def slip(sheet: Sheet, written: str, row: Row | None = None) -> str:
-    """What somebody may have meant who wrote this, and something else than `row` takes; else nothing.
+    """Return the remedy where something else than `row` takes was written; empty: none is known.
 
     A character that the manual prints and the chip does not take explains more than the command does.
     """
@@ -288,8 +290,8 @@ def slip(sheet: Sheet, written: str, row: Row | None = None) -> str:
     return sheet.slips.get(odd or (row.form if row else ""), "")
 
 
-def stranger(sheet: Sheet, letter: str) -> str:
-    """What somebody may have meant who wrote a letter that is no command; else nothing."""
+def unknown_remedy(sheet: Sheet, letter: str) -> str:
+    """Return the remedy for a letter that is no command; empty: none is known."""
     if letter.upper() in sheet.commands.by_form:
         return f"write {letter.upper()}: command letters are upper case"
     return sheet.slips.get(letter, "")

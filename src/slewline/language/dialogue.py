@@ -1,4 +1,4 @@
-"""What is odd about the way a host goes about it: pins that it drives, live commands, commands that come too early."""
+"""Lint rules about a host: the pins that it drives, its live commands, and commands that come too early."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from .source import read
 from .statements import Directive, Source, Statement
 
-PASSES_TIME = ("wait", "until", "bytes", "to")  # behind these nobody knows what still runs or moves
+PASSES_TIME = ("wait", "until", "bytes", "to")  # behind these it is unknown whether a program still runs
 ENDS = ("INITIALIZE", "COMMAND")  # live commands that end a program
 RESET = re.compile(r"@(?:drive|pulse)\s+reset\s*=\s*0")
 REST = re.compile(r"@until\s+(?:motion_complete\s*=\s*0|ready\s*=\s*1|run\s*=\s*1)$")
@@ -16,12 +16,12 @@ DRIVEN = re.compile(r"@(?:drive|pulse)\s+(\w+)\s*=")
 
 
 def directives(source: Source) -> list[Directive]:
-    """The directives of a text, in their order."""
+    """Return the directives of a text, in their order."""
     return [item for item in source.items if isinstance(item, Directive)]
 
 
 def driven(source: Source) -> None:
-    """The host drives inputs; two outputs on one net are a conflict."""
+    """Report directives that drive an output: two outputs on one net are a conflict."""
     outputs = {pin.name: pin for pin in source.sheet.pins if pin.way == "out"}
     for item in directives(source):
         found = DRIVEN.match(item.text)
@@ -31,7 +31,7 @@ def driven(source: Source) -> None:
 
 
 def live(source: Source) -> None:
-    """Live commands are commands: what is wrong with them is wrong wherever they come."""
+    """Report what is wrong with the commands of @live."""
     for item in directives(source):
         for column, command in live_commands(item):
             for problem in read(command, source.sheet).problems:
@@ -39,7 +39,7 @@ def live(source: Source) -> None:
 
 
 def live_commands(item: Directive) -> list[tuple[int, str]]:
-    """The commands of @live, each with the column at which it begins."""
+    """Return the commands of @live, each with the column at which it begins."""
     if item.verb != "live":
         return []
     begin = len("@live")
@@ -61,7 +61,7 @@ class Course:
     moving: bool = False
 
     def directive(self, item: Directive) -> None:
-        """What the host does in between."""
+        """Follow a directive."""
         if item.verb == "read" and not self.moving:
             found = "@read position waits for a motion, and nothing above begins one"
             remedy = "at rest, @verify 3 reads the position"
@@ -76,7 +76,7 @@ class Course:
             self.moving = False
 
     def command(self, item: Statement) -> None:
-        """A command in command mode."""
+        """Follow a command outside a program."""
         name = item.row.name
         if self.started is not None:
             found = (
@@ -96,7 +96,7 @@ class Course:
 
 
 def course(source: Source) -> None:
-    """A running program takes no commands, X needs a program, a read-out on the fly needs a motion."""
+    """Report commands to a running program, X and J without a program, and read-outs on the fly without a motion."""
     chip = Course(source)
     for item in source.items:
         if isinstance(item, Directive):

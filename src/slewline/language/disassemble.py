@@ -71,7 +71,7 @@ def listing(stored: bytes, sheet: Sheet, known: Mapping[str, int] | None = None)
 
 
 def commands(stream: bytes, sheet: Sheet) -> tuple[list[str], list[Note]]:
-    """What a binary host says, a command a line, and what is wrong with it.
+    """Return the commands of a binary stream, one a line, and what is wrong with it.
 
     A program is read as the chip keeps it: there the counts say nothing (s.5), and one count may announce all of it.
     """

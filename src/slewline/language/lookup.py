@@ -1,4 +1,4 @@
-"""Commands of a part by whatever somebody calls them: letter, name, line, code."""
+"""Commands of a part by letter, name, line or code."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MARK = "$"  # behind the letter of a label
 
 
 def find(sheet: Sheet, command: str) -> list[Row]:
-    """The rows of a command, by letter (all forms of it), by name, by a line that is one, or by the code of a packet.
+    """Return the rows of a command, by letter (all forms of it), name, a line that is one, or the code of a packet.
 
     Raises:
         UnknownName: the part has no such command; the message says which it has.

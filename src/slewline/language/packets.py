@@ -54,7 +54,7 @@ def words(row: Row, values: Sequence[int]) -> tuple[int, ...]:
 
 
 def numbers(sheet: Sheet, row: Row, values: Sequence[int | str], crystal_hz: int | None = None) -> tuple[int, ...]:
-    """What a command is given, with rates as text ("12345 steps/s") made the numbers of its registers.
+    """Return the values of a command as numbers: a rate as text ("12345 steps/s") becomes that of its register.
 
     Raises:
         UsageError: a text that is no rate, or not of this register.
@@ -139,10 +139,10 @@ def row(sheet: Sheet, name: str) -> Row:
 
 
 def command(sheet: Sheet, text: str, crystal_hz: int | None = None) -> Command:
-    """A line as a command of this part: mnemonic and number; rates in seconds go by the crystal.
+    """Return a line as a command of this part: mnemonic and number; rates in seconds go by the crystal.
 
     Raises:
-        UsageError: it is none; the message says what would be one.
+        UsageError: it is none; the message says what is allowed.
     """
     found = parse(sheet, text, crystal_hz)
     if isinstance(found, Refusal):
@@ -152,7 +152,7 @@ def command(sheet: Sheet, text: str, crystal_hz: int | None = None) -> Command:
 
 
 def parse(sheet: Sheet, text: str, crystal_hz: int | None = None) -> Command | Refusal:
-    """The same, without raising: a line that is no command is a `Refusal`, with the place of what is wrong."""
+    """Return a line as a command of this part; one that is none as a `Refusal`, with the place of what is wrong."""
     name = "".join(text.split(maxsplit=1)[:1])
     known = sheet.commands.by_form.get(name.upper())
     if known is None:
@@ -247,7 +247,7 @@ def _number_meant(arg: Arg, written: str) -> str:
 
 
 def _scaled(arg: Arg, written: str) -> str:
-    """What a decimal fraction is in a register."""
+    """Say which register value a decimal fraction is."""
     scaled = Fraction(written) * (1 << arg.fraction)
     whole = "" if scaled.denominator == 1 else f"{float(scaled):.8g}, no whole number; the nearest is "
     return f"{written} {arg.unit} is {whole}{round(scaled)}"

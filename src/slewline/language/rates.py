@@ -31,12 +31,12 @@ Rate = int | float | Fraction | Decimal
 
 
 def cycles_per_s(sheet: Sheet, crystal_hz: int | None = None) -> Fraction:
-    """Cycles in a second, exactly, at the crystal of the sheet or another one."""
+    """Return the cycles in a second, exactly, at the crystal of the sheet or another one."""
     return Fraction(crystal_hz or sheet.crystal_hz, sheet.times["cycle"].ticks)
 
 
 def register(arg: Arg, rate: Rate, per_s: Fraction) -> int:
-    """The nearest register value for a rate in the register's unit, seconds for cycles: steps/s, steps/s^2, steps/s^3.
+    """Return the nearest register value for a rate in steps/s, steps/s^2 or steps/s^3, whichever the register holds.
 
     Raises:
         UsageError: a rate that the register cannot hold, or no number.
@@ -45,7 +45,7 @@ def register(arg: Arg, rate: Rate, per_s: Fraction) -> int:
 
 
 def spoken(arg: Arg, text: str, per_s: Fraction) -> int | None:
-    """The nearest register value, a half upwards, for a rate as text; None: `text` is none.
+    """Return the nearest register value, a half upwards, for a rate as text; None: `text` is none.
 
     Args:
         text: a decimal number with steps/s or steps/cycle behind it; an acceleration or a jerk has its power there:
@@ -65,13 +65,13 @@ def spoken(arg: Arg, text: str, per_s: Fraction) -> int | None:
 
 
 def steps_per_s(text: str) -> Fraction | None:
-    """The rate in a text such as "4000 steps/s", exactly; None: there is none."""
+    """Return the rate in a text such as "4000 steps/s", exactly; None: there is none."""
     match = _SPOKEN.fullmatch(text.strip())
     return Fraction(match[1]) if match and (match[2], match[3]) == ("s", None) else None
 
 
 def units(arg: Arg) -> str:
-    """The units in which a rate may be written: "steps/s2 or steps/cycle2"."""
+    """Return the units in which a rate may be written: "steps/s2 or steps/cycle2"."""
     power = str(arg.cycles) if arg.cycles > 1 else ""
     return f"steps/s{power} or steps/cycle{power}"
 
@@ -84,7 +84,7 @@ def manual(arg: Arg, rate: Rate) -> int:
 
 
 def per_second(arg: Arg, value: int, per_s: Fraction) -> Fraction:
-    """The rate that a register value stands for, exactly."""
+    """Return the rate that a register value stands for, exactly, in steps per second (to the power of `arg.cycles`)."""
     return Fraction(value, 1 << arg.fraction) * per_s**arg.cycles
 
 

@@ -35,7 +35,7 @@ from dataclasses import replace
 
 from ..core.table import Arg, Row, Sheet
 from . import packets
-from .dialects import LINE_LIMIT, Command, slip, stranger
+from .dialects import LINE_LIMIT, Command, slip, unknown_remedy
 from .lines import SIGN, Refusal, parse, places, usage
 from .problems import Place
 from .statements import Block, Directive, Operand, Source, Statement
@@ -153,7 +153,7 @@ class _Line:
     def unknown(self, at: int) -> None:
         letter = self.text[at]
         letters = " ".join(row.form for row in self.sheet.commands)
-        remedy = stranger(self.sheet, letter)
+        remedy = unknown_remedy(self.sheet, letter)
         self.error(at, at + 1, "unknown-command", f"{letter} is no command", letters, "", remedy)
 
     def behind_quit(self, row: Row, at: int) -> None:
@@ -213,7 +213,7 @@ class _Line:
         return None
 
     def allowed(self, arg: Arg) -> str:
-        """What an argument may be."""
+        """Return what an argument may be, in words."""
         letters = self.sheet.labels if arg.label else ""
         return f"{arg.low}..{arg.high}" + (f" or a label {letters[0]}..{letters[-1]}" if letters else "")
 

@@ -283,7 +283,11 @@ class Host(Part):
         """Give commands to a chip whose program is running, through PROG/LIVE (s.7).
 
         Returns:
-            What V commands among them brought, one group behind the other.
+            The groups that V commands among them read, one behind the other.
+
+        Raises:
+            UsageError: no command, or one that is no ASCII text.
+            Timeout: the chip does not take them in time.
         """
         for command in commands or ("",):
             if not isinstance(command, str) or not command or not command.isascii():
@@ -296,7 +300,7 @@ class Host(Part):
         return b"".join(data for _, data in self._call("live", list(commands), action, timeout) or ())
 
     async def live_now(self, port: Port, commands: Sequence[str], number: int | None = None) -> list[tuple[int, bytes]]:
-        """Commands through PROG/LIVE, each V followed by its read-out; returns (group, bytes) of each."""
+        """Give commands through PROG/LIVE, each V followed by its read-out; return (group, bytes) of each."""
         port.prog.drive(0)
         await self._between_instructions(port)
         last, found = commands[-1], []
@@ -345,7 +349,7 @@ class Host(Part):
         return self._call("verify", [group, number, timeout, live], action, timeout)  # type: ignore[no-any-return]
 
     async def verify_now(self, port: Port, group: int, number: int | None = None, live: bool | None = False) -> bytes:
-        """V and its read-out; `live` as with `verify`."""
+        """Send V and read the group; `live` as with `verify`."""
         if live is None:
             await level(port.ready, 1)
             live = port.running.level == 0
@@ -356,7 +360,12 @@ class Host(Part):
         return await self.fetch(port, port.group_size(group) if number is None else number)
 
     def change_rate(self, rate: int, timeout: Time = "5 s") -> None:
-        """Request a new rate on the fly (s.7): SLEW low, rate on the bus, I/O REQUEST low until SLEW is high."""
+        """Request a new rate on the fly (s.7): SLEW low, rate on the bus, I/O REQUEST low until SLEW is high.
+
+        Raises:
+            UsageError: `rate` is not 0 to 255.
+            Timeout: the chip does not take it in time.
+        """
         if not isinstance(rate, int) or not 0 <= rate <= 255:
             raise UsageError(f"{self.name}: rate {rate!r}; allowed 0 to 127 (a byte goes out as it is)")
 

@@ -106,7 +106,12 @@ class PacketHost(Caller):
         return packets.values(row.reads, found)[0] if row.reads else None
 
     def query(self, name: str, axis: int = UNKNOWN, timeout: Time = "5 s") -> int:
-        """The same for a command that returns something."""
+        """Send a command and return the number that it reads, in the units of the command.
+
+        Raises:
+            UsageError: the command returns nothing, or there is no such command.
+            ChecksumError, Timeout: as `command`.
+        """
         if not packets.row(self.port.sheet, name).reads:
             raise UsageError(f"{self.name}: {name} returns nothing, so there is no query; send it with command()")
         return self.command(name, axis=axis, timeout=timeout)  # type: ignore[return-value]

@@ -302,7 +302,7 @@ class GsC(Instructions):
         return "Y" if self.options.early_y else ""
 
     async def _write(self, program: bytes, checked: bool) -> None:
-        """Byte after byte, a check byte behind them; the answer comes when all of it is verified."""
+        """Write byte after byte, a check byte behind them, and answer when all of it is verified."""
         self.waits("the EEPROM")
         self.saving = program, self.kernel.now
         await until(self.kernel, self.kernel.now + self.eeprom_ps * (len(program) + 1) // sheet.WRITTEN)
@@ -320,7 +320,7 @@ class GsC(Instructions):
         self.refresh_idle()
 
     def _programmed(self, program: bytes) -> str:
-        """Keep a program; returns why that failed, or nothing."""
+        """Keep a program; return why that failed, empty if it did not."""
         try:
             self.store.write(INVALID if self.eeprom_fails else program)
             return "" if self.store.read() == program else "it does not hold the program"
@@ -328,8 +328,8 @@ class GsC(Instructions):
             return str(error)
 
     def tear(self) -> None:
-        """The supply goes in the middle of M: what has been written is new, the rest as before, and the check byte
-        fits neither."""
+        """Leave the EEPROM half written, as the supply fails during M: what has been written is new, the rest as
+        before, and the check byte fits neither."""
         if self.saving is None:
             return
         program, since = self.saving

@@ -181,7 +181,7 @@ class State(LineChip):
     # ------------------------------------------------------------------------------------------------------ memories
     @property
     def eeprom_fault(self) -> bool:
-        """Does programming the EEPROM fail?  A switch for tests."""
+        """Does programming the EEPROM fail?  Settable, for tests."""
         return self.eeprom_fails
 
     @eeprom_fault.setter
@@ -189,7 +189,11 @@ class State(LineChip):
         self.fail_eeprom(on)
 
     def fail_eeprom(self, on: bool = True) -> None:
-        """Let programming the EEPROM fail (E6), or no more; an input, which a journal repeats."""
+        """Let programming the EEPROM fail (E6), or no more; an input, which a journal repeats.
+
+        Raises:
+            UsageError: `on` is no bool.
+        """
         if not isinstance(on, bool):
             raise UsageError(f"{self.name}: eeprom_fault {on!r}; allowed True, False")
         if self.on_input is not None:

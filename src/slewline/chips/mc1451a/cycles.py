@@ -29,7 +29,7 @@ class ChipsetAxis(AxisInCycles):
         return isinstance(self.chip.motion, Motion)
 
     def cycles(self, start: Time | None = None, stop: Time | None = None) -> Cycles:
-        """Cycles since the last reset that begin at start <= t <= stop; all of them by default.
+        """Return the cycles since the last reset that begin at start <= t <= stop; all of them by default.
 
         Raises:
             UsageError: for a chipset that works step by step, which keeps no record.

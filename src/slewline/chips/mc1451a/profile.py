@@ -193,13 +193,13 @@ class Phases(NamedTuple):
 
     @property
     def peak(self) -> int:
-        """The same with 16 + 2 * PLACES binary places."""
+        """The velocity between phases 3 and 5, in 1/65536 step per cycle with 16 + 2 * PLACES binary places."""
         fast = self.jerked + self.steady
         reached = min(self.jerk * self.jerked, self.acceleration << 16 + PLACES)
         return min(self.velocity << 16 + 2 * PLACES, reached * fast)
 
     def stopped(self, done: int) -> Phases:
-        """What becomes of the move when it is told to stop smoothly after so many cycles.
+        """Return what is left of the move when it is stopped smoothly after `done` cycles.
 
         It decelerates as it has accelerated: phases that have been entered are cut to what has been done of them.
         """
@@ -214,7 +214,7 @@ class Phases(NamedTuple):
         return curve._replace(distance=curve.peak * (2 * jerked + steady + coasting) >> 16 + 2 * PLACES)
 
     def pieces(self) -> list[Piece]:
-        """The curve as its law takes it: the cycles that lie in one phase, and each that lies in several by itself.
+        """Return the curve in pieces: the cycles that lie in one phase, and each that lies in several by itself.
 
         Such a one counts as the first phase in it that has jerk.
         """
@@ -239,11 +239,11 @@ class Phases(NamedTuple):
 
     @property
     def _end(self) -> Piece:
-        """What is there when the move is over."""
+        """Where the axis stays when the move is over."""
         return Piece(self.cycles, 7, self.distance, 0, 0, 0)
 
     def _piece(self, phase: int, cycle: int) -> Piece:
-        """The cycles of a phase from this one on.
+        """Return the cycles of a phase from this one on.
 
         Its numbers are rounded up on the way to the maximum velocity and down from there on, the positions with them:
         so no cycle between leads further than one at the maximum velocity.
@@ -256,7 +256,7 @@ class Phases(NamedTuple):
         return Piece(cycle, phase, position, speed, up * (up * change >> 16), j << PLACES - 16)
 
     def _state(self, phase: int, t: int) -> tuple[int, int, int, int]:
-        """Six times the position, twice the velocity, acceleration and jerk of a phase at some time.
+        """Return six times the position, twice the velocity, acceleration and jerk of a phase at a time.
 
         They have 16 binary places, and PLACES more for each power of a cycle, so that they are exact.
         """
@@ -284,12 +284,12 @@ class Phases(NamedTuple):
         return line - bent, 2 * peak - j * t * t, -j * t, -j
 
     def _parabola(self, t: int) -> int:
-        """Six times the position in phase 2."""
+        """Return six times the position in phase 2."""
         return (self.acceleration << 16 + PLACES) * (3 * t * (t - self.jerked) + self.jerked**2)
 
 
 def s_curve(distance: int, velocity: int, acceleration: int, jerk: int) -> Phases:
-    """The phases of a move: the times of the continuous profile, each rounded up to 2^-PLACES cycle.
+    """Return the phases of a move: the times of the continuous profile, each rounded up to 2^-PLACES cycle.
 
     Args:
         distance: 1/65536 step, positive, as are velocity and acceleration.
@@ -317,12 +317,12 @@ def ceil(a: int, b: int) -> int:
 
 
 def square_root(number: int) -> int:
-    """The square root of a positive number, rounded up."""
+    """Return the square root of a positive number, rounded up."""
     return isqrt(number - 1) + 1
 
 
 def cube_root(number: int) -> int:
-    """The cube root of a positive number, rounded up; by Newton's method from above."""
+    """Return the cube root of a positive number, rounded up; by Newton's method from above."""
     root = 1 << ceil(number.bit_length(), 3)
     while (lower := (2 * root + number // (root * root)) // 3) < root:
         root = lower

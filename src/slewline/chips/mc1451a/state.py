@@ -88,12 +88,12 @@ class AxisState:
         )
 
     def load(self, register: str, value: int) -> None:
-        """The host writes a double-buffered register."""
+        """Write a double-buffered register, and note that the host did."""
         setattr(self.buffer, register, value)
         self.buffer.loaded |= {register}
 
     def take(self) -> None:
-        """An update: what is buffered now takes effect with the next cycle, and so do actions taken since the last.
+        """Take an update: what is buffered takes effect with the next cycle, and so do actions since the last one.
 
         Whether it may start something is decided now, by the motor: behind MTR_ON the axis stays at rest until a move
         is initiated (pulse generation control), whichever cycle sees that.
@@ -107,7 +107,7 @@ class AxisState:
         self.buffer.loaded = frozenset()
 
     def switch_off(self) -> None:
-        """The motor goes off, by command or by a stall."""
+        """Switch the motor off, by command or by a stall."""
         self.motor_on, self.held = False, True
 
     @property
