@@ -188,7 +188,7 @@ def test_what_is_found_is_the_best_of_all_s_and_z(
     mover: Make, case: tuple[int, int, str, float, dict[str, int]]
 ) -> None:
     first, rate, goal, value, fixed = case
-    wanted = {goal: f"{int(value)} ps" if goal == "time" else value}
+    wanted = {goal: int(value) if goal == "time" else value}
     found = slewline.find_ramps("cy525", F=first, R=rate, **wanted, **fixed)
     best = best_of_all(mover.period, first, rate, goal, value, fixed)  # type: ignore[attr-defined]
     assert [(ramp.values["S"], ramp.values["Z"]) for ramp in found] == best
