@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import click
@@ -38,37 +38,32 @@ def ramp(
     outputs.claim(plot, (".svg", ".png"))
     calculator = ramps_of(chip)
     values = named(calculator, parameters)
-    wanted = {"time": time, "acceleration": accel, "steps": steps}
-    search = any(value is not None for value in wanted.values())
-    duration = None if time is None else f"{time} ps"
-    found = (
-        find_ramps(
-            chip,
-            crystal=crystal,
-            count=best,
-            time=duration,
-            acceleration=accel,
-            steps=steps,
-            **values,
-        )
-        if search
-        else [ramp_of(chip, crystal=crystal, **values)]
-    )
+    wanted = {"time_ps": time, "acceleration_sps2": accel, "steps": steps}
+    goal = {name: value for name, value in wanted.items() if value is not None}
+    found = nearest(chip, crystal, best, wanted, values) if goal else [ramp_of(chip, crystal=crystal, **values)]
     moves = [None if distance is None else each.move(distance) for each in found]
     outputs.save(plot, lambda path: draw(path, calculator, found[0], moves[0]))
     free = [name for name in found[0].values if calculator.quantity(name).free and name not in values]
     if as_json:
         objects = [ramp_object(each, move, table) for each, move in zip(found, moves, strict=True)]
         head = {"chip": calculator.sheet.part, "crystal_hz": crystal_hz(calculator, found[0])}
-        goal = {UNITS[goal]: value for goal, value in wanted.items() if value is not None}
-        print_json(head | ({"wanted": goal, "free": free, "found": objects} if search else objects[0]))
+        print_json(head | ({"wanted": goal, "free": free, "found": objects} if goal else objects[0]))
         return 0
-    lines = [*(list_of(calculator, found, free) if search else summary(calculator, found[0])), *move_line(moves[0])]
+    lines = [*(list_of(calculator, found, free) if goal else summary(calculator, found[0])), *move_line(moves[0])]
     for line in (*lines, *(table_of(calculator, found[0]) if table else ())):
         click.echo(line)
     for path in outputs.written:
         click.echo(f"wrote {path}")
     return 0
+
+
+def nearest(
+    chip: str, crystal: str | None, best: int, wanted: Mapping[str, float | None], values: Mapping[str, str]
+) -> list[Ramp]:
+    """Return the ramps that come nearest to what is wanted; the time in whole ps."""
+    time, accel, steps = wanted.values()
+    duration = None if time is None else f"{time} ps"  # a bare number below 1000 would be refused
+    return find_ramps(chip, time=duration, acceleration=accel, steps=steps, crystal=crystal, count=best, **values)
 
 
 def named(calculator: Calculator, parameters: Iterable[str]) -> dict[str, str]:
@@ -88,9 +83,6 @@ def named(calculator: Calculator, parameters: Iterable[str]) -> dict[str, str]:
             raise UsageError(f"{calculator.sheet.part}: {name} twice; give one value")
         values[known] = value
     return values
-
-
-UNITS = {"time": "time_ps", "acceleration": "acceleration_sps2", "steps": "steps"}
 
 
 # ----------------------------------------------------------------------------------------------------------------- text

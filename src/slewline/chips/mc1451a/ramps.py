@@ -6,6 +6,7 @@ an S-curve its phases 1 to 3.
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, cached_property
@@ -48,7 +49,7 @@ class Units:
     """Cycles and registers in seconds and steps."""
 
     def __init__(self, sheet: Sheet, crystal_hz: int) -> None:
-        self.clock, self.per_s = Clock(crystal_hz), rates.cycles_per_s(sheet, crystal_hz)
+        self.part, self.clock, self.per_s = sheet.part, Clock(crystal_hz), rates.cycles_per_s(sheet, crystal_hz)
 
     def ps(self, cycles: int) -> int:
         """Return the picoseconds of so many cycles."""
@@ -69,9 +70,9 @@ class ChipsetRamp(Ramp):
         self.velocity = min(int(values["SET_VEL"]), RANGES[str(values["output"])] * ONE)
 
     @property
+    @abstractmethod
     def law(self) -> Law:
         """How far each cycle goes."""
-        raise NotImplementedError
 
     def table(self) -> Iterator[Stretch]:
         for cycle in range(self.cycles):
@@ -85,12 +86,12 @@ class ChipsetRamp(Ramp):
 
     def move(self, distance: int) -> ChipsetMove:
         if not 1 <= distance <= POSITION.high:
-            raise UsageError(f"a move of {distance} steps; allowed 1..{POSITION.high} (SET_POS)")
+            raise UsageError(f"{self.units.part}: a move of {distance} steps; allowed 1..{POSITION.high} (SET_POS)")
         return self.made(distance)
 
+    @abstractmethod
     def made(self, distance: int) -> ChipsetMove:
         """Return the move of so many steps, 1 or more."""
-        raise NotImplementedError
 
 
 class ChipsetMove(Move):
