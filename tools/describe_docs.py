@@ -230,8 +230,8 @@ example.
 The first line of a connection must be such an object, or the server hangs up: so no web page can make a browser work
 the pins. Other machines reach the port only if the server was started with `--allow-remote` and with `--token TEXT`, or
 with the token in the environment as `SLEWLINE_TOKEN`, where a list of processes does not show it. Then every client, on
-this machine too, sends `"token"` with its first request; with a wrong one the connection is closed. The token goes over the
-network as it is: it keeps out who does not know it, and not who listens.
+this machine too, sends `"token"` with its first request; with a wrong one the connection is closed. The token goes over
+the network as it is: it keeps out who does not know it, and not who listens.
 
 `{"do": "schema"}` returns all this as JSON schema, to make a client from; it is also the file `control.schema.json` in
 `slewline/links`. Its `definitions` have each request and its reply (`drive`, `drive_reply`), and `error`.

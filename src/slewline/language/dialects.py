@@ -193,7 +193,7 @@ class Decoder:
         if row.args:
             return self._with_arguments(row, body, argument)
         if argument:
-            remedy = slip(self.sheet, _text(argument), row)
+            remedy = slip_remedy(self.sheet, _text(argument), row)
             self._note("extra-argument", f"{row.name} takes no argument; {_text(argument)} is ignored", remedy)
         elif body:
             self._note("spacing", f"spaces after {row.form}")
@@ -204,7 +204,9 @@ class Decoder:
         fields = _BETWEEN.split(argument, last) if last else [argument]
         if len(fields) <= last or not all(fields):
             self._note(
-                "missing-argument", f"{row.name} needs {row.takes}; ignored", slip(self.sheet, _text(argument), row)
+                "missing-argument",
+                f"{row.name} needs {row.takes}; ignored",
+                slip_remedy(self.sheet, _text(argument), row),
             )
             return None
         if not body.startswith(b" ") or len(body) != 1 + last + sum(map(len, fields)):
@@ -217,7 +219,7 @@ class Decoder:
             elif self._is_label(arg, field):
                 values.append(field[0])
             else:
-                remedy = slip(self.sheet, _text(field))
+                remedy = slip_remedy(self.sheet, _text(field))
                 self._note("bad-number", f"{row.name} {_text(field)}: not a decimal number; ignored", remedy)
                 return None
         shown = [str(value) if field.isdigit() else _text(field) for value, field in zip(values, fields, strict=True)]
@@ -281,7 +283,7 @@ def spell(row: Row, shown: Sequence[int | str]) -> str:
     return f"{row.form} {','.join(map(str, shown))}" if shown else row.form
 
 
-def slip(sheet: Sheet, written: str, row: Row | None = None) -> str:
+def slip_remedy(sheet: Sheet, written: str, row: Row | None = None) -> str:
     """Return the remedy where something else than `row` takes was written; empty: none is known.
 
     A character that the manual prints and the chip does not take explains more than the command does.

@@ -35,7 +35,7 @@ from dataclasses import replace
 
 from ..core.table import Arg, Row, Sheet
 from . import packets
-from .dialects import LINE_LIMIT, Command, slip, unknown_remedy
+from .dialects import LINE_LIMIT, Command, slip_remedy, unknown_remedy
 from .lines import SIGN, Refusal, parse, places, usage
 from .problems import Place
 from .statements import Block, Directive, Operand, Source, Statement
@@ -159,7 +159,7 @@ class _Line:
     def behind_quit(self, row: Row, at: int) -> None:
         argument = self.text[at:].lstrip()
         first, end = len(self.text) - len(argument), len(self.text)
-        remedy = slip(self.sheet, argument, row) or f"{row.form} stands alone: it ends by itself"
+        remedy = slip_remedy(self.sheet, argument, row) or f"{row.form} stands alone: it ends by itself"
         found = f"{argument} behind {row.name}, which takes no argument"
         self.error(first, end, "extra-argument", found, "", row.where, remedy)
 
@@ -171,10 +171,12 @@ class _Line:
         if len(words) > needed:
             first = at + words[needed].start()
             found = f"{self.text[first:]} behind {row.name}, which takes {row.takes}"
-            self.error(first, end, "extra-argument", found, "", row.where, slip(self.sheet, self.text[first:], row))
+            self.error(
+                first, end, "extra-argument", found, "", row.where, slip_remedy(self.sheet, self.text[first:], row)
+            )
         elif len(words) < needed:
             arg = row.args[len(words)]
-            found, remedy = f"{row.name} without {arg.name}", slip(self.sheet, rest, row)
+            found, remedy = f"{row.name} without {arg.name}", slip_remedy(self.sheet, rest, row)
             self.error(end, end + 1, "missing-argument", found, self.allowed(arg), row.where, remedy)
             return None
         elif needed:
@@ -208,7 +210,7 @@ class _Line:
             return Operand(*place, number % arg.modulus)
         if arg.label and len(word) == 1 and word in self.sheet.labels:
             return Operand(*place, ord(word), word)
-        remedy = slip(self.sheet, word) or "numbers are decimal digits alone"
+        remedy = slip_remedy(self.sheet, word) or "numbers are decimal digits alone"
         self.error(at, at + len(word), "bad-number", named, self.allowed(arg), section, remedy)
         return None
 
@@ -242,7 +244,7 @@ class _CommandLine(_Line):
         alike = [row for row in self.sheet.commands if row.head[0] == letter]
         unknown, remedy = found.code == "unknown", ""
         code = {"unknown": "unknown-command", "argument": "bad-argument"}.get(found.code, found.code)
-        if word := slip(self.sheet, self.text):
+        if word := slip_remedy(self.sheet, self.text):
             remedy = word
         elif meant := self.meant():
             remedy = f"write {meant}: no blanks, and capitals count"

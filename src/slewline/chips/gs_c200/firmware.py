@@ -21,7 +21,7 @@ from . import sheet
 from .instructions import Instructions
 from .motion import Motion
 
-INVALID = b"\xff"  # no opcode: so begins what a failed write leaves behind
+INVALID = b"\xff"  # no opcode; the first byte that a failed write leaves
 
 
 class GsC(Instructions):
