@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import json
+import os
 
 import pytest
 
@@ -274,3 +275,9 @@ def test_an_instant_below_a_nanosecond_is_replayed(tmp_path):
     bench.run("2 ps")
     again = slewline.replay(tmp_path / "j")
     assert (again.now_ps, again["x"].pin("wait").level, again["x"].pin("wait").net.changes) == (9, 1, 2)
+
+
+def test_a_journal_does_not_wait_for_the_reader_of_a_fifo(tmp_path):
+    os.mkfifo(tmp_path / "fifo")
+    with pytest.raises(BenchFileError, match="is a FIFO"):
+        slewline.Bench(journal=tmp_path / "fifo")

@@ -100,10 +100,12 @@ def replaced(path: str | PathLike[str]) -> bool:
     """Will a journal that is written here replace another one?
 
     Raises:
-        BenchFileError: a file with something else stands there, which is not to be lost.
+        BenchFileError: a file with something else stands there, which is not to be lost; or a FIFO.
     """
     place = Path(path)
     try:
+        if place.is_fifo():  # opening it would wait for a reader
+            raise BenchFileError(f"journal {path}: is a FIFO; give a regular file")
         if not place.is_file() or not place.stat().st_size:
             return False
         with place.open("rb") as file:
