@@ -115,6 +115,14 @@ def test_wait_for_a_motion_that_cannot_complete_is_given_up_at_once(text, found)
     assert played.texts[-1] == "GET_TRGT_POS -> 0"  # and the script goes on
 
 
+@pytest.mark.parametrize("part", ["mc1151a", "mc1451a"])
+def test_a_wait_that_is_given_up_names_no_finding_behind_which_the_axis_has_moved(part):
+    late = "SET_POS 50\nSET_VEL 65536\nUPDATE\nwait 2 ms\nSET_ACC 8192\nUPDATE\nwait motion_complete\nCLR_STATUS\n"
+    played = Played(f"{late}wait motion_complete", part)
+    assert played.codes == ["no-start", "expect"]
+    assert played.bench.findings[-1].text == f"wait motion_complete: axis 1 is at rest, {NEVER}"
+
+
 @pytest.mark.parametrize(
     ("text", "complete"),
     [

@@ -145,7 +145,8 @@ def test_registers_may_be_given_in_steps_and_seconds(part: str) -> None:
 
 @pytest.mark.parametrize(("values", "says"), [
     ({"SET_VEL": 1}, "no value for SET_ACC"),
-    ({"SET_VEL": 1, "SET_ACC": 0}, r"SET_ACC 0; allowed 1\.\."),
+    ({"SET_VEL": 1, "SET_ACC": 0}, r"SET_ACC 0; allowed 1\.\.1073741823 \(2\^-16 steps/cycle\^2\), or text"),
+    ({"SET_ACC": 1}, r"no value for SET_VEL \(maximum velocity, 1\.\.1073741823 \(2\^-16 steps/cycle\)\)"),
     ({"SET_VEL": 1, "SET_ACC": "20 steps/s"}, "acceleration 20 steps/s: allowed steps/s2 or steps/cycle2"),
     ({"SET_VEL": "1 steps/s3", "SET_ACC": 2}, "velocity 1 steps/s3: allowed steps/s or steps/cycle"),
     ({"SET_VEL": 1, "SET_ACC": 1, "SET_JERK": 1}, "SET_JERK belongs to profile s-curve; leave it out, or set profile="),

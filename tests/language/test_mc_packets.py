@@ -291,8 +291,8 @@ def test_a_rate_in_seconds_goes_by_the_crystal_and_one_in_cycles_does_not():
         ("SET_VEL 5 steps/s2", "range", "SET_VEL velocity 5 steps/s2: allowed steps/s or steps/cycle", ""),
         ("SET_ACC 5 steps/s", "range", "SET_ACC acceleration 5 steps/s: allowed steps/s2 or steps/cycle2", ""),
         (
-            *("SET_VEL 1e9 steps/s", "range", "SET_VEL velocity 1e9 steps/s: 327680 steps/cycle; allowed 0..16384"),
-            "",
+            "SET_VEL 1e9 steps/s",
+            *("range", "SET_VEL velocity 1e9 steps/s: 327680 steps/cycle; allowed 0..16383.99998", ""),
         ),
         (
             *("SET_VEL 5 step/s", "bad-number", "SET_VEL velocity 5 step/s"),
@@ -321,8 +321,25 @@ def test_a_fraction_is_refused_with_the_number_that_would_be_right(command, valu
     assert str(error.value).endswith(says)
 
 
+@pytest.mark.parametrize(
+    ("command", "text", "most"),
+    [
+        ("SET_VEL", "16384 steps/cycle", "16383.99998 steps/cycle"),
+        ("SET_ACC", "16384 steps/cycle2", "16383.99998 steps/cycle2"),
+        ("SET_MAX_ACC", "0.5 steps/cycle2", "0.4999847412 steps/cycle2"),
+        ("SET_JERK", "0.5 steps/cycle3", "0.4999999998 steps/cycle3"),
+    ],
+)
+def test_the_highest_rate_that_a_refusal_allows_is_taken(command, text, most):
+    argument = arg(command)
+    with pytest.raises(UsageError) as error:
+        rates.spoken(argument, text, PER_S)
+    assert str(error.value).endswith(f"..{most.split()[0]}")
+    assert rates.spoken(argument, most, PER_S) == argument.high
+
+
 def test_a_rate_that_no_register_holds():
-    with pytest.raises(UsageError, match=r"velocity 60000000: 19660.8 steps/cycle; allowed 0..16384"):
+    with pytest.raises(UsageError, match=r"velocity 60000000: 19660.8 steps/cycle; allowed 0\.\.16383\.99998$"):
         rates.register(arg("SET_VEL"), 60_000_000, PER_S)
     assert rates.register(arg("SET_ACC"), -67890, PER_S) == -478
     for rate in ("fast", float("nan"), float("inf"), True, None):

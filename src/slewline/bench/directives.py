@@ -334,9 +334,11 @@ def _wait_status(bit: str) -> Reading:
 
 
 def _not_started(chip: Chip, axis: int) -> str:
-    """Why an axis of a chipset is at rest, if a finding tells."""
+    """Why an axis of a chipset is at rest, if a finding tells; one behind which it has moved tells nothing."""
     found = [each for each in chip.findings if each.code == "no-start" and each.text.startswith(f"axis {axis}:")]
-    return f"; {found[-1].code} at {readable(found[-1].time_ps)}: {found[-1].text}" if found else ""
+    if not found or chip.axis(axis).motor.count(found[-1].time_ps + 1, chip.kernel.now):
+        return ""
+    return f"; {found[-1].code} at {readable(found[-1].time_ps)}: {found[-1].text}"
 
 
 def _expect(rest: str) -> Reading:

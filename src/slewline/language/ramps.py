@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 from ..core.table import Arg, Sheet
 from ..core.timebase import PS_PER_S
 from ..errors import UnknownName, UsageError
+from .packets import range_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -57,7 +58,7 @@ class Quantity:
         """What it may be."""
         if self.arg is None:
             return ", ".join(self.choices)
-        return f"{self.arg.low}..{self.arg.high}{f' ({self.arg.unit})' if self.arg.unit else ''}"
+        return range_of(self.arg)
 
 
 class Wanted(NamedTuple):

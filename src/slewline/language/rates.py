@@ -118,6 +118,7 @@ def _held(arg: Arg, exact: Fraction, shown: object) -> int:
     """The whole number nearest to a value in the register's unit, a half upwards."""
     value = floor(exact * (1 << arg.fraction) + Fraction(1, 2))
     if not arg.allows(value):
-        allowed = f"{arg.low / (1 << arg.fraction):.8g}..{arg.high / (1 << arg.fraction):.8g}"
-        raise UsageError(f"{arg.name} {shown}: {float(exact):.8g} {arg.unit}; allowed {allowed}")
+        # ten digits: eight would round the highest velocity and the highest jerk up to what is refused
+        allowed = f"{arg.low / (1 << arg.fraction):.10g}..{arg.high / (1 << arg.fraction):.10g}"
+        raise UsageError(f"{arg.name} {shown}: {float(exact):.10g} {arg.unit}; allowed {allowed}")
     return value
