@@ -267,7 +267,7 @@ QUIRKS = (
        "they are looked at as a step begins",
        "test_abort_during_a_hold_is_seen_when_the_held_step_ends"),
     _Q("UND-ABORT-INITIALLY", "s.7 case II", "ABORT is \"initially low\" if it is when the first step could begin, 10 us after "
-       "READY fell; going low in a hold of that step by STEP INHIBIT it aborts, so that one step is made",
+       "DIRECTION is set; going low in a hold of that step by STEP INHIBIT it aborts, so that one step is made",
        "the motion has been ordered by then, and a hold may last; the case is meant for a switch that is closed already",
        "test_abort_lowered_while_the_first_step_is_held_aborts_the_motion"),
     _Q("UND-ABORT-SAMPLE", "s.7", "ABORT is looked at as a step begins; a low between two looks is missed",
