@@ -14,4 +14,4 @@ for closed in (False, True):
     for line in ["Po", "S10", "T100", "R10", "+200", "E"]:
         host.ask(line)
     bench.run_until_idle()
-    print(f"{'closed' if closed else 'open'}: {host.ask('V1')}, motor at {motor.position}, {bench.now_ps / 1e12:.3f} s")
+    print(f"{'closed' if closed else 'open'}: {host.ask('V1')}, motor at {motor.position}, {bench.now:.3f} s")

@@ -10,4 +10,4 @@ for steps, chip in zip((1000, 200, 30), chips, strict=True):
     host.to(chip.name).send(f"A 0\rF 10\rR 80\rS 240\rZ 1\rN {steps}\rG\r")
 for chip in reversed(chips):
     bench.run_until(chip.pin("motion_complete").is_(0))
-    print(f"{chip.name} arrives at {chip.position} after {bench.now_ps / 1e9:.1f} ms")
+    print(f"{chip.name} reaches {chip.position} at {bench.now}")

@@ -11,5 +11,5 @@ pieces = bench.part("workpieces", to=x, pieces=2, change="1 s")
 welder = bench.part("welder", to=x)
 bench.host(x).send(SET_UP + PROGRAM)
 bench.run_until_idle()
-print(pieces.waiting, "at", bench.now_ps / 1e12, "s")
+print(pieces.waiting, "at", bench.now)
 print(*welder.spots[1:], sep="\n")  # the first one: the torch is on from reset to C

@@ -7,14 +7,18 @@ docs/reference/cy525.md         the data sheet, the rates and the quirks
 docs/reference/gs-c200.md       the data sheet of both modules, and the quirks
 docs/reference/mc1451a.md       the data sheet of the six chipsets, and the quirks
 docs/reference/cli.md           commands and options
+docs/reference/control.md       the requests of the control port
 docs/reference/parts.md         what stands around a chip
 docs/reference/conformance_*.md facts and their tests
 docs/images/weld.svg            the first workpiece of `slewline demo`
+
+And one file that goes with the package: src/slewline/links/control.schema.json, the requests once more.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import re
 import sys
 import tempfile
@@ -42,6 +46,7 @@ from slewline.core.quirk import Quirk
 from slewline.core.timebase import readable
 from slewline.language.describe import describe, line_table, table
 from slewline.language.lines import usage
+from slewline.links.requests import COMMON, NAMES, REQUESTS, Key, Request, schema
 from slewline.parts import KINDS, part_class
 from slewline.tools import demo
 from slewline.tools.commands import cli
@@ -155,7 +160,7 @@ def option_rows() -> Iterator[tuple[str, str, str]]:
     yield "`store`", "", "what keeps the EEPROM's program: an object with read() and write(data)"
     for field in fields(Options):
         default = getattr(Options(), field.name)
-        yield f"`{field.name}`", f"`{readable(default) if field.type == 'str | int' else default!r}`", says[field.name]
+        yield f"`{field.name}`", f"`{readable(default) if field.type == 'Time' else default!r}`", says[field.name]
 
 
 def quirk_lines(folder: str, quirks: Iterable[Quirk], note: str = "") -> list[str]:
@@ -206,6 +211,63 @@ def script_guide() -> list[str]:
 def paragraph(text: str | None) -> str:
     """A help text as running text."""
     return re.sub(r"(?<!\n)\n(?!\n)", " ", cleandoc(text or ""))
+
+
+# --------------------------------------------------------------------------------------------------------- control port
+CONTROL = """# Control port
+
+`slewline serve ... --control 127.0.0.1:4002` opens a port on which a program in any language works pins, time and
+faults, and reads how things are. [Serve a module](../howto/serve.md#pins-time-and-faults-from-any-language) has an
+example.
+
+- A client connects by TCP and sends a JSON object a line, encoded in UTF-8. It gets one a line for each, in order.
+- A reply has `time_ps`, virtual time in picoseconds. One that has `error` says what was wrong; nothing was done then.
+- Times are text with a unit (`"250 ms"`) or whole picoseconds. Levels are electrical. Pins have their full names.
+- A client that waits (`advance`, `until`) may send on: what it sends is read when its reply has gone out. Any number of
+  clients may be there.
+- A client that closes its side of the connection still gets every reply. Its last line may lack the line feed.
+
+The first line of a connection must be such an object, or the server hangs up: so no web page can make a browser work
+the pins. Other machines reach the port only if the server was started with `--allow-remote` and with `--token TEXT`, or
+with the token in the environment as `SLEWLINE_TOKEN`, where a list of processes does not show it. Then every client, on
+this machine too, sends `"token"` with its first request; with a wrong one it is hung up on. The token goes over the
+network as it is: it keeps out who does not know it, and not who listens.
+
+`{"do": "schema"}` returns all this as JSON schema, to make a client from; it is also the file `control.schema.json` in
+`slewline/links`. Its `definitions` have each request and its reply (`drive`, `drive_reply`), and `error`.
+"""
+
+
+def control_page() -> str:
+    """Every request with its keys and its reply."""
+    common = table(("key of every request", "", "if left out"), map(key_row, COMMON))
+    return f"{NOTE}{CONTROL}\n{common}\n" + "".join(chapter(name) for name in NAMES)
+
+
+def chapter(name: str) -> str:
+    """A request, in all its forms."""
+    rows = [row for row in REQUESTS if row.do == name]
+    return f"\n## {name}\n" + "".join(form(row) for row in rows)
+
+
+def form(row: Request) -> str:
+    """One form of a request."""
+    parts = [f"\n{row.says}\n\n    {json.dumps({'do': row.do} | row.example)}\n"]
+    if row.keys:
+        parts.append("\n" + table(("key", "", "if left out"), map(key_row, row.keys)) + "\n")
+    if row.reply:
+        parts.append("\n" + table(("reply", ""), (key_row(key)[:2] for key in row.reply)) + "\n")
+    return "".join(parts)
+
+
+def key_row(key: Key) -> tuple[str, str, str]:
+    """A key of a request or of a reply."""
+    return f"`{key.name}`", key.says, key.default
+
+
+def control_schema() -> str:
+    """The same for programs."""
+    return json.dumps(schema(), indent=1) + "\n"
 
 
 # ---------------------------------------------------------------------------------------------------------------- parts
@@ -274,6 +336,8 @@ FILES = {
     "reference/gs-c200.md": gs_c200_page,
     "reference/mc1451a.md": mc1451a_page,
     "reference/cli.md": cli_page,
+    "reference/control.md": control_page,
+    "../src/slewline/links/control.schema.json": control_schema,
     "reference/parts.md": parts_page,
     **{f"reference/conformance_{folder}.md": partial(conformance_page, folder) for folder in conformance.tables()},
     "images/weld.svg": picture,

@@ -40,6 +40,18 @@ class BenchFileError(SlewlineError, ValueError):
     """A bench file or journal that cannot be used."""
 
 
+class JournalWarning(UserWarning):
+    """A journal is replayed, but not as the run was, or not to its end."""
+
+
+class OtherLaws(JournalWarning):
+    """The parts of a journal behaved by other laws than those of this version."""
+
+
+class TornJournal(JournalWarning):
+    """The last line of a journal was cut off; the replay ends before it."""
+
+
 class NotRecorded(SlewlineError, LookupError):
     """A question about the past of a net that nobody recorded."""
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import gc
+import os
 import re
+import socket
 from pathlib import Path
 
 import pytest
@@ -236,11 +238,11 @@ def test_no_script_is_queued_when_another_one_is_refused(bench_of):
     ("name", "data", "says"),
     [
         ("missing.toml", None, "cannot be read: No such file or directory"),
-        (".", None, "cannot be read: Is a directory"),
+        (".", None, "is a directory; give a regular file"),
         ("garbage.toml", b"\xff\xfe\x00", "byte FF in line 1 is not UTF-8 text; is it the right file?"),
         ("zero.toml", b"a = 1\n\0", "holds zero bytes, so it is no text"),
         ("late.toml", b"a = 1\n\n b = \xe4", "byte E4 in line 3 is not UTF-8 text"),
-        ("big.toml", b"#" * 10_000_001, "10000001 bytes; allowed 10000000"),
+        ("big.toml", b"#" * 10_000_001, "more than 10000000 bytes; is it the right file?"),
     ],
 )
 def test_files_that_cannot_be_read(tmp_path, name, data, says):
@@ -259,3 +261,75 @@ def test_a_name_that_the_system_refuses():
 def test_keys_written_in_another_way_have_no_line_but_a_name(bench_of):
     with pytest.raises(slewline.errors.BenchFileError, match=r"bench\.toml: \[\[chip\]\] 1, crystal: found 5\.5"):
         bench_of('chip = [{ part = "cy525", crystal = 5.5 }]')
+
+
+# ----------------------------------------------------------------------------------------------- whose files it reads
+HOST = '[[host]]\nfile = "{}"\n'
+
+
+@pytest.fixture
+def secret(tmp_path):
+    """A file that lies beside the folder of the bench file; returns what the bench file may try."""
+    (tmp_path / "secret.txt").write_text("A 1\n")
+    folder = tmp_path / "mine"
+    (folder / "below").mkdir(parents=True)
+    (folder / "link.txt").symlink_to(tmp_path / "secret.txt")
+    (folder / "out").symlink_to(tmp_path)
+    (folder / "good.txt").write_text("A 9\n")
+    (folder / "below" / "good.txt").symlink_to(folder / "good.txt")
+    return folder
+
+
+def outside(folder):
+    return ["../secret.txt", str(folder.parent / "secret.txt"), "link.txt", "out/secret.txt", "below/../../secret.txt"]
+
+
+def made(folder, name):
+    (folder / "bench.toml").write_text(X + HOST.format(name))
+    return folder / "bench.toml"
+
+
+def test_a_bench_file_reads_nothing_outside_its_folder(secret):
+    for name in outside(secret):
+        with pytest.raises(
+            slewline.errors.BenchFileError, match=r"line 5: \[\[host\]\] 1, file: found .*outside the folder"
+        ):
+            slewline.load(made(secret, name))
+
+
+def test_a_bench_file_reads_its_own_folder_wherever_it_is_started_from(secret, monkeypatch):
+    for name in ("good.txt", "below/good.txt", "./below/../good.txt", "out/mine/good.txt", str(secret / "good.txt")):
+        for start in (secret, secret.parent, "/"):
+            monkeypatch.chdir(start)
+            bench = slewline.load(os.path.relpath(made(secret, name)))
+            bench.run("10 ms")
+            assert bench["x"].position == 9
+
+
+def test_a_bench_file_reads_anywhere_when_it_may(secret):
+    for name in outside(secret):
+        bench = slewline.load(made(secret, name), anywhere=True)
+        bench.run("10 ms")
+        assert bench["x"].position == 1
+
+
+def test_what_is_no_regular_file_is_refused_at_once(secret):
+    os.mkfifo(secret / "fifo")
+    (secret / "zero").symlink_to("/dev/zero")
+    with socket.socket(socket.AF_UNIX) as plug:
+        plug.bind(os.path.relpath(secret / "plug"))
+        for name, kind in (("fifo", "a FIFO"), ("zero", "a device"), ("plug", "a socket"), ("below", "a directory")):
+            with pytest.raises(slewline.errors.BenchFileError, match=f"is {kind}; give a regular file"):
+                slewline.load(made(secret, name), anywhere=True)
+            with pytest.raises(slewline.errors.BenchFileError, match=f"is {kind}; give a regular file"):
+                slewline.load(secret / name)
+            with pytest.raises(slewline.errors.BenchFileError, match=f"is {kind}; give a regular file"):
+                slewline.replay(secret / name)
+    with pytest.raises(slewline.errors.BenchFileError, match="outside the folder"):
+        slewline.load(made(secret, "zero"))
+
+
+def test_a_name_that_is_no_name_is_told_with_its_key(secret):
+    (secret / "bench.toml").write_text(X + '[[host]]\nfile = "a\\u0000b"\n')
+    with pytest.raises(slewline.errors.BenchFileError, match=r"line 5: \[\[host\]\] 1, file: "):
+        slewline.load(secret / "bench.toml")

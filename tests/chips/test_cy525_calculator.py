@@ -178,7 +178,7 @@ def cases() -> list[tuple[int, int, str, float, dict[str, int]]]:
         (3, 127, "acceleration", 215_000, {}),
         (3, 4, "steps", 2, {}),
         (3, 127, "time", 9e15, {}),  # longer than any
-        (3, 127, "time", 1, {}),
+        (3, 127, "time", 1000, {}),  # shorter than any
     ]
     return [*found, *edges]
 

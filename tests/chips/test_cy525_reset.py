@@ -212,7 +212,7 @@ def test_the_chip_says_what_it_waits_for(hand, name):
     assert slewline.core.timebase.picoseconds(since) <= h.bench.now_ps
     if not h.x.idle:
         with pytest.raises(slewline.Timeout) as caught:
-            h.bench.run_until_idle(timeout=1)
+            h.bench.run_until_idle(timeout="1 ps")
         assert f"\n  {h.x.waiting}" in str(caught.value)
 
 

@@ -59,7 +59,7 @@ def test_a_pulse_ends_at_the_level_that_was_driven_before():
     rig.bench.run("20 us")
     assert pin.level == 1
     with pytest.raises(UsageError, match="is over"):
-        pin.pulse(0, "20 us", at=5)
+        pin.pulse(0, "20 us", at="5 ps")
     pin.drive(True)
     assert pin.level == 1
 

@@ -77,7 +77,7 @@ def test_a_switch_that_is_low_between_two_looks_is_not_seen(part: str) -> None:
     rig = ready(part)
     begin = begun(rig)
     rig.x.pin("eot").pulse(0, 10 * MS - 1, at=begin + 50 * MS)  # from look to look, neither included
-    rig.x.pin("eot").pulse(0, 1, at=begin + 100 * MS - 1)  # just there
+    rig.x.pin("eot").pulse(0, "1 ps", at=begin + 100 * MS - 1)  # just there
     rig.drive("home", 0, at=begin + 200 * MS)
     rig.bench.run_until_idle()
     assert rig.moves(begin) == [10, -10]

@@ -102,8 +102,7 @@ def test_wires_that_become_one_are_read_as_one():
     kernel, pin, (driver,) = wire()
     other = Net(kernel, "other", 1)
     reading = Reading(pin)
-    other.merge(pin.net)
-    pin.net = other
+    other.join(pin.net)
     kernel.settle()
     kernel.run(5)
     driver.drive(0)

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import gc
 import json
+import os
 
 import pytest
 
 import slewline
-from slewline.errors import BenchFileError
+from slewline.chips import PARTS, sheet_of
+from slewline.core.table import Sheet, Table
+from slewline.errors import BenchFileError, OtherLaws, TornJournal
 
 
 def story(bench: slewline.Bench) -> dict[str, object]:
@@ -136,7 +139,8 @@ def test_a_journal_that_was_cut_off_is_good_up_to_its_last_whole_line(recorded, 
     lines = path.read_text().splitlines(keepends=True)
     cut = tmp_path / "cut.jsonl"
     cut.write_text("".join(lines[:-1]) + lines[-1][:9])
-    bench = slewline.replay(cut)
+    with pytest.warns(TornJournal, match=f"line {len(lines)}: cut off; the replay ends before it"):
+        bench = slewline.replay(cut)
     bench.run_to(told["now"])
     bench.run = lambda _: None
     assert story(bench) == told
@@ -184,3 +188,96 @@ def test_a_journal_that_cannot_be_written_is_named_each_time(tmp_path):
             bench.run("1 ms")
     del bench
     gc.collect()  # nothing is left to be flushed
+
+
+# ------------------------------------------------------------------------------------------ by which laws it was made
+def short_run(path):
+    bench = slewline.Bench(journal=path)
+    x = bench.add("cy525", name="x")
+    bench.add("gs-c200s", name="y")
+    bench.host(x).send("A 0\r")
+    bench.run("2 ms")
+    return [json.loads(line) for line in path.read_text().splitlines()]
+
+
+def rewritten(path, entries):
+    path.write_text("".join(json.dumps(entry, separators=(",", ":")) + "\n" for entry in entries))
+    return path
+
+
+def test_a_journal_says_by_which_laws_it_was_made(tmp_path):
+    first, *others = short_run(tmp_path / "j")
+    assert first["slewline"] == slewline.__version__
+    assert [(e["part"], e["behaviour"]) for e in others if e["do"] == "add"] == [("cy525", 2), ("gs-c200s", 2)]
+    assert {sheet_of(part).behaviour for part in PARTS} == {2}
+
+
+def test_a_chip_of_ones_own_has_behaviour_1():
+    assert Sheet("mine", "a chip", "none", (), Table()).behaviour == 1
+
+
+def test_a_journal_of_other_laws_is_replayed_only_on_demand(tmp_path):
+    entries = short_run(tmp_path / "j")
+    entries[1]["behaviour"] = 3
+    entries[0]["slewline"] = "7.0"
+    path = rewritten(tmp_path / "other", entries)
+    says = f"made by slewline 7.0, this is {slewline.__version__}: cy525 had behaviour 3 and has 2; the run"
+    with pytest.raises(
+        BenchFileError, match=says + r" would be another one: replay it .*other_laws=True, --other-laws"
+    ):
+        slewline.replay(path)
+    with pytest.warns(OtherLaws, match=says + " may be another one"):
+        assert slewline.replay(path, other_laws=True).now_ps == 2 * 10**9
+
+
+def test_a_journal_from_before_there_were_laws_counts_as_behaviour_1(tmp_path):
+    entries = short_run(tmp_path / "j")
+    del entries[0]["slewline"]
+    for entry in entries:
+        entry.pop("behaviour", None)
+    path = rewritten(tmp_path / "old", entries)
+    both = "made by slewline up to 0.1.0, .*: cy525 had behaviour 1 and has 2, gs-c200s had behaviour 1 and has 2"
+    with pytest.raises(BenchFileError, match=both):
+        slewline.replay(path)
+    with pytest.warns(OtherLaws, match=both):
+        slewline.replay(path, other_laws=True)
+
+
+def test_another_version_with_the_same_laws_replays_in_silence(tmp_path):
+    entries = short_run(tmp_path / "j")
+    entries[0]["slewline"] = "0.9.9"
+    slewline.replay(rewritten(tmp_path / "other", entries))
+
+
+# ---------------------------------------------------------------------------------------------------- what it replaces
+def test_a_journal_replaces_a_journal_and_nothing_else(tmp_path):
+    path = tmp_path / "j"
+    short_run(path)
+    slewline.Bench(journal=path)
+    assert len(path.read_text().splitlines()) == 1
+    for text in ("Dear diary\n", '{"do":"run"}\n'):
+        path.write_text(text)
+        with pytest.raises(
+            BenchFileError, match="stands there already and is no journal; give a file that is to be new"
+        ):
+            slewline.Bench(journal=path)
+        assert path.read_text() == text
+    path.write_text("")
+    slewline.Bench(journal=path)
+
+
+def test_an_instant_below_a_nanosecond_is_replayed(tmp_path):
+    bench = slewline.Bench(journal=tmp_path / "j")
+    x = bench.add("cy525", name="x")
+    x.pin("wait").drive(0, at="5 ps")
+    bench.run("7 ps")
+    x.pin("wait").drive(1)
+    bench.run("2 ps")
+    again = slewline.replay(tmp_path / "j")
+    assert (again.now_ps, again["x"].pin("wait").level, again["x"].pin("wait").net.changes) == (9, 1, 2)
+
+
+def test_a_journal_does_not_wait_for_the_reader_of_a_fifo(tmp_path):
+    os.mkfifo(tmp_path / "fifo")
+    with pytest.raises(BenchFileError, match="is a FIFO"):
+        slewline.Bench(journal=tmp_path / "fifo")

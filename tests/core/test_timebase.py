@@ -8,7 +8,7 @@ from random import Random
 import numpy as np
 import pytest
 
-from slewline.core.timebase import Clock, hertz, picoseconds, readable
+from slewline.core.timebase import Clock, Seconds, hertz, moment, moments, picoseconds, readable
 from slewline.errors import TimeError
 
 PS = 10**12
@@ -33,7 +33,7 @@ CRYSTALS = [11_000_000, 6_000_000, 5_500_000, 3_579_545, 10_999_999, 11_370_000,
         ("  7  US ", 7_000_000),
         ("1. s", PS),
         ("123456789012345678 s", 123456789012345678 * PS),
-        (12, 12),
+        (12_000, 12_000),
         (10**30, 10**30),
     ],
 )
@@ -95,6 +95,37 @@ def test_a_refused_time_says_what_was_found_and_what_would_do():
 )
 def test_a_frequency_is_read_exactly(text, hz):
     assert hertz(text) == hz
+
+
+@pytest.mark.parametrize("number", [1, 999, np.int64(5), True, -3])
+def test_a_bare_number_below_a_nanosecond_is_refused_where_time_is_to_pass(number):
+    with pytest.raises(TimeError):
+        picoseconds(number)
+
+
+def test_the_refusal_of_a_bare_number_says_what_to_write():
+    with pytest.raises(TimeError, match="bare number is picoseconds; write its unit, such as '5 ms' or '5 ps'"):
+        picoseconds(5)
+    assert [picoseconds(time) for time in (0, 1000, "5 ps", np.int64(2000), np.int32(0))] == [0, 1000, 5, 2000, 0]
+    assert type(picoseconds(np.int64(2000))) is int
+
+
+def test_a_question_about_the_past_takes_any_instant_and_many_of_them():
+    assert [moment(time) for time in (0, 1, 999, "1 ns")] == [0, 1, 999, 1000]
+    assert moments("1 ns") == 1000 and type(moments(np.int64(3))) is int
+    assert moments([1, "1 ns", np.int64(7)]).tolist() == [1, 1000, 7]
+    assert moments(["1 us"]).dtype == np.int64
+    assert moments(np.array([[1, 2]])).tolist() == [[1, 2]]
+    for wrong in (1.5, [1.5], np.array([1.0]), ["1.5"], [True, 1.5], None):
+        with pytest.raises(TimeError):
+            moments(wrong)
+
+
+def test_seconds_read_well_and_are_a_number():
+    now = Seconds(0.1707683)
+    assert f"{now}" == str(now) == "0.170768 s"
+    assert (f"{now:.3f}", float(now) < 0.171, now * 1000) == ("0.171", True, 170.7683)
+    assert str(Seconds(36000.0)) == "36000.000000 s"
 
 
 @pytest.mark.parametrize("text", ["11", "11 MH", "3.5795455 MHz", "fast", 11e6, True])

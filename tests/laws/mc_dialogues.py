@@ -262,7 +262,7 @@ class Maker:
         rnd = self.rnd
         if self.encoder and rnd.random() < 0.4:
             counts, steps = rnd.choice(((1, 1), (4, 1), (10, 1), (3, 7), (4000, 12800)))
-            ratio = {"counts": counts, "steps": steps, "lag": rnd.choice((1, "1 us"))}
+            ratio = {"counts": counts, "steps": steps, "lag": rnd.choice(("1 ps", "1 us"))}
             kind = rnd.choice(("encoder", "encoder", "quadrature"))
             self.dialogue.shaft = kind, ratio if kind == "encoder" else {}
             self.dialogue.kinds.add(kind)

@@ -179,7 +179,7 @@ class Misuse:
     def pull_reset(self, ps: int) -> None:
         """RESET low for a time; then everything is as it was in the beginning."""
         self.chip.pin("reset").drive(0)
-        self.bench.run(ps)
+        self.bench.run(f"{ps} ps")
         self.chip.pin("reset").release()
         assert self.hand.fetch() == [0]
         assert self.do("GET_TIME") == 10

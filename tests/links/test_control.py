@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import json
 import random
-import re
 import socket
 
+import fastjsonschema
 import pytest
 
+import slewline
+from slewline.errors import UsageError
 from slewline.links import control
-from slewline.links.control import KEYS
+from slewline.links.pace import Lockstep
+from slewline.links.requests import MOST_FINDINGS, REQUESTS, schema
+from slewline.links.server import Server
 
-from .conftest import Asks, Threaded
+from .conftest import STRAPS, Asks, Threaded
 
 PROGRAM = ("Po", "S50", "T200", "R20", "+400", "E")
 
@@ -24,14 +28,6 @@ def stand(lockstep, client):
     port, control = server.tcp(line, "127.0.0.1:0"), server.control("127.0.0.1:0")
     with Threaded(server) as running:
         yield running, client(port.where), Asks(client(control.where))
-
-
-def test_every_request_is_documented_with_an_example_that_is_understood():
-    examples = [
-        control.read(found.encode()) for found in re.findall(r'^    (\{"do".*?\})  ', control.__doc__ + "  ", re.M)
-    ]
-    assert {example["do"] for example in examples} == set(KEYS)
-    assert '{"do": "fault", "line": "x", "to": "chip", "kind": "parity", "count": 3' in control.__doc__
 
 
 def test_pins_are_driven_released_pulsed_and_read(stand):
@@ -53,7 +49,7 @@ def test_time_advances_as_far_as_it_is_told(stand):
     _, _, ask = stand
     before = ask("status")["time_ps"]
     assert ask("advance", time="250 ms")["time_ps"] == before + 250 * 10**9
-    assert ask("advance", time=1)["time_ps"] == before + 250 * 10**9 + 1
+    assert ask("advance", time="1 ps")["time_ps"] == before + 250 * 10**9 + 1
 
 
 def test_a_program_runs_as_far_as_time_does(stand):
@@ -178,9 +174,9 @@ def test_the_status_says_what_has_passed(stand):
 @pytest.mark.parametrize(
     ("request_", "says"),
     [
-        ("nonsense", "not JSON"),
-        ("[" * 60_000, "not JSON"),  # deeper than Python goes
-        ("[1]", "allowed drive, release"),
+        ("nonsense", "is no JSON object"),
+        ("[" * 60_000, "is no JSON object"),  # deeper than Python goes
+        ("[1]", "is no JSON object"),
         ('{"do": "dance"}', "do 'dance'; allowed drive, release"),
         ('{"do": []}', "allowed drive, release"),
         ('{"do": "drive", "pin": "x.ui1"}', "level is missing"),
@@ -214,6 +210,7 @@ def test_the_status_says_what_has_passed(stand):
 )
 def test_what_is_wrong_is_told_and_the_server_goes_on(stand, request_, says):
     _, host, ask = stand
+    ask("read", pins=[])
     ask.client.send(request_.encode() + b"\n")
     assert says in ask.answer()["error"]
     assert host.ask(b"F\r") == b"R\r"
@@ -221,6 +218,7 @@ def test_what_is_wrong_is_told_and_the_server_goes_on(stand, request_, says):
 
 def test_a_request_without_end_costs_no_memory(stand):
     running, host, ask = stand
+    ask("read", pins=[])
     ask.client.send(b"x" * (3 * control.LONGEST))
     assert host.ask(b"F\r") == b"R\r"
     assert running.do(lambda: len(running.server.ports[1].clients[0].incoming)) <= control.LONGEST
@@ -260,3 +258,134 @@ def test_quit_ends_the_server(stand):
     assert set(ask("quit")) == {"time_ps"}
     running.thread.join(30)
     assert not running.thread.is_alive()
+
+
+# ---------------------------------------------------------------------------------------------------------- who may ask
+TOKEN = "correct horse"
+
+
+@pytest.fixture
+def guarded(lockstep, client):
+    """A control port with a token: connect to it."""
+    server, _ = lockstep()
+    where = server.control("127.0.0.1:0", TOKEN).where
+    with Threaded(server):
+        yield lambda: Asks(client(where))
+
+
+def test_the_first_request_carries_the_token_and_the_next_ones_need_not(guarded):
+    ask = guarded()
+    assert "levels" in ask("read", pins=["x.mov"], token=TOKEN)
+    assert "levels" in ask("read", pins=["x.mov"])
+
+
+@pytest.mark.parametrize(
+    "token", [{}, {"token": "correct hors"}, {"token": ""}, {"token": 7}, {"token": "\ud800 horse"}]
+)
+def test_who_does_not_know_the_token_is_hung_up_on_and_nothing_is_done(guarded, token):
+    ask = guarded()
+    lines = [{"do": "drive", "pin": "x.ui1", "level": 0} | token] * 2 + [{"do": "quit", "token": TOKEN}]
+    ask.client.send("".join(json.dumps(line) + "\n" for line in lines).encode())
+    replies = ask.client.read(end=b"").splitlines()
+    assert len(replies) == 1 and "must have the token" in json.loads(replies[0])["error"]
+    assert guarded()("read", pins=["x.ui1"], token=TOKEN)["levels"] == {"x.ui1": 1}
+
+
+def test_a_token_that_can_be_guessed_is_refused(lockstep):
+    server, _ = lockstep()
+    with pytest.raises(UsageError, match="has 7 characters; give 8 or more"):
+        server.control("127.0.0.1:0", "1234567")
+    server.close()
+
+
+def test_other_machines_reach_the_control_port_with_a_token_only(lockstep):
+    server, line = lockstep()
+    server.allow_remote = True
+    server.tcp(line, "0.0.0.0:0")
+    with pytest.raises(UsageError, match="add --token"):
+        server.control("0.0.0.0:0")
+    assert server.control("127.0.0.1:0").where.startswith("127.0.0.1:")
+    assert server.control("0.0.0.0:0", TOKEN).where.startswith("0.0.0.0:")
+    server.close()
+
+
+# ------------------------------------------------------------------------------------------- lines, findings, schema
+def test_a_line_goes_by_the_name_of_any_chip_on_it(client):
+    bench = slewline.Bench()
+    chips = [bench.add("gs-c200s", name=name, straps=STRAPS | {f"sel{sel}": 0}) for sel, name in enumerate("abc")]
+    server = Server(bench, Lockstep(bench))
+    server.line(*chips)
+    control = server.control("127.0.0.1:0")
+    with Threaded(server):
+        ask = Asks(client(control.where))
+        for name in ("a+b+c", "a", "c"):
+            assert set(ask("fault", line=name, to="chip", kind="lost")) == {"time_ps"}
+        assert ask.refused("clear", line="d") == "no serial line 'd'; there are: a+b+c"
+        assert len(server.lines["a+b+c"].to_chip.plans) == 3
+
+
+def test_findings_are_read_all_of_them_or_those_of_a_chip_from_an_instant_on(stand):
+    running, host, ask = stand
+    assert ask("findings")["findings"] == []
+    host.ask(b"HELLO\r")
+    since = ask("advance", time="1 s")["time_ps"]
+    host.ask(b"W\r")
+    running.do(lambda: running.bench["x_line"].finding("test", "of a part"))
+    found = ask("findings")
+    assert [(one["source"], one["code"]) for one in found["findings"]][-1] == ("x_line", "test")
+    assert found["omitted"] == 0
+    both = ask("findings", source="x")["findings"]
+    assert {one["source"] for one in both} == {"x"} and len(both) == len(found["findings"]) - 1 == 2
+    assert ask("findings", source="x", start=since)["findings"] == both[1:]
+    assert "has no 'y'" in ask.refused("findings", source="y")
+
+
+def test_so_many_findings_that_only_the_last_are_told(stand):
+    running, _, ask = stand
+    running.do(lambda: [running.bench["x"].finding("test", str(number)) for number in range(MOST_FINDINGS + 3)])
+    found = ask("findings")
+    assert (len(found["findings"]), found["findings"][0]["text"], found["omitted"]) == (MOST_FINDINGS, "3", 3)
+
+
+def strict(found):
+    """A schema that allows no keys but those it names."""
+    if isinstance(found, dict):
+        closed = {"additionalProperties": False} if "properties" in found else {}
+        return closed | {key: strict(value) for key, value in found.items()}
+    return [strict(value) for value in found] if isinstance(found, list) else found
+
+
+def checker(name):
+    definitions = strict(schema()["definitions"])
+    return fastjsonschema.compile({"$ref": f"#/definitions/{name}", "definitions": definitions})
+
+
+@pytest.mark.parametrize("row", [row for row in REQUESTS if row.do != "quit"], ids=lambda row: row.name)
+def test_every_request_and_its_reply_are_as_the_schema_says(stand, row):
+    _, host, ask = stand
+    for line in (*PROGRAM, "HELLO"):
+        host.ask(line.encode() + b"\r")
+    example = {"do": row.do, "id": [1]} | row.example
+    for name in (row.name, "request"):
+        checker(name)(example)
+    with pytest.raises(fastjsonschema.JsonSchemaException):
+        checker(row.name)(example | {"nonsense": 1})
+    for key in row.keys:
+        if not key.default:
+            less = {name: value for name, value in example.items() if name != key.name}
+            with pytest.raises(fastjsonschema.JsonSchemaException):
+                checker(row.name)(less)
+            checker("error")(ask(**less))
+    reply = ask(**example)
+    checker(f"{row.name}_reply")(reply)
+    if row.reply:
+        with pytest.raises(fastjsonschema.JsonSchemaException):
+            checker(f"{row.name}_reply")({"time_ps": 0})
+
+
+def test_every_request_has_a_row_and_every_row_is_done():
+    assert {f"do_{row.do}" for row in REQUESTS} == {name for name in dir(control.Requests) if name.startswith("do_")}
+
+
+def test_the_schema_can_be_asked_for(stand):
+    assert stand[2]("schema")["schema"] == schema()

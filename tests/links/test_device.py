@@ -57,13 +57,18 @@ def test_a_module_at_the_end_of_a_cable(lockstep, cable):
 
 def test_the_device_goes_and_comes_back(lockstep, cable):
     server, line = lockstep()
+    told = []
+    server.tell = told.append
     server.serial(line, str(cable.path))
+    assert "7 data bits, odd parity, 2 stop bits; a host that sets others" in told.pop()
     with Threaded(server) as running:
         assert cable.ask(b"F\r") == b"R\r"
         cable.unplug()
         running.until(lambda: line.host is None)
+        assert [text.partition(" (")[0] for text in told] == [f"{cable.path}: gone"]
         cable.plug()
         running.until(lambda: line.host is not None)
+        assert told[1:] == [f"{cable.path}: back"]
         assert cable.ask(b"V1\r") == b"V+0\r"
     cable.unplug()
 

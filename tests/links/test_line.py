@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 from pathlib import Path
 
@@ -68,6 +69,17 @@ def test_characters_take_their_time_in_both_directions(begun):
     assert [data for _, data in host.got] == [b"R", b"\r"]
     for (instant, _), characters in zip(host.got, (1, 2), strict=True):
         assert abs(instant - (end + characters * CHARACTER)) <= 2  # picoseconds of rounding
+
+
+def test_time_passes_a_minute_for_what_came_last(begun):
+    server, line, _ = begun()
+    line.quiet = lambda: False
+    line.take(b"F")
+    server.bench.run("50 s")
+    again = server.bench.now_ps
+    line.take(b"F")
+    play(server)
+    assert server.bench.now_ps == again + PATIENCE_PS
 
 
 def test_time_stands_still_behind_the_answer(begun):
@@ -214,12 +226,22 @@ def test_a_transcript_that_cannot_be_written_is_told(lockstep):
         lockstep(log="nowhere/transcript")
 
 
+@pytest.mark.parametrize("path", ["fifo", "/dev/null"])
+def test_a_transcript_goes_to_a_regular_file_only(lockstep, path):
+    """To open a FIFO is to wait for its other end."""
+    os.mkfifo("fifo")
+    with pytest.raises(UsageError, match="is no regular file; give a file, or - for standard error"):
+        lockstep(log=path)
+
+
 def test_a_disk_that_is_full_is_told_once_and_the_server_goes_on(begun):
-    server, line, host = begun(log="/dev/full")
+    server, line, host = begun(log="transcript")
+    server.log.close()
+    server.log.file = open("/dev/full", "w", buffering=1)  # noqa: SIM115
     for _ in range(2):
         line.take(b"F\r")
         play(server)
-    says = "log /dev/full: No space left on device; the transcript ends here"
+    says = "log transcript: No space left on device; the transcript ends here"
     assert status(server)["troubles"] == [says]
     assert says in as_line(server)
     assert host.text == b"R\rR\r"

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
 import random
 
 import pytest
 import serial
+import serialx
 
 import slewline
 
@@ -146,3 +148,53 @@ def test_the_next_host_is_refused(port, client):
         assert b"one host at a time" in client(port[2].where).read(end=b"")
         first.write(b"F\r")
         assert first.read_until(b"\r") == b"R\r"
+
+
+# ------------------------------------------------------------------------------------------------------- other clients
+SERIALX = {"baudrate": 9600, "byte_size": 7, "parity": serialx.Parity.ODD, "stopbits": serialx.StopBits.TWO}
+
+
+def test_serialx_opens_the_port(port):
+    with serialx.serial_for_url(port[2].where, read_timeout=PATIENCE, **SERIALX) as host:
+        host.write(b"V1\r")
+        assert host.read_until(b"\r") == b"V+0\r"
+
+
+def test_serialx_opens_it_in_asyncio(port):
+    async def ask():
+        reader, writer = await serialx.open_serial_connection(port[2].where, **SERIALX)
+        writer.write(b"V1\r")
+        answer = await reader.readuntil(b"\r")
+        writer.close()
+        await writer.wait_closed()
+        return answer
+
+    assert asyncio.run(ask()) == b"V+0\r"
+
+
+@pytest.mark.parametrize(("option", "mask"), [(10, b"\x00"), (10, b"\x70"), (11, b"\x0f"), (11, b"\xff\xff")])
+def test_the_masks_of_line_and_modem_state_are_acknowledged(port, client, option, mask):
+    """Code + 100, and the same mask; 255 is doubled, as every 255 is."""
+    host = client(port[2].where)
+    host.send(bytes([IAC, SB, COM, option]) + mask + bytes([IAC, SE]))
+    answer = bytes([IAC, SB, COM, option + 100]) + mask + bytes([IAC, SE])
+    assert host.read(answer).endswith(answer)
+
+
+def test_the_settings_that_the_line_wants_are_told_at_the_start(lockstep):
+    server, line = lockstep()
+    told = []
+    server.tell = told.append
+    where = server.rfc2217(line, "127.0.0.1:0").where
+    assert told == [
+        f"{where}: the line has 9600 baud, 7 data bits, odd parity, 2 stop bits; "
+        "a host that sets others, such as 8N1, gets E1 or silence"
+    ]
+    server.close()
+
+
+def test_a_line_of_eight_bits_needs_no_such_word(lockstep):
+    server, _ = lockstep()
+    server.tell = pytest.fail
+    server.rfc2217(server.line(server.bench.add("cy525")), "127.0.0.1:0")
+    server.close()

@@ -9,6 +9,7 @@ import select
 import shutil
 import signal
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -39,6 +40,14 @@ def ask(host, line):
 ENDS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 
 
+@pytest.fixture
+def hangup():
+    """SIGHUP as a shell has it; under nohup it is ignored, which is a case of its own."""
+    kept = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, kept)
+
+
 @pytest.mark.parametrize("number", ENDS)
 def test_a_signal_ends_it_in_good_order(serve, client, number):
     server = serve(*ONE, "--tcp", "127.0.0.1:0")
@@ -57,7 +66,7 @@ def test_a_signal_that_comes_again_changes_nothing(serve, number):
     assert server.end(number) == (0, "")
 
 
-def test_signals_are_heard_before_a_port_is_open(monkeypatch, capfd):
+def test_signals_are_heard_before_a_port_is_open(monkeypatch, capfd, hangup):
     before = [signal.getsignal(number) for number in (*ENDS, signal.SIGUSR1)]
     heard = []
 
@@ -150,6 +159,37 @@ def test_a_journal_of_a_server_that_had_a_memory_replays(serve, client):
     assert len(again["gs_c200s"].program) == 16
 
 
+def test_a_memory_that_would_hang_the_start_is_refused(capfd):
+    os.mkdir("memories")
+    os.mkfifo("memories/gs_c200s.eeprom")
+    assert invoke([*ONE_MORE, "--state", "memories"]) == 2
+    assert "gs_c200s.eeprom: is no regular file" in capfd.readouterr().err
+
+
+def test_a_transcript_that_would_hang_the_start_is_refused(capfd):
+    os.mkfifo("log")
+    assert invoke([*ONE_MORE, "--log", "log"]) == 2
+    assert "log log: is no regular file" in capfd.readouterr().err
+
+
+NO_POSIX = """
+import sys
+sys.modules |= dict.fromkeys(("fcntl", "termios", "tty", "pty"))  # as if they were not there
+from slewline.tools.main import invoke
+sys.exit(invoke(sys.argv[1:]))
+"""
+
+
+@pytest.mark.parametrize("port", [("--tcp", "127.0.0.1:0"), ("--pty", "x")])
+def test_where_there_is_no_posix_the_command_says_what_works(port):
+    ran = subprocess.run(
+        [sys.executable, "-c", NO_POSIX, "serve", "gs-c200s", *port], check=False, capture_output=True, text=True
+    )
+    assert (ran.returncode, ran.stdout) == (2, "")
+    assert ran.stderr.startswith("slewline: serve needs Linux, or another POSIX system")
+    assert ran.stderr.count("\n") == 1
+
+
 def test_two_servers_do_not_share_a_memory(serve, capfd):
     serve(*ONE, "--tcp", "127.0.0.1:0", "--state", "memories")
     assert invoke([*ONE_MORE, "--state", "memories"]) == 2
@@ -192,7 +232,7 @@ def test_sigusr1_asks_for_a_status_line(serve, client):
 
 
 def test_no_input_brings_it_down_or_makes_it_grow(serve, client):
-    flood(serve, client, 100_000)
+    flood(serve, client, 30_000)
 
 
 @pytest.mark.long
@@ -228,7 +268,7 @@ def test_modules_that_cannot_be_told_apart_are_told_at_the_start(serve, client):
     )
     server = serve("--bench", "line.toml", "--control", "127.0.0.1:0", ports=2)
     says = "left, right have the same address on one line: all of them answer; strap sel2, sel1, sel0 apart"
-    assert server.errors() == f"slewline: {says}\n"
+    assert server.errors() == f"slewline: left_line: same-address: {says}\n"
     status = Asks(client(server.ports["control"]))("status")
     assert status["troubles"] == [says]
     (found,) = status["lines"]["left+right"]["findings"]
@@ -297,7 +337,10 @@ def flood(serve, client, total):
     while given:
         given -= len(host.socket.recv(min(given, 1 << 16)))
     assert ask(host, b"F") in (b"R\r", b"B\r")
-    assert server.end() == (0, "")
+    status, told = server.end()
+    assert status == 0
+    codes = {line.split(": ")[2] for line in told.splitlines()}
+    assert len(codes) < len(told.splitlines()) <= 2 * len(codes)  # each once, and how many more
 
 
 # -------------------------------------------------------------------------------------------------------- bench files
@@ -351,7 +394,10 @@ def test_a_bench_file_serves_several_chips_at_once(serve, client, folder):
         assert port.read_until(b"\r") == b"Y\r"
     bus.send(b"A\nN 5\n?0\n")
     assert bus.read(b"\n").startswith(b"?0 ")
-    assert server.end() == (0, f"slewline: z: {HINT}\n")
+    status, told = server.end()
+    hint, finding = told.splitlines()
+    assert (status, hint) == (0, f"slewline: z: {HINT}")
+    assert finding.startswith("slewline: c: missing-argument: ABSOLUTE needs position")
     assert os.listdir(".").count("z") == 0
 
 
@@ -391,7 +437,7 @@ def test_a_bench_file_without_serve_is_told(capfd, folder):
     [
         ([], "give a chip, such as gs-c200s, or --bench FILE"),
         (["gs-c200s"], "Give one of --tcp, --pty, --rfc2217, --serial"),
-        (["gs-c200s", "--tcp", "127.0.0.1:0", "--pty", "x"], "Give one of"),
+        (["gs-c200s", "--tcp", "127.0.0.1:0", "--pty", "x"], "--tcp and --pty are 2; leave out all but one"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--lockstep", "--rate", "2"], "leave out --rate"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--rate", "0"], "expected virtual seconds per second"),
         (["gs-c200s", "--tcp", "0.0.0.0:0"], "--allow-remote"),
@@ -405,6 +451,8 @@ def test_a_bench_file_without_serve_is_told(capfd, folder):
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--option", "xyz=0"], "no option 'xyz'"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--option", "xyz"], "an option and its value"),
         (["gs-c200x", "--tcp", "127.0.0.1:0"], "no chip 'gs-c200x'"),
+        (["gs-c200s", "--tcp", "127.0.0.1:0", "--log", "a", "--journal", "./a"], "--log and --journal: the same file"),
+        (["gs-c200s", "--tcp", "127.0.0.1:0", "--anywhere"], "--anywhere goes with --bench"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--log", "no/where"], "give a file that can be written"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--state", "/dev/null/x"], "give a directory that can be written"),
         (["--bench", "b.toml", "--strap", "chs=0"], "a bench file says all of this itself"),

@@ -259,7 +259,8 @@ def test_a_save_that_fails_at_any_operation_loses_nothing_and_the_reason_is_told
         assert ask("X", "Q") == ["Y", "A2", "END"] and told == []
     else:
         assert answer == "E6" and ask("X", "Q") == ["E6", "A2", "END"]
-        (text,) = told
+        text = told[0]
+        assert told[1:] == [f"x: E6: the EEPROM was not written: {text}"]
         assert "the memory: input/output error" in text and status(server)["troubles"] == [text]
         assert FileStore(PATH, disk).read() in (b"A\1", b"A\2")
         assert ask("M", "X", "Q") == ["Y", "Y", "A2", "END"]
@@ -276,7 +277,8 @@ def test_the_same_trouble_is_told_once():
 
     disk.trouble = full
     assert ask("M", "M", "X") == ["E6"] * 3
-    assert told == [f"{PATH}: cannot write the memory: no space left; give a file in a writable directory"]
+    why = f"{PATH}: cannot write the memory: no space left; give a file in a writable directory"
+    assert told == [why, f"x: E6: the EEPROM was not written: {why}"]
     server.close()
 
 
@@ -330,3 +332,13 @@ def test_a_directory_that_is_missing(tmp_path):
 def test_it_can_be_caught_as_the_error_of_the_system_that_it_is(tmp_path):
     with pytest.raises(OSError, match="cannot read the memory: Is a directory"):
         FileStore(tmp_path).read()
+
+
+@pytest.mark.parametrize("name", ["x.eeprom", ".x.eeprom.part"])
+def test_what_is_no_regular_file_is_refused_and_not_waited_for(tmp_path, name):
+    """To open a FIFO is to wait for its other end."""
+    os.mkfifo(tmp_path / name)
+    store = FileStore(tmp_path / "x.eeprom")
+    for call in (store.read, lambda: store.write(NEW)):
+        with pytest.raises(StoreError, match="is no regular file"):
+            call()

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import select
+import selectors
 import socket
 
 import pytest
@@ -16,11 +18,10 @@ MUCH = bytes(range(256)) * 4096  # a megabyte
 class Ends:
     """A stream on one end of a socket pair, and the other end."""
 
-    def __init__(self, room=None):
+    def __init__(self, **more):
         self.loop = Loop()
         self.ours, self.theirs = socket.socketpair()
         self.taken, self.why = bytearray(), []
-        more = {} if room is None else {"room": room}
         self.stream = Stream(self.loop, self.ours.fileno(), self.taken.extend, self.why.append, **more)
 
     def turn(self, times=1):
@@ -117,21 +118,61 @@ def test_what_nobody_can_take_any_more_ends_the_stream(ends):
     assert one.why == [os.strerror(32)]
 
 
+def test_one_who_reads_no_more_is_heard_to_the_end(ends):
+    over = []
+    one = ends(ended=lambda: over.append(1))
+    one.theirs.send(b"left")
+    one.theirs.shutdown(socket.SHUT_RD)
+    one.stream.write(b"R")
+    one.turn(1)
+    assert one.stream.deaf and one.stream.write(b"R") == 1
+    one.turn(2)
+    assert (one.taken, over) == (b"left", [])
+    one.theirs.close()
+    one.turn(2)
+    assert (over, one.why) == ([1], [])
+    one.stream.finish()
+    assert one.why == [os.strerror(32)]
+
+
 # -------------------------------------------------------------------------------------------------------------- loop
-def test_a_sleep_of_part_of_a_millisecond_is_no_whole_one():
-    """epoll alone would round each of them up: 200 sleeps of 0.1 ms would take 0.2 s."""
-    import time
+def test_a_sleep_of_part_of_a_millisecond_is_left_to_select(monkeypatch):
+    """epoll rounds each sleep up to whole milliseconds, so it is never given one."""
+    slept, asked = [], []
+    real = selectors.DefaultSelector.select
+
+    def asks(self, timeout=None):
+        asked.append(timeout)
+        return real(self, timeout)
 
     loop = Loop()
-    best = min(_taken(loop, time.perf_counter) for _ in range(20))
+    monkeypatch.setattr(select, "select", lambda readers, *_: slept.append((readers, _[-1])))
+    monkeypatch.setattr(selectors.DefaultSelector, "select", asks)
+    assert loop.sleep(0.0001) == []
+    assert slept == [([loop.selector.fileno()], 0.0001)]
+    assert loop.sleep(0) == []
+    assert (len(slept), asked) == (1, [0, 0])
     loop.close()
-    assert best < 0.0009
 
 
-def _taken(loop, clock):
-    start = clock()
-    loop.sleep(0.0001)
-    return clock() - start
+def test_a_descriptor_that_is_watched_for_the_same_twice_is_still_read():
+    loop = Loop()
+    ours, theirs = socket.socketpair()
+    read = []
+
+    class Reader:
+        def call(self):
+            read.append(ours.recv(1))
+
+    reader = Reader()
+    for _ in range(2):
+        loop.watch(ours.fileno(), reader.call)
+    theirs.send(b"x")
+    loop.serve(loop.sleep(None))
+    assert read == [b"x"]
+    loop.close()
+    ours.close()
+    theirs.close()
 
 
 def test_a_descriptor_that_was_forgotten_in_this_turn_is_not_read():

@@ -18,9 +18,9 @@ from .conftest import STRAPS, Threaded
 
 
 @pytest.fixture
-def port(lockstep):
+def port(lockstep, tmp_path):
     """A module on a TCP port: the running server, the line, the port."""
-    server, line = lockstep(log="/dev/null")
+    server, line = lockstep(log=tmp_path / "log")
     port = server.tcp(line, "127.0.0.1:0")
     with Threaded(server) as running:
         yield running, line, port

@@ -27,9 +27,9 @@ LEVELS = ((0, 0), (1, 0), (1, 1), (0, 1))  # A and B, by the count
 class Rig:
     """An encoder, and a chip's outputs on its inputs."""
 
-    def __init__(self, level=1, **options):
+    def __init__(self, level=1, lag="1 us", **options):
         self.kernel = Kernel()
-        self.encoder = Encoder(self.kernel, "enc", **options)
+        self.encoder = Encoder(self.kernel, "enc", **options | {"lag": f"{lag} ps" if isinstance(lag, int) else lag})
         self.pulse, self.dir = (Driver(self.encoder.pin(name).net, "chip") for name in ("pulse", "dir"))
         self.pulse.drive(level)
         self.dir.drive(1)

@@ -130,7 +130,7 @@ BAD_FILES = {
 }
 BAD = {  # what is called: (exit status, what the message holds: place, and remedy)
     "run missing.cy525": (2, "missing.cy525: cannot be read: No such file"),
-    "run .": (2, ".: cannot be read: Is a directory"),
+    "run .": (2, ".: is a directory; give a regular file"),
     "run empty.cy525": (2, "empty.cy525: empty, no command in it; a program has a command a line, such as R 100"),
     "run comment.cy525": (2, "comment.cy525: empty"),
     "run garbage.cy525": (2, "garbage.cy525: byte 80 in line 1 is not UTF-8 text; is it the right file?"),
@@ -163,7 +163,7 @@ BAD = {  # what is called: (exit status, what the message holds: place, and reme
     "run": (2, "give a program, a bench file, or --replay JOURNAL"),
     "run good.cy525 --replay|good.txt": (2, "and only one of them"),
     "run --replay|good.txt": (2, "journal good.txt, line 1: not a journal entry"),
-    "run --replay|missing": (2, "journal missing: No such file"),
+    "run --replay|missing": (2, "journal missing: cannot be read: No such file"),
     "run --replay|good.txt --until|1 s": (2, "--replay repeats a run as it was; leave out --until"),
     "run good.cy525 --jason": (2, "No such option '--jason'"),
     "asm missing.cy525": (2, "missing.cy525: cannot be read"),

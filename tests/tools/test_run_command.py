@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import re
 import subprocess
 import sys
@@ -318,13 +319,14 @@ def test_plots(call, five, name, magic):
 
 
 def test_an_old_file_is_replaced_whole_or_kept(call, five, folder, monkeypatch):
+    old = '{"do":"journal","old"'
     for name in ("x.json", "x.csv", "j"):
-        Path(name).write_text("old")
+        Path(name).write_text(old)
     arguments = ["run", five, "--json", "x.json", "--steps", "x.csv", "--journal", "j"]
     assert call(*arguments, "--crystal", "99 MHz").status == 2
-    assert {Path(name).read_text() for name in ("x.json", "x.csv", "j")} == {"old"}
+    assert {Path(name).read_text() for name in ("x.json", "x.csv", "j")} == {old}
     assert call(*arguments).status == 0
-    assert all(Path(name).read_text() != "old" for name in ("x.json", "x.csv", "j"))
+    assert all(Path(name).read_text() != old for name in ("x.json", "x.csv", "j"))
     assert sorted(path.name for path in folder.iterdir()) == ["five.cy525", "j", "x.csv", "x.json"]
 
 
@@ -344,3 +346,68 @@ def test_progress_is_drawn_on_a_terminal_and_changes_nothing(monkeypatch, five, 
     assert invoke(["run", five, "-q", "--json", "drawn.json"]) == plain == 0
     assert " of 60 s" in capsys.readouterr().err
     assert Path("plain.json").read_bytes() == Path("drawn.json").read_bytes()
+
+
+def test_a_torn_journal_is_told_and_counts_as_a_problem(call, five):
+    call("run", five, "--journal", "j")
+    whole = Path("j").read_text()
+    Path("j").write_text(whole[:-9])
+    ran = call("run", "--replay", "j", "-q")
+    assert (ran.status, ran.err) == (
+        1,
+        f"slewline: journal j, line {len(whole.splitlines())}: cut off; the replay ends before it\n",
+    )
+
+
+def test_a_journal_of_other_laws_is_replayed_only_on_demand(call, five):
+    call("run", five, "--journal", "j")
+    Path("j").write_text(Path("j").read_text().replace('"behaviour":2', '"behaviour":1'))
+    refused = call("run", "--replay", "j")
+    assert (refused.status, refused.out) == (2, "")
+    assert "cy525 had behaviour 1 and has 2; the run would be another one" in refused.err
+    played = call("run", "--replay", "j", "--other-laws")
+    assert played.status == 0 and "MOTION COMPLETE at 5" in played.out
+    assert played.err.startswith("slewline: journal j: made by slewline")
+    assert call("run", five, "--other-laws").status == 2
+
+
+def test_a_journal_replaces_only_a_journal_and_says_so(call, five):
+    call("run", five, "--journal", "j", "-q")
+    again = call("run", five, "--journal", "j", "-q")
+    assert (again.status, again.err) == (0, "slewline: j: replaces the journal that stands there\n")
+    Path("j").write_text("my notes\n")
+    refused = call("run", five, "--journal", "j")
+    assert refused.status == 2 and "is no journal" in refused.err
+    assert Path("j").read_text() == "my notes\n"
+
+
+def test_a_bench_file_reads_outside_its_folder_only_with_anywhere(call, write, folder):
+    (folder / "sub").mkdir()
+    write("five.cy525", "A 5")
+    write("sub/b.toml", "[[chip]]", 'part = "cy525"', "[[host]]", 'file = "../five.cy525"')
+    refused = call("run", "sub/b.toml")
+    assert refused.status == 2 and "outside the folder of the bench file" in refused.err
+    played = call("run", "sub/b.toml", "--anywhere", "--json", "-")
+    assert (
+        played.status,
+        played.json["chips"]["cy525"]["position"] if "chips" in played.json else played.json["position"],
+    ) == (0, 5)
+    assert call("run", "five.cy525", "--anywhere").status == 2
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["run", "fifo", "--chip", "cy525"],
+        ["run", "--replay", "fifo"],
+        ["run", "fifo.toml"],
+        ["dis", "fifo", "--chip", "cy525"],
+        ["lint", "fifo.cy525"],
+        ["asm", "fifo.cy525"],
+    ],
+)
+def test_an_input_is_a_regular_file(call, arguments):
+    for name in ("fifo", "fifo.toml", "fifo.cy525"):
+        os.mkfifo(name)
+    called = call(*arguments)
+    assert called.status == 2 and "is a FIFO; give a regular file" in called.err

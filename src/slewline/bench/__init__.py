@@ -6,8 +6,17 @@ from .journal import replay
 __all__ = ["Bench", "load", "replay"]
 
 
-def load(path: str, **options: object) -> Bench:
-    """A bench from a bench file (TOML)."""
+def load(path: str, *, anywhere: bool = False, **options: object) -> Bench:
+    """Return the bench that a bench file (TOML) describes, furnished, its scripts queued.
+
+    Args:
+        anywhere: let the file name files outside its own folder.
+        options: of the bench, such as journal="run.jsonl".
+
+    Raises:
+        BenchFileError: the file cannot be read or does not make a bench; file, line and key are in the message.
+        ProgramError: a script has lines that cannot be played.
+    """
     from .file import load_bench
 
-    return load_bench(path, **options)
+    return load_bench(path, anywhere=anywhere, **options)

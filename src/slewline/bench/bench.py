@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 
 from ..core.net import Net
 from ..core.pin import Condition
-from ..core.timebase import picoseconds, readable
+from ..core.timebase import PS_PER_S, Seconds, Time, picoseconds, readable
 from ..errors import Timeout, UsageError
-from .furnishing import Furnished, Time
+from .furnishing import Furnished
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
@@ -46,8 +46,21 @@ class Bench(Furnished):
         """Virtual time, picoseconds since the beginning."""
         return self.kernel.now
 
+    @property
+    def now(self) -> Seconds:
+        """Virtual time, to be read: a float of seconds that prints as "0.170768 s"."""
+        return Seconds(self.kernel.now / PS_PER_S)
+
     def at(self, time: Time, function: Callable[[], object]) -> None:
-        """Call a function at an instant, in its first round: everything still reads as it was before."""
+        """Call a function at an instant, in its first round: everything still reads as it was before.
+
+        Args:
+            time: since the beginning, not before now: "12 ms", or picoseconds (0, or at least 1000).
+
+        Raises:
+            TimeError: not a time.
+            UsageError: the instant is over, or `function` is none.
+        """
         ps = picoseconds(time)
         if not callable(function):
             raise UsageError(f"at {readable(ps)}: {function!r}; expected a function")
@@ -56,22 +69,24 @@ class Bench(Furnished):
         self.kernel.call_at(ps, function)
 
     def _start(self) -> None:
-        if not self._started:
-            self._started = True
-            for part in self.parts.values():
-                part.rewired()
-            for chip in self.chips.values():
-                chip.check_wiring()
+        self._begin()
         self.kernel.settle()
 
     def run(self, duration: Time) -> None:
-        """Let virtual time pass."""
-        self.run_to(self.kernel.now + picoseconds(duration))
+        """Let virtual time pass.
+
+        Raises:
+            TimeError: not a duration; a bare number from 1 to 999, which would be less than a nanosecond, is none.
+        """
+        self._run_to(self.kernel.now + picoseconds(duration))
 
     def run_to(self, time: Time) -> None:
         """Let virtual time pass up to an instant, that instant included."""
+        self._run_to(picoseconds(time))
+
+    def _run_to(self, ps: int) -> None:
         self._start()
-        self._advance(picoseconds(time))
+        self._advance(ps)
         if self.journal is not None:
             self.journal.write("run", to=self.kernel.now)
 
@@ -111,7 +126,7 @@ class Bench(Furnished):
         else:
             raise UsageError(f"run_until({condition!r}): expected a condition such as x.reaches(40), or a function")
 
-    def _wait_for(self, met: Callable[[], bool], what: str, timeout: str) -> None:
+    def _wait_for(self, met: Callable[[], bool], what: str, timeout: Time) -> None:
         self._until(met, None, what, timeout)
 
     def _until(

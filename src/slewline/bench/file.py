@@ -25,7 +25,7 @@
     [[host]]                        # a host computer; script: a run script (slewline run --help), text or list of lines
     chips = ["x"]                   # the only chip, if left out; several share a bus or a serial line
     delay = "100 us"                # before each byte on a bus; on a serial line give baud = 300, or nothing
-    file = "weld.cy525"             # the script from a file beside this one; or: script = "A 0"
+    file = "weld.cy525"             # the script from a file beside or below this one; or: script = "A 0"
 
     [[serve]]                       # for slewline serve: chips on a port; several modules share a line
     chips = ["x"]                   # the only chip, if left out
@@ -94,24 +94,28 @@ class Served(NamedTuple):
 
 
 # -------------------------------------------------------------------------------------------------------------- reading
-def load_bench(path: str | PathLike[str], **options: Any) -> Bench:
+def load_bench(path: str | PathLike[str], *, anywhere: bool = False, **options: Any) -> Bench:
     """A bench from a bench file, furnished, its scripts queued.
 
     Args:
+        anywhere: the file may name files outside its own folder.
         options: of the bench, such as journal="run.jsonl".
 
     Raises:
         BenchFileError: the file cannot be read or does not make a bench; file, line and key are in the message.
         ProgramError: a script has lines that cannot be played.
     """
-    return BenchFile(path).load(**options)
+    return BenchFile(path, anywhere).load(**options)
 
 
 class BenchFile:
-    """A bench file that was read: `tables`, and where they stand in the text."""
+    """A bench file that was read: `tables`, and where they stand in the text.
 
-    def __init__(self, path: str | PathLike[str]) -> None:
-        self.path = Path(path)
+    A bench file comes from anybody: it reads files of its own folder and below, unless it may read `anywhere`.
+    """
+
+    def __init__(self, path: str | PathLike[str], anywhere: bool = False) -> None:
+        self.path, self.anywhere = Path(path), anywhere
         self.text = read_text(path)
         try:
             self.data = tomllib.loads(self.text)
@@ -225,13 +229,24 @@ class BenchFile:
             if host.file is not None and host.script is not None:
                 raise self.error(("host", number, "file"), "beside script; give one of the two")
             if host.file is not None:
-                path = self.path.parent / host.file
                 with self.at("host", number, "file"):
+                    path = self.beside(host.file)
                     found.append(read_script(read_text(path), str(path)))
             else:
                 lines = [host.script] if isinstance(host.script, str) else host.script or []
                 found.append(read_script("\n".join(lines), f"{self.path}, {_named(('host', number, 'script'))}"))
         return found
+
+    def beside(self, name: str) -> Path:
+        """A file that this one names: in its folder or below, wherever links lead."""
+        folder = self.path.parent
+        path = folder / name
+        if not self.anywhere and not path.resolve().is_relative_to(folder.resolve()):
+            raise SlewlineError(
+                f"found {name!r}, outside the folder of the bench file; "
+                "copy it there, or allow files anywhere (--anywhere, load(path, anywhere=True))"
+            )
+        return path
 
     def furnish(self, bench: Bench) -> None:
         """Put chips and parts on the bench."""

@@ -1,4 +1,4 @@
-"""Furnishing a bench: chips, parts and hosts are put on it, and wired, before time passes."""
+"""Furnishing a bench: chips, parts and hosts are put on it, and wired, before time passes or later."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..core.kernel import Kernel
 from ..core.net import Bus, Driver, Net
 from ..core.pin import Terminal
 from ..core.table import Sheet
-from ..core.timebase import hertz, picoseconds
+from ..core.timebase import Time, hertz, picoseconds
 from ..errors import UnknownName, UsageError, WiringError
 from ..parts import make_part
 from ..parts.caller import Caller
@@ -28,7 +28,6 @@ from .recording import Recording
 if TYPE_CHECKING:
     from os import PathLike
 
-Time = str | int
 PORTS = {  # how a chip is spoken to: in lines, in packets
     (False, False): "a bus",
     (True, False): "a serial line",
@@ -53,7 +52,7 @@ class Furnished(Recording):
         self.chips: dict[str, Chip] = {}
         self.parts: dict[str, Part] = {}
         self.journal = Journal(journal, self.kernel, seed) if journal is not None else None
-        self._started = False
+        self._fresh: list[Chip | Part] = []  # what has been put on the bench since time passed last
         self.on_finding: Callable[[Finding], object] | None = None
 
     # ---------------------------------------------------------------------------------------------------- furnishing
@@ -66,7 +65,10 @@ class Furnished(Recording):
         bare: bool = False,
         **options: Any,
     ) -> Chip:
-        """Put a chip on the bench.
+        """Put a chip on the bench, at any time; it powers up at once.
+
+        Open strap pins read as the sheet says: a GS-C module listens at 110 baud, with checksums.  `slewline run`,
+        `serve`, slewline:// and the pytest plugin strap it for 9600 baud (a table in docs/reference/api.md).
 
         Args:
             part: part number in lower case, for example "cy525"; or the class of a chip of one's own.
@@ -75,6 +77,10 @@ class Furnished(Recording):
             straps: fixed levels of input pins.
             bare: leave out the standard wiring (ABORT high, STEP INHIBIT low ...).
             options: of the part, for example rate=80 or stepwise=True.
+
+        Raises:
+            UnknownName: no such part, or a strap that is no pin of it; the message lists those there are.
+            UsageError: a name that is taken, a crystal, strap or option out of range.
         """
         cls = chip_class(part) if isinstance(part, str) else part
         if not (isinstance(cls, type) and issubclass(cls, Chip)):
@@ -85,7 +91,14 @@ class Furnished(Recording):
             options.setdefault("store", self.stores(name))
         if self.journal is not None:
             kept = {"store": list(options["store"].read())} if options.get("store") is not None else {}
-            what = {"part": cls.sheet.part, "name": name, "crystal_hz": hz, "straps": dict(straps or {}), "bare": bare}
+            what = {
+                "part": cls.sheet.part,
+                "behaviour": cls.sheet.behaviour,
+                "name": name,
+                "crystal_hz": hz,
+                "straps": dict(straps or {}),
+                "bare": bare,
+            }
             self._note("add", **what, options=options | kept)
         chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
         self.chips[name] = chip
@@ -96,16 +109,19 @@ class Furnished(Recording):
         return chip
 
     def part(self, kind: str, name: str | None = None, to: Chip | Part | str | None = None, **options: Any) -> Any:
-        """Make a part and put it on the bench.
+        """Make a part and put it on the bench, at any time; it works from this instant on.
 
         Args:
             kind: for example "uart"; slewline.parts.KINDS lists them.
             name: defaults to the kind, numbered when there are several.
             to: chip or part to whose pins those of the new part are wired in the standard way.
             options: of the part.
+
+        Raises:
+            UnknownName: no such kind, or `to` lacks a pin of the standard wiring.
+            UsageError: a name that is taken, or an option that the kind does not have or allow.
+            WiringError: a bus would be wired to a single pin.
         """
-        if self._started:
-            raise WiringError(f"part {kind}: time has passed already; furnish the bench before the first run")
         name = self._new_name(name, kind)
         part = make_part(kind, self.kernel, name, options)
         self._note(
@@ -146,6 +162,19 @@ class Furnished(Recording):
         owner.on_finding = lambda found: self.on_finding(found) if self.on_finding is not None else None
         for terminal in owner.pins.values():
             terminal.on_input = self._pin_input
+        if not self._fresh and self.kernel.running:  # furnished in mid-run: it counts from the next round on
+            self.kernel.call_at(self.kernel.now, self._begin)
+        self._fresh.append(owner)
+
+    def _begin(self) -> None:
+        """Time is about to pass: what is new on the bench is wired."""
+        fresh, self._fresh = self._fresh, []
+        for owner in fresh:
+            if isinstance(owner, Part):
+                owner.rewired()
+        for owner in fresh:
+            if isinstance(owner, Chip):
+                owner.check_wiring()
 
     def _owners(self) -> list[Chip | Part]:
         """Everything that stands on the bench."""
@@ -169,12 +198,16 @@ class Furnished(Recording):
         baud: int | None = None,
         line: Part | None = None,
     ) -> Any:
-        """A host computer on the command port of a chip, or of several that share its bus or its line.
+        """Put a host computer on the command port of a chip, or of several that share its bus or its line, at any time.
 
         Args:
             delay: what the host's own program takes before each byte (on a bus).
             baud: another rate than the chip is strapped for (on a serial line).
             line: a part of kind rs232_line between the host and the chips.
+
+        Raises:
+            UsageError: no chip, chips that are spoken to in different ways, or an argument that does not fit them.
+            WiringError: a chip's serial line has a host already.
         """
         if not chips:
             raise UsageError("host: which chip? bench.host(x)")
@@ -198,8 +231,7 @@ class Furnished(Recording):
         """A host on a bus, which its chips share."""
         name = self._new_name(name, "host")
         for chip in chips[1:]:
-            if chip.bus is not chips[0].bus:
-                self._join(chips[0].bus, chip.bus)
+            chips[0].bus.join(chip.bus)
         self._note("host", name=name, chips=[chip.name for chip in chips], delay_ps=picoseconds(delay))
         if chips[0].sheet.in_packets:
             packet_host = PacketHost(self.kernel, name, chips, picoseconds(delay))
@@ -236,21 +268,19 @@ class Furnished(Recording):
         self.place(host)
         if line is not None:
             for theirs, own in line.wiring.items():
-                self._join(host.pins[own].net, line.pins[theirs].net)
+                host.pins[own].net.join(line.pins[theirs].net)
         self._connect(host if line is None else line, chips)
         return host
 
     def connect(self, connector: Part, chips: Sequence[Chip]) -> None:
         """Wire a serial connector to modules on one line; several need the pull-down of the last one."""
-        if self._started:
-            raise WiringError(f"connect {connector.name}: time has passed already; wire before the first run")
         self._note("connect", part=connector.name, chips=[chip.name for chip in chips])
         self._connect(connector, [chip for chip in chips if isinstance(chip, LineChip)])
 
     def _connect(self, connector: Part, chips: Sequence[LineChip]) -> None:
         for chip in chips:
-            self._join(connector.pins["txd"].net, chip.pins["rxd"].net)
-            self._join(connector.pins["rxd"].net, chip.pins["txd"].net)
+            connector.pins["txd"].net.join(chip.pins["rxd"].net)
+            connector.pins["rxd"].net.join(chip.pins["txd"].net)
         addresses = [chip.strapped_address() for chip in chips]
         for address in sorted({own for own in addresses if addresses.count(own) > 1 or (own == 0 and len(chips) > 1)}):
             who = ", ".join(chip.name for chip, own in zip(chips, addresses, strict=True) if own == address)
@@ -258,8 +288,8 @@ class Furnished(Recording):
             apart = f"; strap {', '.join(pins)} apart" if (pins := chips[0].port.address_pins) else ""
             connector.finding("same-address", f"{who} {what}: all of them answer{apart}")
         rxd, last = connector.pins["rxd"].net, chips[-1].pins
-        if "txpd" in last and not any(chip.pins["txpd"].net is rxd for chip in chips):
-            self._join(rxd, last["txpd"].net)
+        if "txpd" in last and not any(chip.pins["txpd"].net.hub is rxd.hub for chip in chips):
+            rxd.join(last["txpd"].net)
         self.kernel.settle()
 
     def __getitem__(self, name: str) -> Any:
@@ -272,7 +302,11 @@ class Furnished(Recording):
         )
 
     def pin(self, name: str) -> Terminal:
-        """A pin by its full name, for example "x.slew"."""
+        """Return a pin by its full name, for example "x.slew".
+
+        Raises:
+            UnknownName: no such chip, part or pin; the message lists those there are.
+        """
         owner, dot, pin = name.partition(".") if isinstance(name, str) else (repr(name), "", "")
         if not dot:
             raise UnknownName(f"pin {name!r}: give owner and pin, for example 'x.slew'")
@@ -281,12 +315,14 @@ class Furnished(Recording):
 
     # ------------------------------------------------------------------------------------------------------- wiring
     def wire(self, a: str, b: str, invert: bool = False) -> None:
-        """Connect two pins; with `invert` an inverter drives the second from the first.
+        """Connect two pins, at any time; with `invert` an inverter drives the second from the first.
 
         "x.db" and "y.db" are whole buses ("x.hostdata", where the chip calls it so).
+
+        Raises:
+            UnknownName: no such pin.
+            WiringError: a bus and a single pin, or a pin that carries no signal.
         """
-        if self._started:
-            raise WiringError(f"wire {a} to {b}: time has passed already; wire before the first run")
         one, two = self._net(a), self._net(b)
         if isinstance(one, Bus) != isinstance(two, Bus):
             raise WiringError(f"wire {a} to {b}: a bus of eight wires does not fit a single pin; wire bus to bus")
@@ -297,7 +333,7 @@ class Furnished(Recording):
             out.drive(None if one.level is None else 1 - one.level)
             one.watch(lambda net: out.drive(None if net.level is None else 1 - net.level))
         else:
-            self._join(one, two)
+            one.join(two)
         self.kernel.settle()
 
     def _net(self, name: str) -> Net:
@@ -311,25 +347,7 @@ class Furnished(Recording):
             )
         return terminal.net
 
-    def _join(self, one: Net, two: Net) -> None:
-        """Two nets become one; whoever had the second has the first."""
-        if one is two:
-            return
-        one.merge(two)
-        for owner in self._owners():
-            for terminal in owner.pins.values():
-                if terminal.net is two:
-                    terminal.net = one
-        for chip in self.chips.values():
-            if chip.bus is two:
-                chip.bus = one  # type: ignore[assignment]
-            chip.rewired()
-        for name, net in self.recorded.items():
-            if net is two:
-                self.recorder.record(one, two.log.keep_ps)  # type: ignore[union-attr]
-                self.recorded[name] = one
-
-    def _wait_for(self, met: Callable[[], bool], what: str, timeout: str) -> None:
+    def _wait_for(self, met: Callable[[], bool], what: str, timeout: Time) -> None:
         """Let time pass until something is met."""
         raise NotImplementedError
 

@@ -11,7 +11,7 @@ from ..core.chip import AxisInCycles, Chip, OneAxis
 from ..core.kernel import Kernel
 from ..core.net import Bus, Net
 from ..core.pin import Terminal
-from ..core.timebase import picoseconds
+from ..core.timebase import Time, moment, picoseconds
 from ..errors import NotRecorded, UnknownName
 
 if TYPE_CHECKING:
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
     from ..record.recorder import Recorder
 
-Time = str | int
 FilePath = str | Path
 SLICE_PS = 100_000_000_000  # while a VCD file is streamed, time passes in slices of 100 ms
 QUIET = ("clk15", "clkout")  # clocks are recorded only when asked for by name
@@ -82,8 +81,8 @@ class Recording:
 
     def _window(self, start: Time | None, stop: Time | None) -> tuple[int, int]:
         return (
-            0 if start is None else picoseconds(start),
-            self.kernel.now if stop is None else min(picoseconds(stop), self.kernel.now),
+            0 if start is None else moment(start),
+            self.kernel.now if stop is None else min(moment(stop), self.kernel.now),
         )
 
     def _window_of(self, nets: dict[str, Net], start: Time | None, stop: Time | None) -> tuple[int, int]:

@@ -192,7 +192,7 @@ class Stage:
         if at is None:
             self.put(terminal, value)
         else:
-            self.bench.at(at, lambda: self.put(terminal, value))
+            self.bench.at(f"{at} ps", lambda: self.put(terminal, value))
 
 
 # ------------------------------------------------------------------------------------------------------------ commands

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Literal
 
+from ..core.timebase import Time
 from ..errors import SlewlineError
 
 try:
@@ -15,7 +16,6 @@ except ImportError:
 
 __all__ = ["Place", "Tables", "ValidationError", "convert", "keys_of"]
 
-Time = str | int
 Level = Literal[0, 1]
 Place = Sequence[str | int]  # ("chip", 0, "crystal")
 
@@ -37,7 +37,7 @@ class ChipTable(Table, frozen=True):
 
     part: str
     name: str | None = None
-    crystal: Time | None = None
+    crystal: str | int | None = None
     straps: dict[str, Level] = {}
     bare: bool = False
     options: dict[str, Any] = {}

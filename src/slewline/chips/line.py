@@ -117,11 +117,6 @@ class LineChip(Chip):
         self.listener = self.kernel.spawn(self._listen(), f"{self.name} listens")
         self.refresh_idle()
 
-    def rewired(self) -> None:
-        """RXD has been joined with another net (called by the bench before the first run)."""
-        if self.receiver is not None:
-            self.receiver.net = self.pins["rxd"].net
-
     def hang_up(self) -> None:
         """No line any more: the supply is off."""
         for task in (self.listener, self.worker):

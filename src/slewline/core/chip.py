@@ -15,7 +15,7 @@ from .kernel import Kernel, Task
 from .net import Bus, Driver, Net
 from .pin import Condition, Terminal
 from .table import Sheet
-from .timebase import Clock, picoseconds, readable
+from .timebase import Clock, Time, moment, moments, readable
 from .waits import first_of, until
 
 if TYPE_CHECKING:
@@ -73,22 +73,27 @@ class OneAxis:
         """Steps clockwise minus steps counter-clockwise since the beginning, without wrap-around."""
         return self.motor.travel
 
-    def steps(self, start: str | int | None = None, stop: str | int | None = None) -> Steps:
+    def steps(self, start: Time | None = None, stop: Time | None = None) -> Steps:
         """Steps at start <= t <= stop; from the beginning, and up to now, by default."""
         now = self.kernel.now
-        return self.motor.steps(
-            0 if start is None else picoseconds(start), now if stop is None else min(picoseconds(stop), now)
-        )
+        return self.motor.steps(0 if start is None else moment(start), now if stop is None else min(moment(stop), now))
 
-    def position_at(self, times_ps: Sequence[int] | NDArray[np.int64] | int) -> NDArray[np.int64] | int:
-        """The position register at instants of the past: an int for one, (n,) int64 for an array of picoseconds."""
-        if isinstance(times_ps, int):
-            if times_ps > self.kernel.now:
-                raise UsageError(
-                    f"{self.name}: {readable(times_ps)} is still to come; it is {readable(self.kernel.now)}"
-                )
-            return self.motor.position_at(times_ps)
-        return self.motor.positions_at(times_ps)
+    def position_at(self, times: Time | Sequence[Time] | NDArray[np.int64]) -> NDArray[np.int64] | int:
+        """Return the position register at instants of the past: an int for one, (n,) int64 for many.
+
+        Args:
+            times: "3 ms" or picoseconds, a list of them, or an array of int64 picoseconds.
+
+        Raises:
+            UsageError: an instant is still to come.
+        """
+        instants = moments(times)
+        last = instants if isinstance(instants, int) else int(instants.max(initial=0))
+        if last > self.kernel.now:
+            raise UsageError(f"{self.name}: {readable(last)} is still to come; it is {readable(self.kernel.now)}")
+        if isinstance(instants, int):
+            return self.motor.position_at(instants)
+        return self.motor.positions_at(instants)
 
     def reaches(self, position: int) -> Condition:
         """Condition: the position register has this value."""
@@ -131,7 +136,7 @@ class AxisInCycles(AxisOfChip):
         """Can it, as this chip is set up?"""
         raise NotImplementedError
 
-    def cycles(self, start: str | int | None = None, stop: str | int | None = None) -> Cycles:
+    def cycles(self, start: Time | None = None, stop: Time | None = None) -> Cycles:
         """Cycles that begin at start <= t <= stop; all of them by default."""
         raise NotImplementedError
 
@@ -273,11 +278,8 @@ class Chip(OneAxis):
         """Pulse the RESET pin for as long as the part needs."""
         raise NotImplementedError
 
-    def rewired(self) -> None:
-        """Nets of pins have changed: look them up anew."""
-
     def check_wiring(self) -> None:
-        """The first run begins: report inputs without pull-up that nobody drives (they read low)."""
+        """Time is about to pass for the chip: report inputs without pull-up that nobody drives (they read low)."""
         for row in self.sheet.pins:
             net = self.pins[row.name].net
             if row.way == "in" and row.pull is None and net.tie is None and not net.drivers:

@@ -241,7 +241,7 @@ class Kernel:
                 driver.take()
                 if net.told:
                     net.told = 0
-                    nets.append(net)
+                    nets += net.joined or (net,)
         for net in nets:
             if net.update(time) and (net.waiters or net.observers):
                 changed.append(net)

@@ -6,73 +6,21 @@ that hold until it decides anew.  A promise costs the kernel nothing while nobod
 
 Strong drivers that disagree give 0 (wired AND, as open collectors do) and one conflict report.  Without a strong
 driver the net takes its tie (the standard wiring of a bare part), without a tie its pull, without a pull it floats.
+
+Nets that are joined are one wire from then on: they share drivers, tie and pull, and each keeps who looks at it and
+what it has recorded, so that nobody who holds one of them need hear of the others.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
 from collections.abc import Callable
 from heapq import heappush
-from typing import Any, Protocol
+from typing import Any
 
 from .kernel import Kernel, Task
+from .wave import Level, Promise, Wave
 
-Level = Any  # 0, 1 or None on a wire; (mask, value) or None on a bus
-
-
-class Promise(Protocol):
-    """A waveform ahead of time.  `until` bounds it, exclusive: from there on the level of the instant before holds."""
-
-    @property
-    def until(self) -> int | None:
-        """The instant before which the promise holds; None: for good."""
-
-    def level(self, ps: int) -> Level:
-        """Level at an instant, edges at that instant included."""
-
-    def after(self, ps: int) -> int | None:
-        """The first edge strictly after an instant, or None."""
-
-    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Edges at start < t <= stop: times in ps and the levels after them."""
-
-
-class Wave:
-    """A promise of a few edges at known instants: strobes, scheduled changes."""
-
-    __slots__ = ("before", "levels", "times", "until")
-
-    def __init__(self, before: Level, times: tuple[int, ...], levels: tuple[Level, ...]) -> None:
-        self.before, self.times, self.levels = before, times, levels
-        self.until: int | None = None
-
-    def level(self, ps: int) -> Level:
-        if self.until is not None and ps >= self.until:
-            ps = self.until - 1
-        over = bisect_right(self.times, ps)
-        return self.levels[over - 1] if over else self.before
-
-    def levels_before(self, instants: list[int]) -> list[Level]:
-        """Levels just before some instants, of a wave without `until`."""
-        times, levels = self.times, self.levels
-        overs = [bisect_left(times, ps) for ps in instants]
-        return [levels[over - 1] if over else self.before for over in overs]
-
-    def after(self, ps: int) -> int | None:
-        over = bisect_right(self.times, ps)
-        if over == len(self.times):
-            return None
-        time = self.times[over]
-        return time if self.until is None or time < self.until else None
-
-    def edges(self, start: int, stop: int) -> tuple[list[int], list[Level]]:
-        """Edges at start < t <= stop, as two lists."""
-        pairs = [
-            p
-            for p in zip(self.times, self.levels, strict=True)
-            if start < p[0] <= stop and (self.until is None or p[0] < self.until)
-        ]
-        return [time for time, _ in pairs], [level for _, level in pairs]
+__all__ = ["Bus", "Driver", "Level", "Net", "Promise", "Wave"]
 
 
 class Driver:
@@ -81,7 +29,7 @@ class Driver:
     __slots__ = ("kernel", "level", "name", "net", "next", "pending", "promise")
 
     def __init__(self, net: Net, name: str) -> None:
-        self.net, self.kernel, self.name = net, net.kernel, name
+        self.net, self.kernel, self.name = net.hub, net.kernel, name
         self.level: Level = None
         self.promise: Promise | None = None
         self.next: Level | Promise = None
@@ -108,7 +56,7 @@ class Driver:
         """
         net = self.net
         promise = self.promise
-        if self.pending or net._log is not None or net.samplers:
+        if self.pending or net._log is not None or net.samplers or net.joined:
             self.drive(Wave(before, times, levels))
         elif type(promise) is Wave and not (net.waiters or net.observers or net.latched):
             promise.before, promise.times, promise.levels = before, times, levels  # nobody holds the old one
@@ -122,13 +70,15 @@ class Driver:
     def renew(self) -> None:
         """`until` of the promise has moved: whoever watches or samples the net must hear of it."""
         net = self.net
-        if (net.waiters or net.observers or net.latched or net.samplers) and not self.pending:
+        if (net.waiters or net.observers or net.latched or net.samplers or net.joined) and not self.pending:
             self.drive(self.promise)
 
     def take(self) -> None:
         """Commit what was told (called by the kernel)."""
-        for sampler in self.net.samplers:
-            sampler()
+        nets = self.net.joined or (self.net,)
+        for net in nets:
+            for sampler in net.samplers:
+                sampler()
         told = self.next
         if told is None or type(told) is int or type(told) is tuple:
             if self.promise is None and (self.level is None) is (told is None):
@@ -138,24 +88,40 @@ class Driver:
         else:
             self.promise = told
         self.net.sort_drivers()
-        self.net.token += 1
+        for net in nets:
+            net.token += 1
 
     def at(self, ps: int) -> Level:
         """What this output shows at an instant."""
         return self.level if self.promise is None else self.promise.level(ps)
 
 
+class Joint:
+    """Stands among the drivers that were told something: wiring may have changed the level of a net."""
+
+    __slots__ = ("net", "next", "pending")
+
+    def __init__(self, net: Net) -> None:
+        self.net, self.next, self.pending = net, None, True
+
+    def take(self) -> None:
+        """Commit (called by the kernel)."""
+
+
 class Net:
     """A wire.  `level` is what a reader sees now; `changes` and `changed_at` latch the edges of a watched net."""
 
     __slots__ = (
-        "_log", "active", "changed_at", "changes", "clash", "drivers", "is_net", "kernel", "latched", "name",
-        "observers", "on_conflict", "plain", "promise", "pull", "samplers", "tie", "token", "told", "value", "waiters",
+        "_log", "active", "changed_at", "changes", "clash", "drivers", "hub", "is_net", "joined", "kernel", "latched",
+        "name", "observers", "on_conflict", "plain", "promise", "pull", "samplers", "tie", "token", "told", "value",
+        "waiters",
     )  # fmt: skip
     width = 1
 
     def __init__(self, kernel: Kernel, name: str, pull: Level = None, tie: Level = None) -> None:
         self.kernel, self.name, self.pull, self.tie, self.is_net = kernel, name, pull, tie, True
+        self.hub: Net = self  # the net of a wire that its drivers tell
+        self.joined: tuple[Net, ...] = ()  # all nets of a wire that has several
         self.drivers: list[Driver] = []
         self.promise: Promise | None = None  # the promise of the first driver that has one
         self.value: Level = tie if tie is not None else pull
@@ -186,6 +152,10 @@ class Net:
         self.active = [driver for driver in self.drivers if driver.promise is not None or driver.level is not None]
         self.promise = next((driver.promise for driver in self.active if driver.promise is not None), None)
         self.clash &= len(self.active) > 1
+        if self.joined:
+            for net in self.joined:
+                net.active, net.promise, net.plain, net.clash = self.active, self.promise, None, self.clash
+            return
         single = len(self.active) == 1 and self.promise is None and self._log is None and not self.samplers
         self.plain = self.active[0] if single else None
 
@@ -225,9 +195,10 @@ class Net:
         return found
 
     def _report(self, clash: bool) -> None:
-        self.clash = clash
-        if clash and self.on_conflict is not None:
-            self.on_conflict(self)
+        for net in self.joined or (self,):
+            net.clash = clash
+        if clash and self.hub.on_conflict is not None:
+            self.hub.on_conflict(self.hub)
 
     def rest(self) -> None:
         """Take the level of tie and pull again after they changed."""
@@ -245,7 +216,8 @@ class Net:
             new = self.resolve(ps)
         if self._log is not None:
             self._keep(ps, new)
-        if type(promise) is Wave and self._log is None and len(active) == 1 and ps >= promise.times[-1]:
+        alone = len(active) == 1 and self._log is None and not self.joined
+        if alone and type(promise) is Wave and ps >= promise.times[-1]:
             for sampler in self.samplers:
                 sampler()
             active[0].level, active[0].promise = promise.levels[-1], None  # the wave is over
@@ -329,25 +301,27 @@ class Net:
         if not self.samplers:
             self.sort_drivers()
 
-    def merge(self, other: Net) -> None:
-        """Take over everything on another net: the two are one wire from now on.  Ties end: something is wired."""
-        for driver in other.drivers:
-            driver.net = self
-        self.drivers += other.drivers
-        self.told += other.told
-        self.observers += other.observers
-        self.samplers += other.samplers
-        self.waiters += other.waiters
-        self.tie = None
-        if not self.pull and other.pull is not None:  # a pull-up wins over an open input, which only reads low
-            self.pull = other.pull
-        self.on_conflict = self.on_conflict or other.on_conflict
-        self.latched |= other.latched
-        self.sort_drivers()
-        self.value = self.resolve(self.kernel.seen)
-        other.token += 1  # its next edge is an edge of this net now
-        if self.promise is not None:
-            self.schedule(self.kernel.seen)
+    def join(self, other: Net) -> None:
+        """Make two nets one wire, at the end of this round.  Ties end: something is wired."""
+        one, two = self.hub, other.hub
+        if one is two:
+            return
+        joined = (*(one.joined or (one,)), *(two.joined or (two,)))
+        for net in joined:
+            for sampler in net.samplers:
+                sampler()
+        for driver in two.drivers:
+            driver.net = one
+        one.drivers += two.drivers
+        one.told += two.told + 1  # the joint
+        two.told = 0
+        one.on_conflict = one.on_conflict or two.on_conflict
+        pull = one.pull or (two.pull if two.pull is not None else one.pull)  # a pull-up wins over an open input
+        for net in joined:
+            net.hub, net.joined, net.drivers, net.tie, net.pull = one, joined, one.drivers, None, pull
+            net.token += 1
+        one.sort_drivers()
+        one.kernel.pending.append(Joint(one))
 
     def __repr__(self) -> str:
         return f"<Net {self.name}={self.level}>"

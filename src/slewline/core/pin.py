@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from ..errors import UsageError, WiringError
 from .net import Bus, Driver, Net
 from .table import Pin
-from .timebase import picoseconds, readable
+from .timebase import Time, picoseconds, readable
 
 
 class Condition:
@@ -112,48 +112,49 @@ class Terminal:
             return net.bit(self.bit)
         return net.level  # type: ignore[no-any-return]
 
-    def drive(self, level: int, at: str | int | None = None) -> None:
+    def drive(self, level: int, at: Time | None = None) -> None:
         """Drive the pin to 0 or 1 from outside, now or at an instant; overrides the standard wiring of a bare part."""
         if level not in (0, 1):
             raise UsageError(f"{self.name}: level {level!r}; allowed 0, 1 (release() lets go)")
-        self._put(level, at)
+        self._put(level, self._instant(at))
 
-    def release(self, at: str | int | None = None) -> None:
+    def release(self, at: Time | None = None) -> None:
         """Let go of the pin."""
-        self._put(None, at)
+        self._put(None, self._instant(at))
 
-    def pulse(self, level: int, width: str | int, at: str | int | None = None) -> None:
+    def pulse(self, level: int, width: Time, at: Time | None = None) -> None:
         """Drive the pin for a time, then as before: the level that was driven from outside, or none."""
         kernel = self.net.kernel
         if level not in (0, 1):
             raise UsageError(f"{self.name}: level {level!r}; allowed 0, 1")
-        start, ps = kernel.now if at is None else picoseconds(at), picoseconds(width)
+        start, ps = self._instant(at), picoseconds(width)
 
         def begin() -> None:
             before = self._level
-            self._put(level, None)
+            self._put(level, kernel.now)
             self._put(before, kernel.now + ps)
 
         if start > kernel.now:
             kernel.call_at(start, begin)
-        elif start < kernel.now:
-            raise UsageError(f"{self.name}: {readable(start)} is over; it is {readable(kernel.now)}")
         else:
             begin()
 
-    def _put(self, level: int | None, at: str | int | None) -> None:
+    def _instant(self, at: Time | None) -> int:
+        now = self.net.kernel.now
+        ps = now if at is None else picoseconds(at)
+        if ps < now:
+            raise UsageError(f"{self.name}: {readable(ps)} is over; it is {readable(now)}")
+        return ps
+
+    def _put(self, level: int | None, ps: int) -> None:
         kernel = self.net.kernel
         if self.row.way in ("power", "none"):
             raise WiringError(f"{self.name} (pin {self.row.number}: {self.row.says}) carries no signal")
         if isinstance(self.net, Bus) and self.bit is None:
             raise WiringError(f"{self.name} is a bus of eight wires; drive the pins of a chip that is wired to it")
-        if at is not None:
-            ps = picoseconds(at)
-            if ps < kernel.now:
-                raise UsageError(f"{self.name}: {readable(ps)} is over; it is {readable(kernel.now)}")
-            if ps > kernel.now:
-                kernel.call_at(ps, lambda: self._put(level, None))
-                return
+        if ps > kernel.now:
+            kernel.call_at(ps, lambda: self._put(level, ps))
+            return
         self._level = level = None if level is None else int(level)
         if self.on_input is not None:
             self.on_input(self, level)

@@ -203,7 +203,7 @@ class Register:
 
 
 @dataclass(frozen=True, slots=True)
-class Time:
+class Timing:
     """A time of the data sheet, stated for a crystal; `ticks` is what the chip counts, whatever crystal is fitted."""
 
     us: float
@@ -322,11 +322,12 @@ class Sheet:
     manual: str
     pins: tuple[Pin, ...]
     commands: Table
+    behaviour: int = 1  # counts up when the same inputs give other outputs: a journal names the one that it was made by
     crystal_hz: int = 10**12  # without a crystal to choose, time is counted in picoseconds
     crystal_low_hz: int = 0
     crystal_high_hz: int = 0
     registers: tuple[Register, ...] = ()
-    times: Mapping[str, Time] = field(default_factory=dict)
+    times: Mapping[str, Timing] = field(default_factory=dict)
     buffer_bytes: int = 0
     buffer_where: str = ""
     verify_bytes: Mapping[int, int] = field(default_factory=dict)

@@ -1,13 +1,17 @@
 """Time is an integer number of picoseconds; a chip counts its own clock ticks and converts their sum once.
 
 Users write "25 us", "1.5 ms" or an int of picoseconds.  A float is refused: it would be rounded by somebody else.
+Where time is to pass or something is to happen (`picoseconds`), an int from 1 to 999 is refused, too: it was meant to
+be something else, and "5 ps" can be written.  A question about the past (`moment`) takes any int.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from math import gcd
-from typing import TYPE_CHECKING
+from operator import index
+from typing import TYPE_CHECKING, TypeAlias
 
 from ..errors import TimeError
 
@@ -15,7 +19,9 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+Time: TypeAlias = str | int  # text with a unit, or picoseconds
 PS_PER_S = 10**12
+LEAST_PS = 1000  # what a bare number must be at least, 0 apart
 UNITS = {
     "ps": 1,
     "ns": 10**3,
@@ -42,23 +48,47 @@ def _scaled(text: str, units: dict[str, int], what: str, example: str) -> int:
     return -value if match[1] == "-" else value
 
 
-def picoseconds(time: str | int, *, negative: bool = False) -> int:
-    """Picoseconds of a time such as "25 us", or of an int that is picoseconds already.
-
-    Raises:
-        TimeError: for a float, an unknown unit, a fraction of a picosecond, or a negative time.
-    """
-    if isinstance(time, str):
-        ps = _scaled(time, UNITS, "time", "25 us")
-    elif isinstance(time, int) and not isinstance(time, bool):
-        ps = time
-    else:
+def _whole(time: Time, negative: bool) -> int:
+    try:
+        if isinstance(time, bool):
+            raise TypeError
+        ps = _scaled(time, UNITS, "time", "25 us") if isinstance(time, str) else index(time)
+    except TypeError:
         raise TimeError(
             f"time {time!r}: expected text such as '25 us', or an int of picoseconds; a float would be rounded"
-        )
+        ) from None
     if ps < 0 and not negative:
         raise TimeError(f"time {time!r}: virtual time does not run backwards; give 0 or more")
     return ps
+
+
+def picoseconds(time: Time, *, negative: bool = False) -> int:
+    """Picoseconds of a time such as "25 us", or of an int that is picoseconds already.
+
+    Raises:
+        TimeError: for a float, an unknown unit, a fraction of a picosecond, a negative time, or an int from 1 to 999.
+    """
+    ps = _whole(time, negative)
+    if 0 < abs(ps) < LEAST_PS and not isinstance(time, str):
+        raise TimeError(f"time {time!r}: a bare number is picoseconds; write its unit, such as '{ps} ms' or '{ps} ps'")
+    return ps
+
+
+def moment(time: Time) -> int:
+    """Picoseconds of an instant that somebody asks about: as `picoseconds`, but any int counts as it stands."""
+    return _whole(time, False)
+
+
+def moments(times: Time | Sequence[Time] | NDArray[np.int64]) -> int | NDArray[np.int64]:
+    """Picoseconds of one instant, or of many that somebody asks about: (n,) int64, shape as `times`."""
+    if isinstance(times, str | int):
+        return moment(times)
+    import numpy as np
+
+    found = np.asarray(times)
+    if not found.ndim:
+        return moment(times)  # type: ignore[arg-type]
+    return found if found.dtype.kind in "iu" else np.array([moment(time) for time in times], np.int64)
 
 
 def hertz(frequency: str | int) -> int:
@@ -78,6 +108,13 @@ def readable(ps: int) -> str:
             decimals = f"{rest:0{len(str(UNITS[unit])) - 1}d}"[:6].rstrip("0")
             return f"{'-' if ps < 0 else ''}{whole}{'.' + decimals if decimals else ''} {unit}"
     return f"{ps} ps"
+
+
+class Seconds(float):
+    """A time to be read: prints as "0.170768 s", and is a float of seconds; `now_ps` is the exact one."""
+
+    def __str__(self) -> str:
+        return f"{float(self):.6f} s"
 
 
 class Clock:

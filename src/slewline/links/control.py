@@ -1,47 +1,35 @@
 """The control port: pins, time, faults and status, for tests and panels in any language.
 
 A client connects by TCP, sends one JSON object a line, and gets one JSON object a line for each, in order.  A reply has
-`time_ps`, virtual time; one that has `error` says what was wrong, and nothing was done.  Whatever else a request has as
-`id` is in its reply.  Times are text with a unit ("250 ms") or whole picoseconds; pins have their full names.
-
-    {"do": "drive", "pin": "x.enable", "level": 0}                       put a level on a pin
-    {"do": "release", "pin": "x.enable"}                                 let go of it
-    {"do": "pulse", "pin": "x.ui1", "level": 0, "width": "20 us"}        put a level on it for a time
-    {"do": "read", "pins": ["x.mov", "x.rdy"]}                           levels: {"x.mov": 0, "x.rdy": 1}; null: floats
-    {"do": "advance", "time": "250 ms"}                                  let time pass (lockstep only)
-    {"do": "until", "pin": "x.rdy", "level": 1, "timeout": "5 s"}        met: true or false, when it is so
-    {"do": "until", "chip": "x", "axis": 2, "position": 400}             the same; axis 1, timeout 60 s, if left out
-    {"do": "fault", "line": "x", "to": "chip", "kind": "parity", "count": 3, "chance": 0.5, "seed": 1}
-                                                                         noise on the next characters: lost, garbled,
-                                                                         parity, framing, late; to the chip or the host
-    {"do": "clear", "line": "x"}                                         no more noise; hits: how many were hit
-    {"do": "fault", "chip": "x", "kind": "eeprom"}                       programming the EEPROM fails, until it is
-    {"do": "clear", "chip": "x"}                                         clear: M and X are answered E6
-    {"do": "power", "chip": "x", "on": false}                            switch the supply of a module
-    {"do": "status"}                                                     chips, lines, pace
-    {"do": "steps", "chip": "x", "axis": 2, "start": 0, "stop": "1 s"}   times_ps, directions, positions
-    {"do": "quit"}                                                       end the server
+`time_ps`, virtual time; one that has `error` says what was wrong, and nothing was done.  `links.requests` has the
+requests, as rows; docs/reference/control.md shows them.
 
 In lockstep, `until` lets time pass as `advance` does; paced, time passes by itself.  A client that waits sends its next
 request when it likes; it is read when the reply to the one before has gone out.  A client that says no more still gets
 every reply; its last line may lack the line feed.  Empty lines are ignored.
+
+Who may ask: clients on this machine; on others only where the server was given a token, which then everybody sends with
+the first request.  A connection whose first line is no request of this kind is hung up on, and nothing behind it is
+read: a browser that was made to POST here begins with a request line of HTTP.
 """
 
 from __future__ import annotations
 
+import hmac
 import json
 import socket
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..core.pin import Condition
-from ..core.timebase import picoseconds
+from ..core.timebase import moment, picoseconds
 from ..errors import SlewlineError, UsageError
 from .line import SerialLine
 from .pace import Wait
+from .requests import MOST_FINDINGS, MOST_STEPS, Data, as_object, read, schema
 from .status import status
 from .stream import Stream
-from .tcp import Listener
+from .tcp import Listener, is_loopback, parse_address
 
 if TYPE_CHECKING:
     from ..core.chip import Chip, OneAxis
@@ -50,18 +38,30 @@ if TYPE_CHECKING:
 
 LONGEST = 1 << 16  # bytes of a request
 QUEUE = 1 << 24  # bytes of replies
-MOST_STEPS = 100_000  # in one reply
-TEXTS = ("pin", "chip", "line", "to", "kind")
-Reply = dict[str, Any]
+SHORTEST_TOKEN = 8  # characters
 DIRECTIONS = ("chip", "host")
 
 
 class Control:
-    """A port on which clients ask; any number of them at once."""
+    """A port on which clients ask; any number of them at once.
 
-    def __init__(self, server: Server, address: str) -> None:
-        self.server = server
+    Args:
+        token: what every client must send with its first request, at least 8 characters; None: nothing.
+
+    Raises:
+        UsageError: the address is taken, or other machines could reach it and there is no token.
+    """
+
+    def __init__(self, server: Server, address: str, token: str | None = None) -> None:
+        self.server, self.token = server, token
         self.clients: list[Client] = []
+        if token is not None and len(token) < SHORTEST_TOKEN:
+            raise UsageError(
+                f"the token of the control port has {len(token)} characters; give {SHORTEST_TOKEN} or more"
+            )
+        host, _ = parse_address(address, server.allow_remote)
+        if token is None and not is_loopback(host):
+            raise UsageError(f"address {address!r}: other machines could work the pins; add --token if they may")
         self.listener = Listener(server.loop, address, self._accept, server.allow_remote)
 
     @property
@@ -86,11 +86,12 @@ class Client:
         self.control, self.server, self.connection = control, control.server, connection
         self.incoming = bytearray()
         self.waiting = self.too_long = False
+        self.known = self.refused = False  # by the first line
         self.stream = Stream(self.server.loop, connection.fileno(), self.take, self.gone, self.room, QUEUE, self.ended)
 
     def room(self) -> int:
         """Nothing is read while a reply is owed, or replies are not read."""
-        return 0 if self.waiting or self.stream.outgoing else LONGEST
+        return 0 if self.waiting or self.stream.outgoing or self.refused else LONGEST
 
     def take(self, data: bytes) -> None:
         """Requests, or pieces of them."""
@@ -104,7 +105,7 @@ class Client:
 
     def work(self) -> None:
         """Answer what has come."""
-        while not self.waiting and self.stream.open:
+        while not self.waiting and self.stream.open and not self.refused:
             line, end, rest = self.incoming.partition(b"\n")
             self.too_long |= len(line) > LONGEST
             if not end:
@@ -114,15 +115,30 @@ class Client:
                     self.stream.finish()
                 return
             self.incoming = rest
+            if not self.known and line.strip() and not self.greet(bytes(line)):
+                return
             if self.too_long:
                 self.reply({}, {"error": f"a request of more than {LONGEST} bytes"})
                 self.too_long = False
             elif line.strip():
                 self.answer(bytes(line))
 
+    def greet(self, line: bytes) -> bool:
+        """Does the first line come from a client?  Hang up if not."""
+        try:
+            token = as_object(line).get("token")
+            if self.control.token is not None and not same(token, self.control.token):
+                raise UsageError('the first request must have the token of this server: {"token": ..., "do": ...}')
+            self.known = True
+        except UsageError as error:
+            self.refused = True
+            self.reply({}, {"error": f"{error}; hung up"})
+            self.stream.finish()
+        return self.known
+
     def answer(self, line: bytes) -> None:
         """One request."""
-        request: Reply = {}
+        request: Data = {}
         try:
             request = read(line)
             found = Requests(self.server, self).perform(request)
@@ -133,8 +149,8 @@ class Client:
 
     def wait(
         self,
-        request: Reply,
-        reply: Callable[[bool], Reply],
+        request: Data,
+        reply: Callable[[bool], Data],
         met: Callable[[], bool],
         limit_ps: int,
         when: Callable[[], int | None] | None = None,
@@ -155,7 +171,7 @@ class Client:
         self.work()
         self.stream.resume()
 
-    def reply(self, request: Reply, found: Reply) -> None:
+    def reply(self, request: Data, found: Data) -> None:
         """One line."""
         if "id" in request:
             found = {"id": request["id"]} | found
@@ -169,45 +185,9 @@ class Client:
             self.control.clients.remove(self)
 
 
-def read(line: bytes) -> Reply:
-    """A request.
-
-    Raises:
-        UsageError: no JSON object with a known "do".
-    """
-    try:
-        request: Any = json.loads(line)
-    except (ValueError, RecursionError):
-        raise UsageError(f'{line[:60]!r} is not JSON; expected a line such as {{"do": "status"}}') from None
-    do = request.get("do") if isinstance(request, dict) else request
-    if not isinstance(do, str) or do not in KEYS:
-        raise UsageError(f"do {do!r}; allowed {', '.join(KEYS)}")
-    needed, optional = KEYS[do]
-    for key in needed:
-        if key not in request:
-            raise UsageError(f"{do}: needs {', '.join(needed)}; {key} is missing")
-    for key in request:
-        if key in TEXTS and not isinstance(request[key], str):
-            raise UsageError(f"{do}: {key} {request[key]!r}; expected text")
-        if key not in ("do", "id", *needed, *optional):
-            raise UsageError(f"{do}: {key} is unknown; allowed {', '.join((*needed, *optional)) or 'nothing'}")
-    return dict(request)
-
-
-KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {  # what a request needs, and what it may have
-    "drive": (("pin", "level"), ()),
-    "release": (("pin",), ()),
-    "pulse": (("pin", "level", "width"), ()),
-    "read": (("pins",), ()),
-    "advance": (("time",), ()),
-    "until": ((), ("pin", "level", "chip", "position", "axis", "timeout")),
-    "fault": (("kind",), ("line", "to", "count", "chance", "seed", "chip")),
-    "clear": ((), ("line", "chip")),
-    "power": (("chip", "on"), ()),
-    "status": ((), ()),
-    "steps": (("chip",), ("start", "stop", "axis")),
-    "quit": ((), ()),
-}
+def same(token: object, expected: str) -> bool:
+    """Is it the token?  It takes as long to say no, however much of it is right."""
+    return isinstance(token, str) and hmac.compare_digest(token.encode("utf-8", "replace"), expected.encode("utf-8"))
 
 
 class Requests:
@@ -216,9 +196,9 @@ class Requests:
     def __init__(self, server: Server, client: Client) -> None:
         self.server, self.client, self.bench = server, client, server.bench
 
-    def perform(self, request: Reply) -> Reply | None:
+    def perform(self, request: Data) -> Data | None:
         """Do what a request says."""
-        found: Reply | None = getattr(self, f"do_{request['do']}")(request)
+        found: Data | None = getattr(self, f"do_{request['do']}")(request)
         return found
 
     def chip(self, name: str) -> Chip:
@@ -227,39 +207,39 @@ class Requests:
             raise UsageError(f"no chip {name!r}; there are: {', '.join(self.bench.chips)}")
         return self.bench.chips[name]
 
-    def axis(self, request: Reply) -> OneAxis:
+    def axis(self, request: Data) -> OneAxis:
         """An axis of a chip, the first one unless another is named."""
         return self.chip(request["chip"]).axis(request.get("axis", 1))
 
-    def do_drive(self, request: Reply) -> Reply:
+    def do_drive(self, request: Data) -> Data:
         self.bench.pin(request["pin"]).drive(request["level"])
         return {}
 
-    def do_release(self, request: Reply) -> Reply:
+    def do_release(self, request: Data) -> Data:
         self.bench.pin(request["pin"]).release()
         return {}
 
-    def do_pulse(self, request: Reply) -> Reply:
+    def do_pulse(self, request: Data) -> Data:
         self.bench.pin(request["pin"]).pulse(request["level"], request["width"])
         return {}
 
-    def do_read(self, request: Reply) -> Reply:
+    def do_read(self, request: Data) -> Data:
         if not isinstance(request["pins"], list) or not all(isinstance(name, str) for name in request["pins"]):
             raise UsageError(f'pins {request["pins"]!r}; expected a list such as ["x.rdy"]')
         return {"levels": {name: self.bench.pin(name).level for name in request["pins"]}}
 
-    def do_advance(self, request: Reply) -> None:
+    def do_advance(self, request: Data) -> None:
         if not self.server.pace.lockstep:
             raise UsageError("advance: time follows the wall clock here; start the server with --lockstep")
         end = self.bench.now_ps + picoseconds(request["time"])
         self.client.wait(request, lambda _met: {}, lambda: False, end)
 
-    def do_until(self, request: Reply) -> None:
+    def do_until(self, request: Data) -> None:
         condition = self.condition(request)
         end = self.bench.now_ps + picoseconds(request.get("timeout", "60 s"))
         self.client.wait(request, lambda met: {"met": met}, condition.met, end, condition.foreseen, condition.nets)
 
-    def condition(self, request: Reply) -> Condition:
+    def condition(self, request: Data) -> Condition:
         """A pin with its level, or a chip with its position."""
         if {"pin", "level"} <= set(request) and not {"chip", "position"} & set(request):
             return self.bench.pin(request["pin"]).is_(request["level"])
@@ -270,13 +250,14 @@ class Requests:
         raise UsageError("until: give pin and level, or chip and position")
 
     def line(self, name: str) -> SerialLine:
-        """A serial line by its name."""
-        lines = {line.name: line for line in self.server.lines.values() if isinstance(line, SerialLine)}
-        if name not in lines:
-            raise UsageError(f"no serial line {name!r}; there are: {', '.join(lines) or 'none'}")
-        return lines[name]
+        """A serial line by its name, or by that of any chip on it."""
+        lines = [line for line in self.server.lines.values() if isinstance(line, SerialLine)]
+        for line in lines:
+            if name == line.name or name in (chip.name for chip in line.chips):
+                return line
+        raise UsageError(f"no serial line {name!r}; there are: {', '.join(line.name for line in lines) or 'none'}")
 
-    def eeprom(self, request: Reply, fails: bool) -> Reply:
+    def eeprom(self, request: Data, fails: bool) -> Data:
         """Let the EEPROM of a module fail, or no more."""
         chip = self.chip(request["chip"])
         if not hasattr(chip, "eeprom_fault"):
@@ -286,7 +267,7 @@ class Requests:
         chip.eeprom_fault = fails
         return {}
 
-    def do_fault(self, request: Reply) -> Reply:
+    def do_fault(self, request: Data) -> Data:
         if "chip" in request:
             return self.eeprom(request, True)
         if not {"line", "to"} <= set(request):
@@ -298,7 +279,7 @@ class Requests:
         noise.plan(request["kind"], request.get("count", 1), request.get("chance", 1), request.get("seed", 0))
         return {}
 
-    def do_clear(self, request: Reply) -> Reply:
+    def do_clear(self, request: Data) -> Data:
         if "chip" in request:
             return self.eeprom(request, False)
         if "line" not in request:
@@ -308,24 +289,37 @@ class Requests:
         line.to_host.clear()
         return {"hits": {"chip": line.to_chip.done, "host": line.to_host.done}}
 
-    def do_power(self, request: Reply) -> Reply:
+    def do_power(self, request: Data) -> Data:
         if not isinstance(request["on"], bool):
             raise UsageError(f"on {request['on']!r}; allowed true, false")
         self.chip(request["chip"]).power(request["on"])
         return {}
 
-    def do_status(self, _request: Reply) -> Reply:
+    def do_status(self, _request: Data) -> Data:
         return status(self.server)
 
-    def do_steps(self, request: Reply) -> Reply:
+    def do_findings(self, request: Data) -> Data:
+        start = picoseconds(request.get("start", 0))
+        owner = self.bench[request["source"]] if "source" in request else self.bench
+        found = [one for one in owner.findings if one.time_ps >= start]
+        shown = [
+            {"time_ps": one.time_ps, "source": one.source, "code": one.code, "text": one.text}
+            for one in found[-MOST_FINDINGS:]
+        ]
+        return {"findings": shown, "omitted": len(found) - len(shown)}
+
+    def do_schema(self, _request: Data) -> Data:
+        return {"schema": schema()}
+
+    def do_steps(self, request: Data) -> Data:
         axis = self.axis(request)
         start, stop = request.get("start", 0), request.get("stop", self.bench.now_ps)
-        count = axis.motor.count(picoseconds(start), min(picoseconds(stop), self.bench.now_ps))
+        count = axis.motor.count(moment(start), min(moment(stop), self.bench.now_ps))
         if count > MOST_STEPS:
             raise UsageError(f"steps: {count} of them; ask for windows of at most {MOST_STEPS}")
         steps = axis.steps(start, stop)
         return {name: getattr(steps, name).tolist() for name in ("times_ps", "directions", "positions")}
 
-    def do_quit(self, _request: Reply) -> Reply:
+    def do_quit(self, _request: Data) -> Data:
         self.server.stop()
         return {}

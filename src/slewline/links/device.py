@@ -8,6 +8,7 @@ A port that goes away (an adapter that is unplugged) is looked for every half se
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from ..errors import SlewlineError, UsageError
@@ -26,13 +27,16 @@ RETRY_S = 0.5
 class DevicePort:
     """A line on a serial port of this machine.
 
+    Args:
+        tell: is told when the port goes away, and when it is back.
+
     Raises:
         UsageError: the port is not there at the beginning, or cannot be opened.
     """
 
-    def __init__(self, loop: Loop, line: Line, device: str) -> None:
+    def __init__(self, loop: Loop, line: Line, device: str, tell: Callable[[str], object] = lambda _text: None) -> None:
         assert isinstance(line, SerialLine)  # the server has seen to that
-        self.loop, self.line, self.device = loop, line, device
+        self.loop, self.line, self.device, self.tell = loop, line, device, tell
         self.closed = False
         self.port: Any = None
         try:
@@ -62,6 +66,7 @@ class DevicePort:
     def _lost(self, why: str) -> None:
         self.line.detach(why)
         self.port.close()
+        self.tell(f"{self.device}: gone ({why}); it is looked for until it is back")
         self.loop.after(RETRY_S, self._retry)
 
     def _retry(self) -> None:
@@ -71,6 +76,8 @@ class DevicePort:
             self._open()
         except (OSError, ValueError):
             self.loop.after(RETRY_S, self._retry)
+        else:
+            self.tell(f"{self.device}: back")
 
     def close(self) -> None:
         """Let go of the port."""

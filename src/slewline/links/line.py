@@ -43,37 +43,40 @@ class Line:
         self.host_name = ""
         self.resume: Callable[[], object] | None = None
         self.taken = self.given = self.dropped = 0  # bytes from the host, to the host, and those nobody read
-        self.waiting = False
-        self.limit_ps = 0  # how long time passes for what has come, in lockstep
+        self.wait: Wait | None = None  # in lockstep, what lets time pass for what has come
 
     # ---------------------------------------------------------------------------------------------------- the host
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
-        """A host is there: `host` takes bytes and returns how many it had to drop; `resume` says there is room."""
+        """A host is there: `host` takes bytes, returns how many it dropped; `resume` is called when more may come."""
         self.host, self.host_name, self.resume = host, name, resume
         self.log.event(self.name, f"{name} is connected")
 
     def detach(self, why: str) -> None:
         """It has gone; what it has sent is played all the same."""
         self.log.event(self.name, f"{self.host_name}: {why}")
-        self.host, self.host_name, self.resume = None, "", None
+        self.host, self.host_name = None, ""
 
     def take(self, data: bytes) -> None:
         """Bytes have come from the host."""
         self.taken += len(data)
         self.note(TO_CHIP, data)
         self.feed(data)
-        if self.pace.lockstep and not self.waiting:
-            self.waiting = True
-            self.limit_ps = self.kernel.now + PATIENCE_PS
-            self.pace.wait(Wait(self.quiet, self.limit_ps, self._rests))
+        limit_ps = self.kernel.now + PATIENCE_PS
+        if self.wait is not None:
+            self.wait.limit_ps = limit_ps
+        elif self.pace.lockstep:
+            self.wait = Wait(self.quiet, limit_ps, self._rests)
+            self.pace.wait(self.wait)
 
     def when_answered(self, call: Callable[[], object]) -> None:
         """Call a function when what has come is answered, or is not for a long time."""
-        limit = self.limit_ps if self.pace.lockstep else self.kernel.now + PATIENCE_PS
-        self.pace.wait(Wait(self.quiet, limit, lambda _quiet: call()))
+        limit_ps = self.kernel.now + PATIENCE_PS
+        if self.pace.lockstep:  # time passes for what has come, and not for one who waits
+            limit_ps = self.kernel.now if self.wait is None else self.wait.limit_ps
+        self.pace.wait(Wait(self.quiet, limit_ps, lambda _quiet: call()))
 
     def _rests(self, quiet: bool) -> None:
-        self.waiting = False
+        self.wait = None
         if not quiet:
             self.log.event(self.name, "still no answer after 60 s; time stands still")
 
@@ -97,6 +100,10 @@ class Line:
 
     def room(self) -> int:
         """How many bytes may come now; when none may, `resume` is called once there is room again."""
+        raise NotImplementedError
+
+    def sent(self) -> bool:
+        """Has everything that has come gone out, so that another host may begin?"""
         raise NotImplementedError
 
     def quiet(self) -> bool:
@@ -134,6 +141,9 @@ class SerialLine(Line):
             half = self.kernel.now + port.clock.ps(port.word.ticks * BACKLOG // 2)
             self.kernel.call_at(half, lambda: self.resume() if self.resume is not None else None)
         return room
+
+    def sent(self) -> bool:
+        return not self.port.outgoing
 
     def quiet(self) -> bool:
         if self.port.outgoing or self.coming:

@@ -11,6 +11,8 @@ module the one at which the server got it, from the module the one at which its 
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Callable
 from contextlib import suppress
 from os import PathLike
@@ -28,11 +30,11 @@ class Log:
     """A transcript; without a path nothing is written.
 
     Args:
-        path: a file; what is in it stays, and the transcript comes behind it.
+        path: a file; what is in it stays, and the transcript comes behind it.  "-": standard error.
         failed: told once, when the file takes no more; the transcript ends there.
 
     Raises:
-        UsageError: the file cannot be written.
+        UsageError: the file cannot be written, or is none: a FIFO would wait for a reader.
     """
 
     def __init__(
@@ -44,12 +46,18 @@ class Log:
         self.kernel, self.path, self.failed = kernel, path, failed
         self.file: TextIO | None = None
         self.open: dict[str, tuple[str, int, bytearray]] = {}  # by line: direction, instant, characters so far
+        self.on_terminal = path == "-"
         self.reopen()
 
     def reopen(self) -> None:
         """Write behind what is in the file, if there is one; the transcript may have been closed before."""
         if self.path is None or self.file is not None:
             return
+        if self.on_terminal:
+            self.file = sys.stderr
+            return
+        if os.path.exists(self.path) and not os.path.isfile(self.path):
+            raise UsageError(f"log {self.path}: is no regular file; give a file, or - for standard error")
         try:
             self.file = open(self.path, "a", encoding="ascii", buffering=1)  # noqa: SIM115
         except OSError as error:
@@ -95,7 +103,7 @@ class Log:
 
     def _let_go(self) -> None:
         file, self.file = self.file, None
-        if file is not None:
+        if file is not None and not self.on_terminal:
             with suppress(OSError):  # what could not be written has been told
                 file.close()
 

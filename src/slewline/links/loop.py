@@ -52,10 +52,13 @@ class Loop:
     # --------------------------------------------------------------------------------------------- file descriptors
     def watch(self, fd: int, readable: Call | None = None, writable: Call | None = None) -> None:
         """Call these when a descriptor can be read or written; neither: forget it."""
+        calls = readable, writable
+        if self.calls.get(fd) == calls:
+            return  # a selector keeps the old pair then, and `serve` knows a pair by its identity
         events = (selectors.EVENT_READ if readable else 0) | (selectors.EVENT_WRITE if writable else 0)
         known = self.calls.pop(fd, None) is not None
         if events:
-            self.calls[fd] = calls = readable, writable
+            self.calls[fd] = calls
             (self.selector.modify if known else self.selector.register)(fd, events, calls)
         elif known:
             self.selector.unregister(fd)

@@ -18,7 +18,6 @@ may pass after an IN that finds bit 7 of the status at 0, until it is 1.  READY 
 
 from __future__ import annotations
 
-import socket
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -50,6 +49,7 @@ class RegisterLine(Line):
         self.board = board
         board.wait_for = None  # its calls only queue: the server lets time pass
         self.half = b""  # the first byte of a request
+        self.full = False
         self.shown = -1  # the last status in the transcript: polls that say the same are left out
 
     @property
@@ -91,8 +91,10 @@ class RegisterLine(Line):
 
         async def answer() -> None:
             found = byte()
-            if self.host is host:
+            if self.host is host is not None:
                 self.give(bytes([found]))
+            if self.full and self.room() > 0 and self.resume is not None:
+                self.resume()
 
         self.board.work("an answer", answer)
 
@@ -122,7 +124,12 @@ class RegisterLine(Line):
         self.log.write(self.kernel.now, self.name, way, f"{offset:x} {byte:02x}")
 
     def room(self) -> int:
-        return BACKLOG - len(self.board.queue)
+        room = BACKLOG - len(self.board.queue)
+        self.full = room <= 0
+        return room
+
+    def sent(self) -> bool:
+        return self.board.idle
 
     def quiet(self) -> bool:
         return self.board.idle
@@ -133,13 +140,19 @@ class RegisterSession(Session):
 
     line: RegisterLine
 
-    def __init__(self, port: TcpPort, connection: socket.socket, name: str) -> None:
-        super().__init__(port, connection, name)
+    def arrive(self) -> None:
+        """Greet; nothing more goes out before the turn has come, for every answer belongs to a request."""
         self.stream.write(self.line.greeting)
+
+    def begin(self) -> None:
+        super().begin()
+        self.attach()
 
     def room(self) -> int:
         """Nothing is read while answers are not: none may be dropped."""
-        return 0 if self.stream.outgoing else super().room()
+        if self.stream.outgoing:
+            return 0
+        return min(super().room(), self.line.room()) if self.begun else super().room()
 
 
 class RegisterPort(TcpPort):

@@ -8,10 +8,9 @@ of its serial ports: `Remote` is one.
 
 from __future__ import annotations
 
-import socket
 from typing import TYPE_CHECKING
 
-from ..core.serial import PARITIES, Word
+from ..core.serial import PARITIES, Word, bit_clock
 from ..errors import SlewlineError, UsageError
 from .line import SerialLine
 from .tcp import Session, TcpPort
@@ -28,13 +27,21 @@ if TYPE_CHECKING:
 LETTERS = {parity: letter for letter, parity in PARITIES.items()}
 LONGEST_OPTION = 256  # bytes of a suboption; no real one has more than a few
 FASTEST = 10**6  # baud
+MASKS = {
+    rfc2217.SET_LINESTATE_MASK: rfc2217.SERVER_SET_LINESTATE_MASK,
+    rfc2217.SET_MODEMSTATE_MASK: rfc2217.SERVER_SET_MODEMSTATE_MASK,
+}
 
 
 class Remote:
-    """The line as a serial port of pySerial, as far as a PortManager needs one."""
+    """The line as a serial port of pySerial, as far as a PortManager needs one.
 
-    def __init__(self, line: SerialLine) -> None:
-        self.line, self.port = line, line.port
+    What a host sets holds for its own turn on the line: not before, and not behind it.
+    """
+
+    def __init__(self, session: NetSession, line: SerialLine, baud: int | str, word: Word) -> None:
+        self.session, self.port = session, line.port
+        self.baud, self.word = baud, word
         self.rts = self.dtr = True
         self.cts = self.dsr = self.cd = True
         self.ri = self.xonxoff = self.rtscts = False
@@ -42,47 +49,55 @@ class Remote:
 
     def set_line(self, baud: int | str, word: Word) -> None:
         """Take another rate or format."""
-        self.port.change_line(baud, word.bits, word.parity, word.stop)
+        bit_clock(baud, self.port.name)
+        self.baud, self.word = baud, word.checked(self.port.name)
+        if self.session.begun:
+            self.apply(baud, word)
+
+    def apply(self, baud: int | str, word: Word) -> None:
+        """Let the line have a rate and a format."""
+        if (self.port.baud, self.port.word) != (baud, word):
+            self.port.change_line(baud, word.bits, word.parity, word.stop)
 
     @property
     def baudrate(self) -> int:
         """The rate of the line."""
-        return int(self.port.baud)
+        return int(self.baud)
 
     @baudrate.setter
     def baudrate(self, baud: int) -> None:
         if not 1 <= baud <= FASTEST:
             raise UsageError(f"{baud} baud; allowed 1 to {FASTEST}")
-        self.set_line(baud, self.port.word)
+        self.set_line(baud, self.word)
 
     @property
     def bytesize(self) -> int:
         """Data bits."""
-        return self.port.word.bits
+        return self.word.bits
 
     @bytesize.setter
     def bytesize(self, bits: int) -> None:
-        self.set_line(self.port.baud, Word(bits, self.port.word.parity, self.port.word.stop))
+        self.set_line(self.baud, Word(bits, self.word.parity, self.word.stop))
 
     @property
     def parity(self) -> str:
         """N, O or E; mark and space parity are refused."""
-        return LETTERS[self.port.word.parity]
+        return LETTERS[self.word.parity]
 
     @parity.setter
     def parity(self, letter: str) -> None:
         if letter not in PARITIES:
             raise UsageError(f"parity {letter!r}; allowed {', '.join(PARITIES)}")
-        self.set_line(self.port.baud, Word(self.port.word.bits, PARITIES[letter], self.port.word.stop))
+        self.set_line(self.baud, Word(self.word.bits, PARITIES[letter], self.word.stop))
 
     @property
     def stopbits(self) -> float:
         """1, 1.5 or 2."""
-        return float(self.port.word.stop)
+        return float(self.word.stop)
 
     @stopbits.setter
     def stopbits(self, stop: float) -> None:
-        self.set_line(self.port.baud, Word(self.port.word.bits, self.port.word.parity, f"{stop:g}"))
+        self.set_line(self.baud, Word(self.word.bits, self.word.parity, f"{stop:g}"))
 
     @property
     def break_condition(self) -> bool:
@@ -92,14 +107,17 @@ class Remote:
     @break_condition.setter
     def break_condition(self, on: bool) -> None:
         self._break = on
-        self.port.space(on)
+        if self.session.begun:
+            self.port.space(on)
 
     def reset_input_buffer(self) -> None:
         """Nothing is kept that could be dropped: characters go out as they come."""
 
     def reset_output_buffer(self) -> None:
-        """Drop what waits for its turn on the line."""
-        self.port.drop()
+        """Drop what waits for its turn on the line; what another host has sent stays."""
+        self.session.characters.clear()
+        if self.session.begun:
+            self.port.drop()
 
 
 class Telnet:
@@ -113,40 +131,53 @@ class Telnet:
         self.session.stream.write(bytes(data))
 
 
+class Manager(rfc2217.PortManager):
+    """The protocol, with the two answers that pySerial's own client does not wait for, and others do."""
+
+    def _telnet_process_subnegotiation(self, suboption: bytes) -> None:
+        super()._telnet_process_subnegotiation(suboption)  # type: ignore[misc]
+        answer = MASKS.get(suboption[1:2]) if suboption[:1] == rfc2217.COM_PORT_OPTION else None
+        if answer is not None:
+            self.rfc2217_send_subnegotiation(answer, suboption[2:3])
+
+
 class NetSession(Session):
     """A host that speaks RFC 2217."""
 
-    def __init__(self, port: TcpPort, connection: socket.socket, name: str) -> None:
-        super().__init__(port, connection, name)
-        assert isinstance(self.line, SerialLine)
-        self.kept = self.line.port.baud, self.line.port.word
-        self.remote = Remote(self.line)
-        self.manager = rfc2217.PortManager(self.remote, Telnet(self))  # type: ignore[arg-type]
+    port: NetPort
+    line: SerialLine
 
-    def take(self, data: bytes) -> None:
-        characters = bytearray()
+    def arrive(self) -> None:
+        super().arrive()
+        self.remote = Remote(self, self.line, *self.port.settings)
+        self.manager = Manager(self.remote, Telnet(self))  # type: ignore[arg-type]
+
+    def begin(self) -> None:
+        super().begin()
+        self.remote.apply(self.remote.baud, self.remote.word)
+        if self.remote.break_condition:
+            self.remote.break_condition = True
+
+    def end(self) -> None:
+        if self.remote.break_condition:
+            self.remote.break_condition = False
+        self.remote.apply(*self.port.settings)
+
+    def heard(self, data: bytes) -> None:
         for byte in data:
             try:
                 for found in self.manager.filter(bytes([byte])):
-                    characters += found
+                    self.characters += found
             except Exception as error:  # the PortManager believes what it is sent
                 self.line.log.event(self.line.name, f"not RFC 2217: {error!r}")
                 self.manager.suboption, self.manager.mode = None, rfc2217.M_NORMAL
             if self.manager.suboption is not None and len(self.manager.suboption) > LONGEST_OPTION:
                 self.gone("a suboption without end is not RFC 2217")
                 return
-        if characters:
-            super().take(bytes(characters))
+        self.port.pump()
 
     def give(self, data: bytes) -> int:
         return min(super().give(b"".join(self.manager.escape(data))), len(data))
-
-    def gone(self, why: str) -> None:
-        baud, word = self.kept
-        if self.remote.break_condition:
-            self.remote.break_condition = False
-        self.remote.set_line(baud, word)
-        super().gone(why)
 
 
 class NetPort(TcpPort):
@@ -157,4 +188,5 @@ class NetPort(TcpPort):
 
     def __init__(self, loop: Loop, line: Line, address: str, allow_remote: bool = False) -> None:
         assert isinstance(line, SerialLine)  # the server has seen to that
+        self.settings = line.port.baud, line.port.word
         super().__init__(loop, line, address, allow_remote)

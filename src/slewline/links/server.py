@@ -26,6 +26,7 @@ from .log import Log
 from .loop import Loop
 from .pace import Pace
 from .registers import RegisterLine, RegisterPort
+from .reports import Reports
 from .store import FileStore
 from .tcp import TcpPort
 
@@ -57,9 +58,10 @@ class Server:
     Args:
         bench: furnished; no time may have passed.
         pace: Paced(bench) or Lockstep(bench).
-        log: a file for the transcript.
+        log: a file for the transcript; "-": standard error.
         allow_remote: other machines may connect.
-        tell: is told what the user should know: limits of a port, a disk that is full.
+        tell: is told what the user should know: findings, limits of a port, a cable that is pulled, a disk that is
+            full; only what the transcript on the terminal does not say.
     """
 
     def __init__(
@@ -76,6 +78,7 @@ class Server:
         if bench.journal is not None:
             bench.journal.on_failure = self._trouble
         self.loop = Loop()
+        self.reports = Reports(self.loop, self._report)
         self.lines: dict[str, Line] = {}
         self.ports: list[Opened] = []
         self.found = 0  # findings since the beginning
@@ -123,8 +126,7 @@ class Server:
         name = f"{chips[0].name}_line"
         port: SerialPort = self.bench.part("serial_port", name=name, baud=baud, bits=bits, parity=parity, stop=stop)
         self.bench.connect(port, chips)
-        for found in port.findings:
-            self._trouble(found.text)
+        self.troubles += [found.text for found in port.findings]  # they are told as findings
         return port
 
     def _uart(self, chip: Chip) -> SerialPort:
@@ -153,7 +155,9 @@ class Server:
         from .rfc2217 import NetPort
 
         self._check(line, "rfc2217")
-        return self._opened(NetPort(self.loop, line, address, self.allow_remote))
+        port = self._opened(NetPort(self.loop, line, address, self.allow_remote))
+        self._say_format(line, port.where)
+        return port
 
     def pty(self, line: Line, link: str) -> Opened:
         """Serve a line on a pseudo-terminal, found by a symbolic link."""
@@ -162,8 +166,7 @@ class Server:
         self._check(line, "pty")
         port = self._opened(PtyPort(self.loop, line, link))
         if isinstance(line, SerialLine) and line.port.word.bits < 8:
-            self.log.event(line.name, HINT)
-            self.tell(f"{link}: {HINT}")
+            self._say(line.name, f"{link}: {HINT}")
         return port
 
     def serial(self, line: Line, device: str) -> Opened:
@@ -171,13 +174,25 @@ class Server:
         from .device import DevicePort
 
         self._check(line, "serial")
-        return self._opened(DevicePort(self.loop, line, device))
+        port = self._opened(DevicePort(self.loop, line, device, lambda text: self._say(line.name, text)))
+        self._say_format(line, device)
+        return port
 
-    def control(self, address: str) -> Opened:
-        """Open a control port, HOST:PORT."""
+    def control(self, address: str, token: str | None = None) -> Opened:
+        """Open a control port, HOST:PORT; with a token, which clients must know, other machines may reach it, too."""
         from .control import Control
 
-        return self._opened(Control(self, address))
+        return self._opened(Control(self, address, token))
+
+    def _say_format(self, line: Line, where: str) -> None:
+        """Of a line that most hosts take for 8N1."""
+        assert isinstance(line, SerialLine)
+        word = line.port.word
+        if word.bits < 8:
+            form = f"{line.port.baud} baud, {word.bits} data bits, {word.parity} parity, {word.stop} stop bits"
+            self._say(
+                line.name, f"{where}: the line has {form}; a host that sets others, such as 8N1, gets E1 or silence"
+            )
 
     def _opened(self, port: Opened) -> Opened:
         self.ports.append(port)
@@ -210,6 +225,7 @@ class Server:
         for port in self.ports:
             port.close()
         self.ports.clear()
+        self.reports.close()
         self.bench.run(0)  # the journal learns how far time has gone
         self.log.close()
         self.loop.close()
@@ -228,15 +244,25 @@ class Server:
         return future.result(timeout)
 
     # -------------------------------------------------------------------------------------------------- housekeeping
+    def _say(self, line: str, text: str) -> None:
+        """Tell the user something, once: on the terminal, the transcript does."""
+        self.log.event(line, text)
+        if not self.log.on_terminal:
+            self.tell(text)
+
+    def _report(self, text: str) -> None:
+        self.tell(text)
+
     def _trouble(self, text: str) -> None:
         if text not in self.troubles:  # what a host tries again is not told again
             self.troubles.append(text)
-            self.log.event("server", text)
-            self.tell(text)
+            self._say("server", text)
 
     def _finding(self, found: Finding) -> None:
         self.found += 1
         self.log.event(found.source, f"{found.code}: {found.text}")
+        if not self.log.on_terminal:
+            self.reports.found(found)
         findings = self.bench[found.source].findings
         if len(findings) > 2 * KEPT_FINDINGS:
             del findings[:-KEPT_FINDINGS]

@@ -80,6 +80,9 @@ class FileStore:
 
     def _found(self) -> bytes:
         """The file as it is; empty when there is none."""
+        for path in (self.path, self._part):
+            if path.exists() and not (path.is_file() or path.is_dir()):  # to open a FIFO is to wait for its other end
+                raise StoreError(f"{path}: is no regular file; name another one, or remove it")
         try:
             found = self._load(self.path)
         except FileNotFoundError:

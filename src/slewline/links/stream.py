@@ -23,7 +23,7 @@ class Stream:
         take: called with what has come in.
         gone: called once, with the reason, when the other side has hung up.
         ended: called when nothing more will come; without it, the other side has hung up then.  With it, bytes still
-            go out, until `finish`.
+            go out, until `finish`; and one who reads no more is still heard to the end.
         room: how many bytes may be read now; at 0 nothing is read until `resume`, or until the queue is sent.
         queue: bytes that may wait for a reader.
     """
@@ -42,7 +42,8 @@ class Stream:
         self.outgoing, self.queue, self.ended = bytearray(), queue, ended
         self.dropped = 0
         self.reading = self.open = True
-        self.dirty = self.blocked = self.at_end = self.finishing = False
+        self.dirty = self.blocked = self.at_end = self.finishing = self.deaf = False
+        self.why = "hung up"
         os.set_blocking(fd, False)
         self._watch()
 
@@ -60,9 +61,9 @@ class Stream:
             data = self.fetch(room)
         except BlockingIOError:
             return
-        except OSError as error:
-            self.hang_up(error.strerror or str(error))
-            return
+        except OSError as error:  # behind the last byte that has come, never before it
+            self.why = error.strerror or str(error)
+            data = None
         if data is None:
             self._end()
         elif data:
@@ -74,7 +75,7 @@ class Stream:
 
     def _end(self) -> None:
         if self.ended is None:
-            self.hang_up("hung up")
+            self.hang_up(self.why)
             return
         self.at_end, self.reading = True, False
         self._watch()
@@ -90,7 +91,7 @@ class Stream:
     def write(self, data: bytes) -> int:
         """Send bytes, at the end of this turn; returns how many had to be dropped, because nobody reads."""
         space = self.queue - len(self.outgoing)
-        dropped = max(len(data) - space, 0) if self.open else len(data)
+        dropped = max(len(data) - space, 0) if self.open and not self.deaf else len(data)
         self.outgoing += data[: len(data) - dropped]
         self.dropped += dropped
         if self.outgoing and not (self.dirty or self.blocked):
@@ -110,7 +111,7 @@ class Stream:
         except BlockingIOError:
             blocked = True
         except OSError as error:
-            self.hang_up(error.strerror or str(error))
+            self.deafen(error.strerror or str(error))
             return
         if blocked is not self.blocked:
             self.blocked = blocked
@@ -118,14 +119,24 @@ class Stream:
         if not blocked:
             self.resume()
             if self.finishing:
-                self.hang_up("hung up")
+                self.hang_up(self.why)
 
     # ---------------------------------------------------------------------------------------------------------- end
+    def deafen(self, why: str) -> None:
+        """Nothing can be sent any more; what the other side has sent before is still to be read."""
+        self.why, self.deaf, self.blocked = why, True, False
+        self.outgoing.clear()
+        if self.ended is None or self.at_end:
+            self.hang_up(why)
+            return
+        self._watch()
+        self.resume()
+
     def finish(self) -> None:
         """Hang up as soon as everything is sent."""
         self.finishing = True
         if not self.outgoing:
-            self.hang_up("hung up")
+            self.hang_up(self.why)
 
     def hang_up(self, why: str) -> None:
         """The other side has gone."""

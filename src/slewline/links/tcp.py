@@ -1,25 +1,38 @@
 """TCP: a raw socket for each line, socket://HOST:PORT for pySerial.
 
-One host owns a port at a time.  The next one gets a line of text that says so and is hung up on.  A host that has
-vanished without a word (a cable pulled, a machine switched off) is found out by keepalive probes after some 25 s.  One
-that says no more (`printf 'V1\\r' | nc -N`) gets the answers to what it has said, and keeps nobody else out meanwhile.
+A port behaves like a line: hosts take turns, and one owns the port at a time.
+
+    a host closes            what it has sent is played to the last byte, whether it has read its answers or not
+    the next one comes       at any time: its bytes queue behind those, and it gets the answers that come from now on
+    a second one beside it   gets a line of text that says who is there, and is hung up on
+
+A host that says no more (`printf 'V1\\r' | nc -N`) gets the answers to what it has said, unless the next one comes.
+One that has vanished without a word (a cable pulled, a machine switched off) is found out by keepalive probes.
+That a host has closed shows behind its last byte only: one that leaves behind more than the system keeps for it, some
+64 KB, counts as there until its end is in sight.
 """
 
 from __future__ import annotations
 
 import ipaddress
+import select
 import socket
+from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 
 from ..errors import UsageError
-from .line import Line
+from .line import PATIENCE_PS, Line
 from .loop import Loop
-from .stream import Stream
+from .pace import Wait
+from .strangers import HOLD_S, Beginning
+from .stream import CHUNK, QUEUE, Stream
 
 KEEPALIVE = (("TCP_KEEPIDLE", 10), ("TCP_KEEPINTVL", 5), ("TCP_KEEPCNT", 3), ("TCP_USER_TIMEOUT", 25_000))
 RETRY_S = 0.5  # when the system cannot accept a connection
 FAREWELL_S = 1.0  # how long a host that was refused may take to read why
+LEFT = 64  # bytes that a host which has gone counts for, besides those that it has left
+CLOSED = select.POLLHUP | select.POLLERR | getattr(select, "POLLRDHUP", 0)
 
 
 def parse_address(text: str, allow_remote: bool = False) -> tuple[str, int]:
@@ -70,11 +83,16 @@ class Listener:
         except OSError as error:
             raise UsageError(f"address {address!r}: {error.strerror or error}; choose another one") from None
         self.socket.setblocking(False)
-        self._listen()
+        self.listen()
 
-    def _listen(self) -> None:
+    def listen(self) -> None:
+        """Take connections."""
         if self.socket.fileno() >= 0:
             self.loop.watch(self.socket.fileno(), self._accept)
+
+    def pause(self) -> None:
+        """Let connections wait in the system's queue."""
+        self.loop.watch(self.socket.fileno())
 
     @property
     def where(self) -> str:
@@ -88,8 +106,8 @@ class Listener:
         except (BlockingIOError, ConnectionError):  # it has gone already
             return
         except OSError:  # no descriptors left, for example: others may close theirs
-            self.loop.watch(self.socket.fileno())
-            self.loop.after(RETRY_S, self._listen)
+            self.pause()
+            self.loop.after(RETRY_S, self.listen)
             return
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
@@ -100,8 +118,15 @@ class Listener:
 
     def close(self) -> None:
         """Listen no more."""
-        self.loop.watch(self.socket.fileno())
+        self.pause()
         self.socket.close()
+
+
+def has_closed(connection: socket.socket) -> bool:
+    """Will no more come from the other side than what is here already?"""
+    poll = select.poll()
+    poll.register(connection.fileno(), CLOSED)
+    return bool(poll.poll(0))
 
 
 def dismiss(loop: Loop, connection: socket.socket, why: str) -> None:
@@ -122,32 +147,103 @@ class Session:
     """A host on a socket: bytes as they are."""
 
     def __init__(self, port: TcpPort, connection: socket.socket, name: str) -> None:
-        self.port, self.line, self.connection = port, port.line, connection
+        self.port, self.line, self.connection, self.name = port, port.line, connection, name
+        self.beginning = Beginning()
+        self.characters = bytearray()  # what has come, and waits for its turn on the line
+        self.attached = self.begun = self.answering = False
         self.stream = Stream(port.loop, connection.fileno(), self.take, self.gone, self.room, ended=self.ended)
-        self.line.attach(name, self.give, self.stream.resume)
+        self.arrive()
+
+    def arrive(self) -> None:
+        """The host is there: from now on it gets what the module says."""
+        self.attach()
+
+    def attach(self) -> None:
+        """Get what comes from the line."""
+        self.attached = True
+        self.line.attach(self.name, self.give, self.port.resume)
+
+    def begin(self) -> None:
+        """The turn has come."""
+        self.begun = True
+
+    def end(self) -> None:
+        """The turn is over: the host has gone, and all that it has sent is on its way."""
+
+    # --------------------------------------------------------------------------------------------------- to the line
+    def room(self) -> int:
+        """How many bytes may come from the host now."""
+        return CHUNK - len(self.characters) - len(self.beginning.held)
 
     def take(self, data: bytes) -> None:
         """From the host."""
-        self.line.take(data)
+        first = not self.beginning.seen
+        passed = self.beginning.take(data)
+        if self.beginning.is_http:
+            self.characters.clear()
+            self.gone("speaks HTTP, as no host does, and was hung up on")
+            return
+        if first and self.beginning.held:
+            self.port.loop.after(HOLD_S, self._pass_on)
+        self.heard(passed)
 
-    def room(self) -> int:
-        """How many bytes may come from the host now."""
-        return self.line.room()
+    def _pass_on(self) -> None:
+        if self.stream.open:
+            self.heard(self.beginning.release())
 
+    def heard(self, data: bytes) -> None:
+        """Bytes of the host, none of them held back."""
+        self.characters += data
+        self.port.pump()
+
+    def fed(self) -> None:
+        """Characters have gone to the line: there is room for more."""
+        self.stream.resume()
+        if self.stream.at_end and not self.characters and not self.answering:
+            self.answering = True
+            self.line.when_answered(self.stream.finish)
+
+    # --------------------------------------------------------------------------------------------------- to the host
     def give(self, data: bytes) -> int:
         """To the host; returns how many bytes were dropped."""
         return self.stream.write(data)
 
+    # ----------------------------------------------------------------------------------------------------------- end
+    def leave(self) -> bool:
+        """Make room for the next host, if this one has closed; what it has sent and nobody has read yet stays to come.
+
+        Returns:
+            False: it has not.
+        """
+        if self.stream.at_end:
+            self.gone("hung up")
+        elif has_closed(self.connection):
+            self.detach("hung up")
+            self.stream.deafen("hung up")
+        else:
+            return False
+        return True
+
     def ended(self) -> None:
         """The host says no more."""
-        self.line.when_answered(self.stream.finish)
+        self.heard(self.beginning.release())
+        if self.stream.deaf:
+            self.gone(self.stream.why)
+
+    def detach(self, why: str) -> None:
+        """Answers go to somebody else, or to nobody."""
+        if self.port.session is self:
+            self.port.session = None
+        if self.attached:
+            self.attached = False
+            self.line.detach(why)
 
     def gone(self, why: str) -> None:
         """The host has gone; the next one may come."""
         self.stream.close()
         self.connection.close()
-        self.port.session = None
-        self.line.detach(why)
+        self.detach(why)
+        self.port.pump()
 
 
 class TcpPort:
@@ -158,7 +254,9 @@ class TcpPort:
 
     def __init__(self, loop: Loop, line: Line, address: str, allow_remote: bool = False) -> None:
         self.loop, self.line = loop, line
-        self.session: Session | None = None
+        self.session: Session | None = None  # the host that is there
+        self.turns: deque[Session] = deque()  # it, behind those that have left something to be played
+        self.full = self.sending = self.crowded = False
         self.listener = Listener(loop, address, self._accept, allow_remote)
 
     @property
@@ -167,16 +265,72 @@ class TcpPort:
         return f"{self.scheme}://{self.listener.where}"
 
     def _accept(self, connection: socket.socket, name: str) -> None:
-        if self.session is not None and self.session.stream.at_end:
-            self.session.gone("hung up")
-        if self.session is None:
-            self.session = self.make(self, connection, name)
-        else:
-            self.line.log.event(self.line.name, f"{name} was refused: {self.line.host_name} is connected")
-            dismiss(self.loop, connection, f"{self.line.host_name} has this port; one host at a time")
+        if self.session is not None and not self.session.leave():
+            self.line.log.event(self.line.name, f"{name} was refused: {self.session.name} is connected")
+            dismiss(self.loop, connection, f"{self.session.name} has this port; one host at a time")
+            return
+        self.session = self.make(self, connection, name)
+        self.turns.append(self.session)
+        self.crowded = sum(LEFT + len(host.characters) for host in self.turns) > QUEUE
+        if self.crowded:
+            self.listener.pause()
+        self.pump()
+
+    # --------------------------------------------------------------------------------------------------------- turns
+    def resume(self) -> None:
+        """The line has room again; may be called in mid-instant."""
+        self.full = False
+        self.loop.ask(self.pump)
+
+    def pump(self) -> None:
+        """Bring to the line what hosts have sent, those of one host behind those of the one before."""
+        while self.turns and not self.full:
+            host = self.turns[0]
+            if not host.begun:
+                host.begin()
+            if host.characters:
+                self._feed(host)
+            elif host.stream.open:
+                host.fed()
+                return
+            elif self.line.sent():
+                self._end(host)
+            else:
+                self._wait()
+                return
+
+    def _feed(self, host: Session) -> None:
+        room = self.line.room()
+        self.full = room <= 0
+        if not self.full:
+            data = bytes(host.characters[:room])
+            del host.characters[:room]
+            self.line.take(data)
+            host.fed()
+
+    def _end(self, host: Session) -> None:
+        """The turn of a host is over."""
+        self.turns.popleft()
+        host.end()
+        if self.crowded:
+            self.crowded = False
+            self.listener.listen()
+
+    def _wait(self) -> None:
+        """The next turn begins when everything of this one is sent."""
+        if not self.sending:
+            self.sending = True
+            limit_ps = self.line.kernel.now + PATIENCE_PS
+            self.line.pace.wait(Wait(self.line.sent, limit_ps, lambda _met: self._sent()))
+
+    def _sent(self) -> None:
+        self.sending = False
+        self.loop.ask(self.pump)
 
     def close(self) -> None:
         """Hang up, and listen no more."""
         self.listener.close()
-        if self.session is not None:
-            self.session.gone("the server has ended")
+        hosts = list(self.turns)
+        self.turns.clear()
+        for host in hosts:
+            host.gone("the server has ended")

@@ -9,6 +9,7 @@ from collections.abc import Awaitable, Callable
 from typing import Any
 
 from ..core.kernel import Kernel
+from ..core.timebase import Time
 from ..errors import SlewlineError, Timeout
 from .worker import Worker
 
@@ -29,7 +30,7 @@ class Caller(Worker):
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
-        self.wait_for: Callable[[Callable[[], bool], str, str], None] | None = None  # the bench lets time pass
+        self.wait_for: Callable[[Callable[[], bool], str, Time], None] | None = None  # the bench lets time pass
 
     def errand(self, text: str, action: Callable[[], Awaitable[Any]]) -> Errand:
         """Queue a piece of work whose answer somebody may fetch."""
@@ -45,7 +46,7 @@ class Caller(Worker):
         self.work(text, go)
         return errand
 
-    def fetch(self, errand: Errand, timeout: str) -> Any:
+    def fetch(self, errand: Errand, timeout: Time) -> Any:
         """Let virtual time pass until an errand is done; returns its answer, or raises what went wrong."""
         if self.wait_for is None:
             return None

@@ -17,7 +17,7 @@ from types import MappingProxyType
 from ..core.cycles import SquareView
 from ..core.kernel import Kernel
 from ..core.net import Net
-from ..core.timebase import picoseconds
+from ..core.timebase import Time, picoseconds
 from ..core.train import PulseView, StrobeView
 from ..errors import UsageError
 from .course import Channel, Course, Drive, Fall, Falls, Rotation, Still
@@ -127,7 +127,7 @@ class Encoder(Shaft):
         counts: int = 4000,
         steps: int = 12800,
         reverse: bool = False,
-        lag: str | int = "1 us",
+        lag: Time = "1 us",
     ) -> None:
         lag_ps = picoseconds(lag)
         if counts < 1 or steps < 1 or lag_ps < 1:

@@ -6,7 +6,7 @@ from types import MappingProxyType
 
 from ..core.kernel import Kernel
 from ..core.net import Driver, Net
-from ..core.timebase import picoseconds
+from ..core.timebase import Time, picoseconds
 from ..errors import UsageError
 from .part import Part
 
@@ -98,7 +98,7 @@ class Damping(Part):
 
     wiring = MappingProxyType({"clock": "clock", "dir": "dir", "mov": "mov", "ramp": "ramp"})
 
-    def __init__(self, kernel: Kernel, name: str, *, t1: str | int = "2 ms", t2: str | int = "3 ms") -> None:
+    def __init__(self, kernel: Kernel, name: str, *, t1: Time = "2 ms", t2: Time = "3 ms") -> None:
         super().__init__(kernel, name)
         self.t1_ps, self.t2_ps = picoseconds(t1), picoseconds(t2)
         if self.t1_ps <= PULSE_PS or (self.t2_ps and self.t2_ps <= self.t1_ps + 4 * PULSE_PS):

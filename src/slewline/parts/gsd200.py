@@ -21,11 +21,13 @@ is 2 A for each volt on it.  Around it stand the resistors of figure 11:
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..core.kernel import Kernel
 from ..core.net import Net
+from ..core.timebase import Time, moment, moments
 from ..errors import UsageError
 from .part import Part
 
@@ -195,17 +197,18 @@ class PhaseCurrent(Part):
         if not self.past or self.past[-1][1] != self.amperes:
             self.past.append((self.kernel.now, self.amperes))
 
-    def current_at(self, ps: int) -> float:
-        """The current at one instant of the past, amperes."""
+    def current_at(self, time: Time) -> float:
+        """Return the current at one instant of the past, amperes."""
+        ps = moment(time)
         return self.past[max(bisect_right(self.past, ps, key=lambda entry: entry[0]) - 1, 0)][1]
 
-    def currents_at(self, times_ps: Any) -> NDArray[np.float64]:
-        """The current at many instants of the past (int64 ps): float64, shape as `times_ps`."""
+    def currents_at(self, times: Sequence[Time] | NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the current at many instants of the past: float64, shape as `times`, amperes."""
         import numpy as np
 
         starts, amperes = (
             np.array([ps for ps, _ in self.past], np.int64),
             np.array([amperes for _, amperes in self.past]),
         )
-        found: NDArray[np.float64] = amperes[np.maximum(np.searchsorted(starts, times_ps, side="right") - 1, 0)]
+        found: NDArray[np.float64] = amperes[np.maximum(np.searchsorted(starts, moments(times), side="right") - 1, 0)]
         return found

@@ -16,7 +16,7 @@ from ..core.kernel import Kernel, Task
 from ..core.net import Driver
 from ..core.pin import Condition, GotCondition
 from ..core.table import Sheet
-from ..core.timebase import Clock, readable
+from ..core.timebase import Clock, Time, readable
 from ..core.waits import first_of, level, until
 from ..errors import Timeout, UsageError
 from .part import Part, served
@@ -35,16 +35,11 @@ class Port:
         self.chip = chip.name
         self.sheet: Sheet = chip.sheet
         self.clock: Clock = chip.clock
-        self.pins = chip.pins
         self.request, self.select = (Driver(chip.pin(name).net, host) for name in ("io_request", "io_select"))
         self.prog, self.bus = Driver(chip.pin("prog").net, host), Driver(chip.bus, host)
         self.request.drive(1)
         self.select.drive(0)
-        self.renet()
-
-    def renet(self) -> None:
-        """Look the nets up that the host reads: wiring may have changed them."""
-        pins = self.pins
+        pins = chip.pins
         self.ready, self.slew, self.mode = pins["ready"].net, pins["slew"].net, pins["ascii_binary"].net
         self.outstrobe, self.motion_complete = pins["outstrobe"].net, pins["motion_complete"].net
         self.running = pins["run"].net
@@ -96,7 +91,7 @@ class Host(Part):
         self.since = 0
         self.answer: Any = None
         self.refused: UsageError | None = None  # what the latest call found when its turn came
-        self.wait_for: Callable[[Callable[[], bool], str, str], None] | None = None  # the bench lets time pass
+        self.wait_for: Callable[[Callable[[], bool], str, Time], None] | None = None  # the bench lets time pass
         self.on_input: Callable[[str, list[Any]], object] | None = None  # the journal
         self.on_event: Callable[[str], object] | None = None  # a transcript
 
@@ -162,10 +157,6 @@ class Host(Part):
     def _journal(self, verb: str, args: list[Any]) -> None:
         if self.on_input is not None:
             self.on_input(verb, args)
-
-    def rewired(self) -> None:
-        for port in self.ports.values():
-            port.renet()
 
     @property
     def idle(self) -> bool:
@@ -233,7 +224,7 @@ class Host(Part):
         return bytes(data)
 
     # -------------------------------------------------------------------------------------- calls that let time pass
-    def _call(self, verb: str, args: list[Any], action: Action, timeout: str) -> Any:
+    def _call(self, verb: str, args: list[Any], action: Action, timeout: Time) -> Any:
         self._journal("call", [verb, self.port.chip, *args])
         self.answer = self.refused = None
 
@@ -263,7 +254,7 @@ class Host(Part):
             self._journal("give_up", [])
             self.queue.pop()
 
-    def run_program(self, timeout: str = "5 s") -> None:
+    def run_program(self, timeout: Time = "5 s") -> None:
         """Send X, and let time pass until RUN is low; from then on only live commands count, until RUN is high again.
 
         Raises:
@@ -288,7 +279,7 @@ class Host(Part):
         if port.running.level == 0:
             raise UsageError(f"{self.name}: the program of {port.chip} runs and takes no command; {remedy}")
 
-    def live(self, *commands: str, timeout: str = "5 s") -> bytes:
+    def live(self, *commands: str, timeout: Time = "5 s") -> bytes:
         """Give commands to a chip whose program is running, through PROG/LIVE (s.7).
 
         Returns:
@@ -331,7 +322,7 @@ class Host(Part):
             if await first_of(self.kernel, self.kernel.now + port.ps(SETTLED_US), (port.ready, 0)) is None:
                 return
 
-    def verify(self, group: int, number: int | None = None, timeout: str = "5 s", live: bool | None = False) -> bytes:
+    def verify(self, group: int, number: int | None = None, timeout: Time = "5 s", live: bool | None = False) -> bytes:
         """Read a verify group: bytes as the chip delivers them (group 0: five digits, or two bytes in binary mode).
 
         Args:
@@ -364,7 +355,7 @@ class Host(Part):
         await self.send_now(port, port.text(f"V {group}"))
         return await self.fetch(port, port.group_size(group) if number is None else number)
 
-    def change_rate(self, rate: int, timeout: str = "5 s") -> None:
+    def change_rate(self, rate: int, timeout: Time = "5 s") -> None:
         """Request a new rate on the fly (s.7): SLEW low, rate on the bus, I/O REQUEST low until SLEW is high."""
         if not isinstance(rate, int) or not 0 <= rate <= 255:
             raise UsageError(f"{self.name}: rate {rate!r}; allowed 0 to 127 (a byte goes out as it is)")
@@ -380,7 +371,7 @@ class Host(Part):
 
         self._call("change_rate", [rate], action, timeout)
 
-    def read_position(self, timeout: str = "5 s") -> int:
+    def read_position(self, timeout: Time = "5 s") -> int:
         """Read the position on the fly (s.6): I/O SELECT high, one byte at each rise of OUTSTROBE."""
 
         async def action(port: Port) -> None:

@@ -18,7 +18,7 @@ from types import MappingProxyType
 
 from ..core.kernel import Kernel
 from ..core.net import Net
-from ..core.timebase import picoseconds
+from ..core.timebase import Time, picoseconds
 from ..core.waits import first_of, until
 from ..errors import UsageError
 from .caller import Caller, Errand
@@ -65,11 +65,11 @@ class Isa(Caller):
         self.drivers["reset"].drive(0 if held else 1)
 
     # ------------------------------------------------------------------------------------ what a program on the PC does
-    def out(self, port: int, byte: int, timeout: str = "5 s") -> None:
+    def out(self, port: int, byte: int, timeout: Time = "5 s") -> None:
         """Write a byte to an I/O address: OUT port, byte."""
         self.fetch(self.cycle(port, byte), timeout)
 
-    def inp(self, port: int, timeout: str = "5 s") -> int:
+    def inp(self, port: int, timeout: Time = "5 s") -> int:
         """Read a byte from an I/O address: IN port."""
         byte: int = self.fetch(self.cycle(port), timeout)
         return byte
@@ -84,10 +84,10 @@ class Isa(Caller):
             return self.errand(f"in {port:#x}", lambda: self.read(port))
         return self.errand(f"out {port:#x}, {byte:#04x}", lambda: self.write(port, byte))
 
-    def ready(self, limit: str | int = "1 s") -> Errand:
+    def ready(self, limit: Time = "1 s") -> Errand:
         """Queue a wait until HostRdy is high, for so long at most: what a loop of polls is to a program."""
         ps = picoseconds(limit)
-        self.input("ready", ps)
+        self.input("ready", f"{ps} ps")
         return self.errand("HostRdy", lambda: self.until_ready(ps))
 
     # ------------------------------------------------------------------------------------------------------ bus cycles

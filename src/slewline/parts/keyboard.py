@@ -12,7 +12,7 @@ from __future__ import annotations
 from types import MappingProxyType
 
 from ..core.kernel import Kernel
-from ..core.timebase import picoseconds
+from ..core.timebase import Time, picoseconds
 from ..core.waits import first_of, until
 from .worker import Data, Worker, as_bytes
 
@@ -27,7 +27,7 @@ class Keyboard(Worker):
 
     wiring = MappingProxyType({"db": "db", "request": "io_request", "ready": "ready"})
 
-    def __init__(self, kernel: Kernel, name: str, *, down: str | int = "80 ms", apart: str | int = "120 ms") -> None:
+    def __init__(self, kernel: Kernel, name: str, *, down: Time = "80 ms", apart: Time = "120 ms") -> None:
         super().__init__(kernel, name)
         self.down_ps, self.apart_ps = picoseconds(down), picoseconds(apart)
         self.add_bus("db", "the byte of the key that is down")

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 from ..core.kernel import Kernel
 from ..core.net import Net
-from ..core.timebase import PS_PER_S, picoseconds
+from ..core.timebase import PS_PER_S, Time, picoseconds
 from ..errors import UsageError
 from .part import Part
 
@@ -66,7 +66,7 @@ class Motor(Translator):
         kernel: Kernel,
         name: str,
         *,
-        lag: str | int = 0,
+        lag: Time = 0,
         pull_in: float = 0,
         acceleration: float = 0,
         loses: Iterable[int] = (),

@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..core.kernel import Kernel
-from ..core.timebase import picoseconds
+from ..core.timebase import Time, picoseconds
 from ..core.waits import until
 from ..errors import ChecksumError, Timeout, UsageError
 from ..language import packets
@@ -88,7 +88,7 @@ class PacketHost(Caller):
             port.rest()
 
     # ------------------------------------------------------------------------------------------------------ packets
-    def command(self, name: str, *values: int | str, axis: int = UNKNOWN, timeout: str = "5 s") -> int | None:
+    def command(self, name: str, *values: int | str, axis: int = UNKNOWN, timeout: Time = "5 s") -> int | None:
         """Send a command and check the checksum; returns what the command returns, if it returns anything.
 
         Args:
@@ -105,14 +105,14 @@ class PacketHost(Caller):
         found = self.fetch(self._queue(packet_of(row, numbers), axis), timeout)
         return packets.values(row.reads, found)[0] if row.reads else None
 
-    def query(self, name: str, axis: int = UNKNOWN, timeout: str = "5 s") -> int:
+    def query(self, name: str, axis: int = UNKNOWN, timeout: Time = "5 s") -> int:
         """The same for a command that returns something."""
         if not packets.row(self.port.sheet, name).reads:
             raise UsageError(f"{self.name}: {name} returns nothing, so there is no query; send it with command()")
         return self.command(name, axis=axis, timeout=timeout)  # type: ignore[return-value]
 
     def packet(
-        self, code: int, *words: int, reads: int = 0, checksum: bool = True, axis: int = UNKNOWN, timeout: str = "5 s"
+        self, code: int, *words: int, reads: int = 0, checksum: bool = True, axis: int = UNKNOWN, timeout: Time = "5 s"
     ) -> tuple[int, ...]:
         """Send any packet: a code, and words behind it; returns the words that are read behind those."""
         found: tuple[int, ...] = self.fetch(self._queue(Packet(code, words, reads, checksum), axis), timeout)
@@ -129,7 +129,7 @@ class PacketHost(Caller):
         for part, is_command in operations(as_bytes(self.name, data)):
             self.strobe(self.port.chip, part, is_command, *USUAL)
 
-    def wait(self, bit: str, timeout: str = "60 s", every: str | int = POLL, axis: int = UNKNOWN) -> int:
+    def wait(self, bit: str, timeout: Time = "60 s", every: Time = POLL, axis: int = UNKNOWN) -> int:
         """Ask for the status word until a bit of it is 1, or, with "!" before its name, 0; returns the word.
 
         Args:
@@ -144,7 +144,7 @@ class PacketHost(Caller):
         return self.perform(self.port.chip, axis, *packet)
 
     # ---------------------------------------------------------------------------------------------- single operations
-    def write_command(self, byte: int, timeout: str = "5 s", **how: Any) -> None:
+    def write_command(self, byte: int, timeout: Time = "5 s", **how: Any) -> None:
         """Write a command byte and nothing else; the call ends with the strobe, not with the busy time behind it.
 
         Args:
@@ -152,29 +152,29 @@ class PacketHost(Caller):
         """
         self._write(self._bytes(byte, 1), True, timeout, how)
 
-    def write_byte(self, byte: int, timeout: str = "5 s", **how: Any) -> None:
+    def write_byte(self, byte: int, timeout: Time = "5 s", **how: Any) -> None:
         """Write half of a data word."""
         self._write(self._bytes(byte, 1), False, timeout, how)
 
-    def write_word(self, word: int, timeout: str = "5 s", **how: Any) -> None:
+    def write_word(self, word: int, timeout: Time = "5 s", **how: Any) -> None:
         """Write a data word."""
         self._write(self._bytes(word, 2), False, timeout, how)
 
-    def read_byte(self, timeout: str = "5 s", **how: Any) -> int:
+    def read_byte(self, timeout: Time = "5 s", **how: Any) -> int:
         """Read half of a data word."""
         return self._read(1, timeout, how)
 
-    def read_word(self, timeout: str = "5 s", **how: Any) -> int:
+    def read_word(self, timeout: Time = "5 s", **how: Any) -> int:
         """Read a data word."""
         return self._read(2, timeout, how)
 
-    def _write(self, data: bytes, command: bool, timeout: str, how: dict[str, Any]) -> None:
+    def _write(self, data: bytes, command: bool, timeout: Time, how: dict[str, Any]) -> None:
         self.fetch(self.strobe(self.port.chip, data, command, *self._how(**how)), timeout)
 
-    def _read(self, number: int, timeout: str, how: dict[str, Any]) -> int:
+    def _read(self, number: int, timeout: Time, how: dict[str, Any]) -> int:
         return int.from_bytes(self.fetch(self.sample(self.port.chip, number, *self._how(**how)), timeout), "big")
 
-    def _how(self, low: str | int = LOW_PS, gap: str | int = GAP_PS, ready: bool = True) -> Strobes:
+    def _how(self, low: Time = LOW_PS, gap: Time = GAP_PS, ready: bool = True) -> Strobes:
         how = Strobes(picoseconds(low), picoseconds(gap), ready)
         if not (how.low_ps and how.gap_ps):
             raise UsageError(f"{self.name}: low {low!r}, gap {gap!r}; allowed more than 0")
@@ -289,16 +289,16 @@ class AxisView:
     def __init__(self, host: PacketHost, number: int) -> None:
         self.host, self.number = host, number
 
-    def command(self, name: str, *values: int | str, timeout: str = "5 s") -> int | None:
+    def command(self, name: str, *values: int | str, timeout: Time = "5 s") -> int | None:
         """PacketHost.command, for this axis."""
         return self.host.command(name, *values, axis=self.number, timeout=timeout)
 
-    def query(self, name: str, timeout: str = "5 s") -> int:
+    def query(self, name: str, timeout: Time = "5 s") -> int:
         """PacketHost.query, for this axis."""
         return self.host.query(name, axis=self.number, timeout=timeout)
 
     def packet(
-        self, code: int, *words: int, reads: int = 0, checksum: bool = True, timeout: str = "5 s"
+        self, code: int, *words: int, reads: int = 0, checksum: bool = True, timeout: Time = "5 s"
     ) -> tuple[int, ...]:
         """PacketHost.packet, for this axis."""
         return self.host.packet(code, *words, reads=reads, checksum=checksum, axis=self.number, timeout=timeout)
@@ -307,6 +307,6 @@ class AxisView:
         """PacketHost.send of commands, for this axis."""
         self.host.send(data, axis=self.number)
 
-    def wait(self, bit: str, timeout: str = "60 s", every: str | int = POLL) -> int:
+    def wait(self, bit: str, timeout: Time = "60 s", every: Time = POLL) -> int:
         """PacketHost.wait, for this axis."""
         return self.host.wait(bit, timeout, every, axis=self.number)

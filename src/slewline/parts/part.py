@@ -96,7 +96,7 @@ class Part:
             self.on_finding(found)
 
     def rewired(self) -> None:
-        """The bench is wired: `pin(...).net` are final.  Subclasses put their observers on here; called once."""
+        """The part is wired, and time is about to pass: subclasses put their observers on here; called once."""
 
     @property
     def idle(self) -> bool:

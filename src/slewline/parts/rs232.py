@@ -16,6 +16,7 @@ from ..core.net import Driver, Net
 from ..core.pin import Condition, GotCondition, strapped
 from ..core.serial import RS232, TTL, Character, LinePartner, Receiver, Word, bit_clock, transmit
 from ..core.table import Port
+from ..core.timebase import Time
 from ..core.waits import first_of, until
 from ..errors import ChecksumError, Timeout, UsageError
 from ..language.lines import checksum, framed
@@ -170,7 +171,7 @@ class SerialHost(SerialPort):
         self.answers: list[str] = []
         self.line = bytearray()
         self.line_end = Driver(Net(kernel, f"{name}.(line end)"), name)  # changes with every complete line
-        self.wait_for: Callable[[Callable[[], bool], str, str], None] | None = None  # the bench lets time pass
+        self.wait_for: Callable[[Callable[[], bool], str, Time], None] | None = None  # the bench lets time pass
         self.on_event: Callable[[str], object] | None = None  # a transcript
 
     def to(self, chip: str | LinePartner) -> SerialHost:
@@ -226,7 +227,7 @@ class SerialHost(SerialPort):
             raise UsageError(f"{self.name}: command {command!r}; one at a time, the carriage return is added")
         return framed(self.address + command, self.checked, self.kept)
 
-    def ask(self, command: str, timeout: str = "5 s") -> str:
+    def ask(self, command: str, timeout: Time = "5 s") -> str:
         """Send a command, wait for the answer, and return it without checksum and carriage return.
 
         The listing of Q comes as its lines, "\\r" between them.
@@ -266,7 +267,7 @@ class SerialHost(SerialPort):
             return False
         return command != "Q" or self.answers[-1].startswith(("END", "B", "E1", "E2", "E4"))
 
-    def _let_pass(self, met: Callable[[], bool], what: str, timeout: str) -> None:
+    def _let_pass(self, met: Callable[[], bool], what: str, timeout: Time) -> None:
         if self.wait_for is None:
             return
         try:

@@ -20,7 +20,7 @@ from ..core.kernel import Kernel
 from ..core.net import Driver, Net
 from ..core.pin import Terminal
 from ..core.serial import OVERSAMPLING, RS232, Word, bit_clock
-from ..core.timebase import Clock, picoseconds
+from ..core.timebase import Clock, Time, picoseconds
 from ..errors import UsageError
 from .noise import Noise
 from .part import Part
@@ -142,10 +142,10 @@ class Rs232Line(Part):
         self.way(way).noise.plan(kind, count, chance, seed, after)
         self.input("plan", way, kind, count, chance, seed, after)
 
-    def send_break(self, way: str, duration: str | int) -> None:
+    def send_break(self, way: str, duration: Time) -> None:
         """Hold a direction at space from now on, for a time."""
         now, ps = self.kernel.now, picoseconds(duration)
-        self.input("send_break", way, ps)
+        self.input("send_break", way, f"{ps} ps")
         self.way(way).bend(now, now + ps, SPACE)
 
     def clear(self) -> None:

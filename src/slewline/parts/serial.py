@@ -17,7 +17,7 @@ from types import MappingProxyType
 
 from ..core.kernel import Kernel
 from ..core.serial import OVERSAMPLING, TTL, Character, Receiver, Word, bit_clock, transmit
-from ..core.timebase import Clock, picoseconds
+from ..core.timebase import Clock, Time, picoseconds
 from ..core.waits import until
 from ..errors import UsageError
 from .part import Part
@@ -56,7 +56,7 @@ class SerialSender(Worker):
         bits: int = 8,
         parity: str = "none",
         stop: int | str = 1,
-        gap: str | int = 0,
+        gap: Time = 0,
     ) -> None:
         super().__init__(kernel, name)
         self.word = Word(bits, parity, stop).checked(name)
@@ -71,10 +71,10 @@ class SerialSender(Worker):
         for byte in data:
             self.work(f"sends {byte:#04x}", lambda byte=byte: self._character(byte))  # type: ignore[misc]
 
-    def pause(self, time: str | int) -> None:
+    def pause(self, time: Time) -> None:
         """Queue a pause: the host gives the chip time."""
         ps = picoseconds(time)
-        self.input("pause", ps)
+        self.input("pause", f"{ps} ps")
 
         async def wait() -> None:
             await until(self.kernel, self.kernel.now + ps)

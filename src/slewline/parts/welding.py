@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 from ..core.kernel import Kernel
 from ..core.net import Net
-from ..core.timebase import picoseconds, readable
+from ..core.timebase import Time, picoseconds, readable
 from ..errors import UsageError
 from .motor import Translator
 from .part import Part
@@ -26,9 +26,7 @@ class Workpieces(Part):
 
     wiring = MappingProxyType({"in_place": "wait", "last": "dowhile", "torch": "programmable_output"})
 
-    def __init__(
-        self, kernel: Kernel, name: str, *, pieces: int = 3, welds: int = 6, change: str | int = "1 s"
-    ) -> None:
+    def __init__(self, kernel: Kernel, name: str, *, pieces: int = 3, welds: int = 6, change: Time = "1 s") -> None:
         super().__init__(kernel, name)
         if pieces < 0 or welds < 1:
             raise UsageError(f"{name}: {pieces} pieces of {welds} welds; allowed 0 or more, 1 or more")

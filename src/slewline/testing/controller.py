@@ -20,13 +20,12 @@ from ..core.axis import Steps
 from ..core.chip import Chip
 from ..core.pin import Condition, Terminal
 from ..core.serial import Word
-from ..core.timebase import picoseconds, readable
+from ..core.timebase import Time, moment, picoseconds, readable
 from ..errors import SlewlineError, Timeout, UsageError
 from .differences import counted, difference
 from .faults import Faults
 from .rig import Rig, never
 
-Time = str | int
 DIRECTIONS = MappingProxyType({1: "cw", -1: "ccw"})
 LEVELS = MappingProxyType({0: "low", 1: "high", -1: "floating"})
 SHOWN = 40  # lines of the transcript in a report
@@ -165,7 +164,7 @@ class Controller:
                 f"assert_steps({expected!r}): expected how many, their instants, or the steps of another run, "
                 "such as other.chip.steps()"
             )
-        origin = _instant(since)
+        origin = moment(since)
         steps: Steps = self.rig.do(lambda: self.chip.steps(origin))
         found = [(int(time) - origin, int(sign)) for time, sign in zip(steps.times_ps, steps.directions, strict=True)]
         text = ""
@@ -177,9 +176,7 @@ class Controller:
             wanted = list(zip(map(int, expected.times_ps), map(int, expected.directions), strict=True))
         else:
             signs = [direction or sign for _, sign in found]
-            wanted = [
-                (_instant(time), signs[n] if n < len(signs) else direction or 1) for n, time in enumerate(expected)
-            ]
+            wanted = [(moment(time), signs[n] if n < len(signs) else direction or 1) for n, time in enumerate(expected)]
         text = text or difference(found, wanted, "step", DIRECTIONS, self.chip.clock.hz)
         if text:
             raise AssertionError(text)
@@ -187,11 +184,11 @@ class Controller:
     def assert_edges(self, pin: str, expected: Sequence[tuple[Time, int]], since: Time = 0) -> None:
         """Compare the changes of a pin since an instant: (time, level from then on), measured from that instant."""
         __tracebackhide__ = True
-        origin = _instant(since)
+        origin = moment(since)
         name = f"{self.chip.name}.{self.chip.pin(pin).row.name}"
         times, levels = self.rig.do(lambda: self.bench.edges(name, origin))
         found = [(int(time) - origin, int(level)) for time, level in zip(times, levels, strict=True)]
-        wanted = [(_instant(time), int(level)) for time, level in expected]
+        wanted = [(moment(time), int(level)) for time, level in expected]
         text = difference(found, wanted, "edge", LEVELS, self.chip.clock.hz)
         if text:
             raise AssertionError(f"{pin}: {text}")
@@ -220,8 +217,3 @@ class Controller:
     def close(self) -> None:
         """End it."""
         self.rig.close()
-
-
-def _instant(time: Time) -> int:
-    """Picoseconds of an instant; it may be one out of a NumPy array."""
-    return picoseconds(int(time) if isinstance(time, Integral) else time)

@@ -15,7 +15,7 @@ from random import Random
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-from ..core.timebase import picoseconds, readable
+from ..core.timebase import Time, picoseconds, readable
 from ..errors import UsageError
 from ..links.line import BLIND, SerialLine
 from ..parts.noise import LINKED, Noise
@@ -24,7 +24,6 @@ from ..parts.part import Part
 if TYPE_CHECKING:
     from ..core.chip import Chip
 
-Time = str | int
 WAYS = ("module", "host")
 FAULTS = {"parity": "its parity is wrong", "framing": "its stop bit is wrong", "late": "it is late"}
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from .options import Drive, Frequency, Setting, Strap, Time
+from .options import Drive, Frequency, Setting, Strap, TimeWithUnit
 
 EXIT = "Exit status: 0 all is well, 1 a problem was found or time ran out, 2 wrong use."
 CHIP = click.option("--chip", metavar="CHIP", help="The part; else the ending of FILE says it, as .cy525 does.")
@@ -39,13 +39,15 @@ class Guided(click.Command):
 @CHIP
 @click.option("--crystal", type=Frequency(), help="Such as '11 MHz'; the chip's own by default.")
 @click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=1. May be repeated.")
-@click.option("--until", type=Time(), help="Run to this instant, such as '2 s'; else until all is idle.")
-@click.option("--timeout", type=Time(), help="When to give up waiting for that; 60 s by default.")
+@click.option("--until", type=TimeWithUnit(), help="Run to this instant, such as '2 s'; else until all is idle.")
+@click.option("--timeout", type=TimeWithUnit(), help="When to give up waiting for that; 60 s by default.")
 @click.option("--drive", type=Drive(), multiple=True, help="Drive a pin: 'abort=0@12 ms', 'x.wait=1'. May be repeated.")
 @click.option("--strict", is_flag=True, help="Exit status 1 if there are findings.")
 @click.option("-q", "--quiet", is_flag=True, help="No transcript.")
 @click.option("--journal", metavar="F", help="Write every input from outside, for --replay.")
 @click.option("--replay", metavar="F", help="Repeat the run of a journal; no FILE then.")
+@click.option("--other-laws", is_flag=True, help="Replay also what parts of another behaviour did, with a warning.")
+@click.option("--anywhere", is_flag=True, help="The bench file may name files outside its own folder.")
 @click.option("--json", metavar="F", is_flag=False, flag_value="-", help="Write the result as JSON; - prints it.")
 @click.option("--steps", metavar="F.csv", help="Write every step: time_ps, chip, axis, direction, position.")
 @click.option("--vcd", metavar="F", help="Write all pins as a VCD file.")
@@ -119,7 +121,7 @@ def lint_command(**options: Any) -> int:
 @click.argument("parameters", metavar="[NAME=VALUE]...", nargs=-1)
 @click.option("--crystal", type=Frequency(), help="Such as '11 MHz'; the chip's own by default.")
 @click.option("--distance", type=int, metavar="STEPS", help="Tell of a move of so many steps, too.")
-@click.option("--time", type=Time(), help="Look for the ramp that takes nearest to this time, such as '0.5 s'.")
+@click.option("--time", type=TimeWithUnit(), help="Look for the ramp that takes nearest to this time, such as '0.5 s'.")
 @click.option(
     "--accel", type=float, metavar="A", help="Look for the ramp whose mean acceleration is nearest to A, in steps/s^2."
 )
@@ -177,12 +179,19 @@ def chips_command(**options: Any) -> int:
 @click.option("--rate", metavar="R", help="Virtual seconds per second of the wall clock; 1 by default.")
 @click.option("--lockstep", is_flag=True, help="Time passes only by the bytes of the line, and by `advance`.")
 @click.option("--control", metavar="HOST:PORT", help="JSON lines: pins, time, faults, status; from any language.")
+@click.option(
+    "--token",
+    metavar="TEXT",
+    envvar="SLEWLINE_TOKEN",
+    help="What clients of the control port must know; also taken from the environment, SLEWLINE_TOKEN.",
+)
 @click.option("--state", metavar="DIR", help="Where the EEPROMs are kept.")
-@click.option("--log", metavar="F", help="Write a transcript of all lines behind what is in F.")
+@click.option("--log", metavar="F", help="Write a transcript of all lines behind what is in F; -: on standard error.")
 @click.option("--journal", metavar="F", help="Write every input from outside, for slewline run --replay.")
+@click.option("--anywhere", is_flag=True, help="The bench file may name files outside its own folder.")
 @click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=0. May be repeated.")
 @click.option("--option", type=Setting(), multiple=True, help="An option of the chip, such as 'eeprom_time=20 ms'.")
-@click.option("--allow-remote", is_flag=True, help="Other machines may connect.")
+@click.option("--allow-remote", is_flag=True, help="Other machines may connect; to the control port with --token only.")
 @click.option("--status", is_flag=True, help="Show a status line every second; else SIGUSR1 asks for one.")
 def serve_command(**options: Any) -> int:
     """Put a chip on a port, where host software finds it as if it were real, until SIGINT, SIGTERM or SIGHUP.

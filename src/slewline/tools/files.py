@@ -51,6 +51,18 @@ def sheet_for(path: str, chip: str | None) -> Sheet:
     return sheet_of(chip_of(path, chip))
 
 
+def say_replaced(journal: str | None) -> None:
+    """Say on the standard error that a journal will be replaced.
+
+    Raises:
+        BenchFileError: a file that is no journal would be.
+    """
+    from ..bench.journal import replaced
+
+    if journal is not None and replaced(journal):
+        click.echo(f"slewline: {journal}: replaces the journal that stands there", err=True)
+
+
 class Outputs:
     """Files that a command will write.  Each is checked when it is claimed and appears whole or not at all.
 

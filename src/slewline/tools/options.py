@@ -11,7 +11,7 @@ from ..core.timebase import hertz, picoseconds
 from ..errors import TimeError
 
 
-class Time(click.ParamType[int]):
+class TimeWithUnit(click.ParamType[int]):
     """A time with its unit."""
 
     name = "time"

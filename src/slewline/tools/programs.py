@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from ..bench.text import read_text
+from ..bench.text import read_file, read_text
 from ..chips import PARTS, checks_of, sheet_of
 from ..errors import BenchFileError, UsageError
 from .files import STDIN, Outputs, chip_of, read_program, sheet_for
@@ -143,10 +143,7 @@ def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
     Raises:
         BenchFileError: the file cannot be read, is empty, is no hex though it looks like it, or is a program text.
     """
-    try:
-        raw = sys.stdin.buffer.read() if file == STDIN else Path(file).read_bytes()
-    except (OSError, ValueError) as error:
-        raise BenchFileError(f"{file}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    raw = sys.stdin.buffer.read() if file == STDIN else read_file(file)
     if not raw:
         raise BenchFileError(f"{file}: empty, no bytes in it")
     code = re.sub(rb";[^\n]*", b"", raw).split()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -12,8 +13,8 @@ import click
 
 from ..chips import sheet_of
 from ..core.timebase import picoseconds, readable
-from ..errors import ProgramError, Timeout
-from .files import STDIN, Outputs, chip_of, read_program
+from ..errors import ProgramError, Timeout, TornJournal
+from .files import STDIN, Outputs, chip_of, read_program, say_replaced
 from .transcript import Transcript, seconds
 
 if TYPE_CHECKING:
@@ -52,10 +53,13 @@ class Run:
     quiet: bool
     journal: str | None
     replay: str | None
+    other_laws: bool
+    anywhere: bool
     json: str | None
     steps: str | None
     vcd: str | None
     plot: str | None
+    torn: bool = False  # the journal that is replayed was cut off
 
     def perform(self) -> int:
         """Do it; returns the exit status."""
@@ -64,6 +68,7 @@ class Run:
             for path in (self.json, self.steps, self.vcd, self.journal):
                 outputs.claim(path)
             outputs.claim(self.plot, (".svg", ".png"))
+            say_replaced(self.journal)
             try:
                 bench = self.replayed() if self.replay else self.furnished(outputs.partial(self.journal))
                 ended = self.ended(bench)
@@ -72,7 +77,7 @@ class Run:
             self.write(bench, ended, outputs)
             outputs.keep()
             self.conclude(bench, ended, outputs)
-        return int(ended == "timeout" or bool(self.wrong(bench)))
+        return int(ended == "timeout" or self.torn or bool(self.wrong(bench)))
 
     def check_options(self) -> None:
         """Options that exclude each other."""
@@ -83,6 +88,10 @@ class Run:
         given = [name for name in names if getattr(self, name) not in (None, ())]
         if self.replay is not None and given:
             raise click.UsageError(f"--replay repeats a run as it was; leave out --{' --'.join(given)}")
+        if self.other_laws and self.replay is None:
+            raise click.UsageError("--other-laws goes with --replay")
+        if self.anywhere and not self.is_bench:
+            raise click.UsageError("--anywhere goes with a bench file")
         if self.is_bench and {"chip", "crystal", "strap"} & set(given):
             raise click.UsageError("a bench file says which chips there are; leave out --chip, --crystal and --strap")
 
@@ -99,7 +108,7 @@ class Run:
             return self.single(self.file, journal)
         from ..bench.file import BenchFile
 
-        bench_file = BenchFile(self.file)
+        bench_file = BenchFile(self.file, self.anywhere)
         times = bench_file.tables.bench
         bench_file.check_times()
         if self.until is None and self.timeout is None and times.until is not None:
@@ -128,7 +137,7 @@ class Run:
         if not bench.chips:
             raise Refused(f"{self.file or self.replay}: no chip on the bench, so there is nothing to run")
         for pin, level, at in self.drive:
-            bench.pin(self.full_name(bench, pin)).drive(level, at or None)
+            bench.pin(self.full_name(bench, pin)).drive(level, f"{at} ps" if at else None)
         if self.vcd and not bench.recorded:
             bench.record()
         if self.plot:
@@ -150,11 +159,17 @@ class Run:
 
     # --------------------------------------------------------------------------------------------------------- running
     def replayed(self) -> Bench:
-        """A journal played again."""
+        """A journal played again; what it warns of is told on the standard error."""
         from ..bench.journal import replay
 
         assert self.replay is not None
-        return replay(self.replay, prepare=self.prepare)
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            bench = replay(self.replay, prepare=self.prepare, other_laws=self.other_laws)
+        for warning in told:
+            click.echo(f"slewline: {warning.message}", err=True)
+        self.torn = any(issubclass(warning.category, TornJournal) for warning in told)
+        return bench
 
     def ended(self, bench: Bench) -> str:
         """Run; returns how it ended: idle, until or timeout."""
@@ -164,10 +179,10 @@ class Run:
         timeout = picoseconds(TIMEOUT) if self.timeout is None else self.timeout
         with progress(bench, timeout if self.until is None else self.until, self.quiet):
             if self.until is not None:
-                bench.run_to(self.until)
+                bench.run_to(f"{self.until} ps")
                 return "until"
             try:
-                bench.run_until_idle(timeout)
+                bench.run_until_idle(f"{timeout} ps")
             except Timeout as error:
                 click.echo(f"slewline: timed out: {error}", err=True)
                 return "timeout"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import signal
 import sys
@@ -17,7 +16,17 @@ import click
 
 from ..bench import Bench
 from ..chips import chip_class, sheet_of
-from ..errors import UsageError
+from ..errors import SlewlineError, UsageError
+from .files import say_replaced
+
+try:
+    import fcntl
+    import termios  # noqa: F401  # for a pty; where one of them is missing, signals and pipes differ as well
+except ImportError:
+    raise SlewlineError(
+        "serve needs Linux, or another POSIX system (WSL has one); here everything else works: run, lint, plots, the "
+        "pytest plugin, and slewline:// URLs, with which a program in Python finds a module without a server"
+    ) from None
 
 if TYPE_CHECKING:
     from ..links.line import Line
@@ -46,9 +55,11 @@ class Serve:
     rate: str | None
     lockstep: bool
     control: str | None
+    token: str | None
     state: str | None
     log: str | None
     journal: str | None
+    anywhere: bool
     strap: tuple[tuple[str, int], ...]
     option: tuple[tuple[str, Any], ...]
     allow_remote: bool
@@ -57,6 +68,7 @@ class Serve:
     def perform(self) -> int:
         """Do it, until a signal ends it; returns the exit status."""
         ports = self.check_options()
+        say_replaced(self.journal)
         with state_directory(self.state) as stores:
             bench = self.furnished(stores)
             server = self.server(bench)
@@ -72,7 +84,7 @@ class Serve:
         try:
             found = self.open_bench_file(server) if self.bench else self.open_chip(server, *ports[0])
             if self.control:
-                found.append(("control", server.control(self.control).where))
+                found.append(("control", server.control(self.control, self.token).where))
             for name, where in found:
                 click.echo(f"{name}: {where}")
             sys.stdout.flush()
@@ -89,10 +101,17 @@ class Serve:
             raise click.UsageError(
                 "a bench file says all of this itself; leave out ports, --strap, --option, --framing"
             )
-        if self.chip is not None and len(ports) != 1:
+        if self.chip is not None and not ports:
             raise click.UsageError(f"where? Give one of --{', --'.join(PORTS)}")
+        if len(ports) > 1:
+            given = " and ".join(f"--{kind}" for kind, _ in ports)
+            raise click.UsageError(f"a chip has one port, and {given} are {len(ports)}; leave out all but one")
         if self.lockstep and self.rate is not None:
             raise click.UsageError("--lockstep has no clock; leave out --rate")
+        if self.anywhere and self.bench is None:
+            raise click.UsageError("--anywhere goes with --bench")
+        if self.log and self.journal and os.path.realpath(self.log) == os.path.realpath(self.journal):
+            raise click.UsageError("--log and --journal: the same file; give each a file of its own")
         if self.state is not None and self.chip is not None and not keeps(self.chip):
             raise click.UsageError(f"--state keeps EEPROMs, and a {self.chip} has none; leave it out")
         return ports
@@ -103,7 +122,7 @@ class Serve:
         if self.bench is not None:
             from ..bench.file import BenchFile
 
-            self.file = BenchFile(self.bench)
+            self.file = BenchFile(self.bench, self.anywhere)
             if not self.file.tables.serve:
                 raise UsageError(f"{self.bench}: no [[serve]] table, so there is nothing to serve")
             return self.file.load(journal=self.journal, stores=stores)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
-from ...core.table import Arg, Pin, Register, Row, Sheet, Table, Time
+from ...core.table import Arg, Pin, Register, Row, Sheet, Table, Timing
 
 BUFFER_BYTES = 60  # s.5; the 48 of s.6 belongs to the CY512
 LABELS = "ABCDE"  # s.3
@@ -104,7 +104,7 @@ REGISTERS = (
 )
 
 # ------------------------------------------------------------------------------------------------------------- times
-_T = Time
+_T = Timing
 # fmt: off
 TIMES = MappingProxyType({
     "instrobe_delay": _T(15, 11, "request low to INSTROBE low", "s.7, fig. 7.3", "chosen"),
@@ -187,6 +187,7 @@ SHEET = Sheet(
     part="cy525",
     title="CY525 intelligent ramping stepper motor controller",
     manual="CY525 manual, 1984",
+    behaviour=2,
     crystal_hz=REFERENCE_HZ,
     crystal_low_hz=1_000_000,
     crystal_high_hz=11_000_000,

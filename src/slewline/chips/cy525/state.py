@@ -91,11 +91,6 @@ class State(Chip):
         self.programmable_output, self.motion_complete = drivers["programmable_output"], drivers["motion_complete"]
         self.phases = tuple(drivers[f"phase{n}"] for n in (1, 2, 3, 4))
 
-    def rewired(self) -> None:
-        """Pins have been joined with others: take their nets anew (called by the bench before the first run)."""
-        self._name_pins()
-        self.watch_inputs()
-
     def end_run(self) -> None:
         """The program, if one runs, is over."""
         if self.pc is not None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from types import MappingProxyType
 
-from ...core.table import Arg, Pin, Port, Register, Row, Sheet, Table, Time
+from ...core.table import Arg, Pin, Port, Register, Row, Sheet, Table, Timing
 
 LOCATIONS = 119
 WRITTEN = LOCATIONS + 1  # bytes of a full EEPROM: a check byte follows the program
@@ -155,7 +155,7 @@ REGISTERS = (
     Register("user_outputs", 3, 0, "levels of UO3, UO2, UO1", "A", "commands A, V"),
 )
 PICOSECONDS = 1_000_000  # MHz: the model counts picoseconds
-_T = Time
+_T = Timing
 TIMES = MappingProxyType({
     "clock": _T(1.7, PICOSECONDS, "CLOCK low; at most 5 us", "pin 28; electrical characteristics"),
     "reset": _T(400, PICOSECONDS, "RESET low; at most 500 us", "pin 27; electrical characteristics"),
@@ -185,6 +185,7 @@ def _sheet(part: str, rows: tuple[Row, ...], foreign: tuple[str, ...]) -> Sheet:
         part=part,
         title=f"{part.upper()} intelligent stepper motor controller module",
         manual="GS-C200/GS-C200S data sheet, June 1994",
+        behaviour=2,
         pins=PINS,
         commands=Table(*ROWS, *rows),
         registers=REGISTERS,

@@ -12,7 +12,7 @@ from ...core.net import Driver, Net
 from ...core.pin import strapped
 from ...core.store import Memory, Store
 from ...core.table import Row
-from ...core.timebase import picoseconds
+from ...core.timebase import Time, picoseconds
 from ...errors import UsageError
 from ...language.lines import KEPT, spell
 from ..line import LineChip
@@ -35,10 +35,10 @@ class Options:
     address: int | None = None  # in place of the SEL straps; 0: point-to-point
     pin_order: bool = False  # SEL as the pin description orders it
     law: str | Law = "constant acceleration"  # of the ramps; or "linear in steps", or a function
-    turnround: str | int = TIMES["turnround"]  # carriage return to answer
-    instruction_time: str | int = TIMES["instruction"]  # of a program, before its effect
-    dir_setup: str | int = TIMES["dir_setup"]  # DIR and MOV to the first step
-    eeprom_time: str | int = TIMES["eeprom"]  # what M takes with a full memory; less with less
+    turnround: Time = TIMES["turnround"]  # carriage return to answer
+    instruction_time: Time = TIMES["instruction"]  # of a program, before its effect
+    dir_setup: Time = TIMES["dir_setup"]  # DIR and MOV to the first step
+    eeprom_time: Time = TIMES["eeprom"]  # what M takes with a full memory; less with less
     eeprom_fault: bool = False  # programming the EEPROM fails
     lenient: bool = False  # forgives LF between lines, and P0 for Po
     direct: bool = False  # delayed commands act at once outside programming
@@ -146,16 +146,9 @@ class State(LineChip):
         self.clock_pin, self.reset_pin, self.rdy = drivers["clock"], drivers["reset"], drivers["rdy"]
         self.outputs = tuple(drivers[f"uo{n}"] for n in (1, 2, 3))
 
-    def rewired(self) -> None:
-        """Pins have been joined with others: take their nets anew (called by the bench before the first run)."""
-        super().rewired()
-        self._name_pins()
-
     def _tie_pull_down(self) -> None:
         """The standard wiring of a module on a line of its own: TXPD to TXD."""
-        txd, txpd = self.pins["txd"], self.pins["txpd"]
-        txd.net.merge(txpd.net)
-        txpd.net = txd.net
+        self.pins["txd"].net.join(self.pins["txpd"].net)
 
     def strapped_address(self) -> int:
         """The address that the SEL pins say; 0: point-to-point."""

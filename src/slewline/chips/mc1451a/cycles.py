@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from ...core.chip import AxisInCycles
 from ...core.curves import SCurve
 from ...core.cycles import Cycles
-from ...core.timebase import picoseconds
+from ...core.timebase import Time, moment
 from ...errors import UsageError
 from .motion import Motion
 from .sheet import CYCLE_TICKS
@@ -28,7 +28,7 @@ class ChipsetAxis(AxisInCycles):
     def keeps_cycles(self) -> bool:
         return isinstance(self.chip.motion, Motion)
 
-    def cycles(self, start: str | int | None = None, stop: str | int | None = None) -> Cycles:
+    def cycles(self, start: Time | None = None, stop: Time | None = None) -> Cycles:
         """Cycles since the last reset that begin at start <= t <= stop; all of them by default.
 
         Raises:
@@ -39,7 +39,7 @@ class ChipsetAxis(AxisInCycles):
             raise UsageError(f"{self.name}: with stepwise=True no cycles are kept")
         chip.motion.catch_up()
         now = self.kernel.now
-        begin, end = 0 if start is None else picoseconds(start), now if stop is None else min(picoseconds(stop), now)
+        begin, end = 0 if start is None else moment(start), now if stop is None else min(moment(stop), now)
         trajectory = chip.motion.trajectories[self.number - 1]
         if not trajectory.past:  # the supply has just come, or never did: no cycle has begun
             return cycles_of(trajectory, 0, 0)

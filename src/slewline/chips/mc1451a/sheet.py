@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
-from ...core.table import Arg, Bits, Packets, Pin, Register, Row, Sheet, Table, Time, Way
+from ...core.table import Arg, Bits, Packets, Pin, Register, Row, Sheet, Table, Timing, Way
 
 CRYSTAL_HZ = 25_000_000
 CYCLE_TICKS = 8192
@@ -296,17 +296,17 @@ REGISTERS = (  # named like the commands that write and read them
 MHZ = 25
 _AC = "AC electrical characteristics"
 TIMES = MappingProxyType({
-    "cycle": Time(CYCLE_TICKS / MHZ, MHZ, "between two calculations of all profiles", "operational parameters"),
-    "slice": Time(SLICE_TICKS / MHZ, MHZ, "HostRdy low after a command or a word: a quarter of a cycle", "pin descriptions, hostrdy", "derived"),
-    "reset_cycles": Time(RESET_CYCLES * CYCLE_TICKS / MHZ, MHZ, "HostRdy low after reset", _RT, "chosen"),
-    "reset": Time(1, MHZ, "shortest RESET", _AC),
-    "write": Time(0.05, MHZ, "shortest HostWrite", _AC),
-    "read_access": Time(0.04, MHZ, "HostRead low to the byte on the bus; at most 50 ns", _AC, "chosen"),
-    "read_release": Time(0.04, MHZ, "HostRead high to a free bus; 10 to 50 ns", _AC, "chosen"),
-    "release": Time(2, MHZ, "longest HostSlct low behind the last strobe of a word", _AC),
-    "filter": Time(FILTER_TICKS / MHZ, MHZ, "shortest level of HOME, QUADA and QUADB that is seen", "encoder position feedback"),
-    "dwell": Time(0.8, MHZ, "shortest state of an encoder: 1.25 Mcounts/s", _AC),
-    "clkout": Time(CLKOUT_TICKS / MHZ, MHZ, "period of CLKOUT", _AC),
+    "cycle": Timing(CYCLE_TICKS / MHZ, MHZ, "between two calculations of all profiles", "operational parameters"),
+    "slice": Timing(SLICE_TICKS / MHZ, MHZ, "HostRdy low after a command or a word: a quarter of a cycle", "pin descriptions, hostrdy", "derived"),
+    "reset_cycles": Timing(RESET_CYCLES * CYCLE_TICKS / MHZ, MHZ, "HostRdy low after reset", _RT, "chosen"),
+    "reset": Timing(1, MHZ, "shortest RESET", _AC),
+    "write": Timing(0.05, MHZ, "shortest HostWrite", _AC),
+    "read_access": Timing(0.04, MHZ, "HostRead low to the byte on the bus; at most 50 ns", _AC, "chosen"),
+    "read_release": Timing(0.04, MHZ, "HostRead high to a free bus; 10 to 50 ns", _AC, "chosen"),
+    "release": Timing(2, MHZ, "longest HostSlct low behind the last strobe of a word", _AC),
+    "filter": Timing(FILTER_TICKS / MHZ, MHZ, "shortest level of HOME, QUADA and QUADB that is seen", "encoder position feedback"),
+    "dwell": Timing(0.8, MHZ, "shortest state of an encoder: 1.25 Mcounts/s", _AC),
+    "clkout": Timing(CLKOUT_TICKS / MHZ, MHZ, "period of CLKOUT", _AC),
 })
 # fmt: on
 POWER_UP_RESET_PS = 250_000_000_000  # 0.25 s of stable power before the end of reset, whatever the clock
@@ -335,6 +335,7 @@ def _sheet(axes: int, encoder: bool) -> Sheet:
         title=f"{part.upper()} step motor control chipset, {axes} {'axis' if axes == 1 else 'axes'}"
         + (", with encoder inputs" if encoder else ""),
         manual="MC1451A manual, doc. rev. 12.02, November 1997",
+        behaviour=2,
         crystal_hz=CRYSTAL_HZ,
         crystal_low_hz=6_700_000,
         crystal_high_hz=25_600_000,

@@ -1,0 +1,63 @@
+"""What a driver may promise: a waveform ahead of time; the simplest one is a list of edges."""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from typing import Any, Protocol
+
+Level = Any  # 0, 1 or None on a wire; (mask, value) or None on a bus
+
+
+class Promise(Protocol):
+    """A waveform ahead of time.  `until` bounds it, exclusive: from there on the level of the instant before holds."""
+
+    @property
+    def until(self) -> int | None:
+        """The instant before which the promise holds; None: for good."""
+
+    def level(self, ps: int) -> Level:
+        """Level at an instant, edges at that instant included."""
+
+    def after(self, ps: int) -> int | None:
+        """The first edge strictly after an instant, or None."""
+
+    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Edges at start < t <= stop: times in ps and the levels after them."""
+
+
+class Wave:
+    """A promise of a few edges at known instants: strobes, scheduled changes."""
+
+    __slots__ = ("before", "levels", "times", "until")
+
+    def __init__(self, before: Level, times: tuple[int, ...], levels: tuple[Level, ...]) -> None:
+        self.before, self.times, self.levels = before, times, levels
+        self.until: int | None = None
+
+    def level(self, ps: int) -> Level:
+        if self.until is not None and ps >= self.until:
+            ps = self.until - 1
+        over = bisect_right(self.times, ps)
+        return self.levels[over - 1] if over else self.before
+
+    def levels_before(self, instants: list[int]) -> list[Level]:
+        """Levels just before some instants, of a wave without `until`."""
+        times, levels = self.times, self.levels
+        overs = [bisect_left(times, ps) for ps in instants]
+        return [levels[over - 1] if over else self.before for over in overs]
+
+    def after(self, ps: int) -> int | None:
+        over = bisect_right(self.times, ps)
+        if over == len(self.times):
+            return None
+        time = self.times[over]
+        return time if self.until is None or time < self.until else None
+
+    def edges(self, start: int, stop: int) -> tuple[list[int], list[Level]]:
+        """Edges at start < t <= stop, as two lists."""
+        pairs = [
+            p
+            for p in zip(self.times, self.levels, strict=True)
+            if start < p[0] <= stop and (self.until is None or p[0] < self.until)
+        ]
+        return [time for time, _ in pairs], [level for _, level in pairs]
