@@ -55,6 +55,8 @@ ODD = [
     ("E\n0\nQ\nX\nX\n@note so\nX", [(5, 1, 1, "still-running"), (7, 1, 1, "still-running")]),
     ("E\n0\nQX\n@live R 5\nV 0\nR 5", [(5, 1, 3, "still-running")]),
     ("E\n0\nQ\nJ 0\nR 5", [(5, 1, 3, "still-running")]),
+    ("E\n0\nQX\n@verify 0", [(4, 1, 9, "still-running")]),
+    ("E\n0\nQX\n@until run=1\n@verify 0\nX\n@live V 0", []),
     ("X", [(1, 1, 1, "no-program")]),
     ("E\nQ\nX", [(3, 1, 1, "no-program")]),
     ("E\n0\nQI\nX", [(4, 1, 1, "no-program")]),

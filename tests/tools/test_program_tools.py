@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from dataclasses import fields
@@ -162,8 +163,10 @@ def test_dis_reads_a_program_as_the_chip_keeps_it_whatever_the_counts_say(call, 
 @pytest.mark.parametrize("cut", [2, 5, 16])
 def test_dis_says_where_a_stream_breaks_off(call, write, cut):
     ran = call("dis", write("p.hex", " ".join(SINGLE.split()[:cut])), "--chip", "cy525", "--stream")
-    broken = cut == 5
-    assert ("cut-short: the stream ends inside a command" in ran.err) == broken
+    where = "from byte 2 on, 52 0C 7F\n"
+    assert ran.err == (
+        f"slewline: cut-short: the stream ends inside a command, which is left out: {where}" * (cut == 5)
+    )
     assert ran.out.split()[0] == "E" and ("N" in ran.out) == (cut == 16)
 
 
@@ -319,6 +322,21 @@ def test_run_loses_or_delays_the_commands_behind_x_that_lint_warns_of(call, writ
     findings = call("run", program, "--json").json["findings"]
     assert ("request-while-running" in {found["code"] for found in findings}) == lost
     assert ("the program that X of line 5 started may still run" in call("lint", program).out) == lost
+
+
+def test_run_refuses_the_verify_behind_x_that_lint_warns_of_and_takes_what_lint_advises(call, write):
+    entered = ("A 12", "E", "D 50", "0", "QX")
+    program = write("p.cy525", *entered, "@verify 0")
+    found = call("lint", program).out
+    assert call("run", program).status == 2
+    assert "@verify 0: the program that X of line 5 started may still run" in found
+    advised = re.search("@until run=1 waits for its end; (@live V 0) reads through PROG/LIVE", found)
+    assert "verify 0: 00012" in call("run", write("q.cy525", *entered, advised[1])).out
+
+
+def test_lint_names_the_verify_group_that_reads_the_position_at_rest(call, write):
+    advised = re.search("at rest, (@verify .) reads the position", call("lint", write("p.cy525", "@read position")).out)
+    assert "verify 0: 00012" in call("run", write("q.cy525", "A 12", advised[1])).out
 
 
 @pytest.mark.parametrize("lines", [("X",), ("E", "Q", "X"), ("E", "0", "QI", "X"), ("J 0",), ("@read position",)])

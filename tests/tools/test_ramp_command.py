@@ -161,3 +161,9 @@ def test_wrong_use_is_refused_with_the_remedy(call: Any, folder: Any, arguments:
     assert (ran.status, ran.out) == (2, "")
     assert says in ran.err
     assert not list(folder.iterdir())
+
+
+def test_one_step_is_a_step(call: Any):
+    told = call("ramp", "cy525", "F=0", "R=1", "S=255", "--distance", "1").out.split("\n")
+    assert told[2] == "ramp          3.636363 ms, 1 step"
+    assert told[5] == "1 step        3.636363 ms: crawl 1; gets as far as 275 steps/s"

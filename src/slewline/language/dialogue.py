@@ -64,8 +64,10 @@ class Course:
         """Follow a directive."""
         if item.verb == "read" and not self.moving:
             found = "@read position waits for a motion, and nothing above begins one"
-            remedy = "at rest, @verify 3 reads the position"
+            remedy = "at rest, @verify 0 reads the position"
             self.source.report(item, "read-at-rest", "warning", found, section="s.6", remedy=remedy)
+        if item.verb == "verify":
+            self.check_still_running(item, item.text.replace("verify", "live V", 1) + " reads through PROG/LIVE")
         sent = [command for _, text in live_commands(item) for command in read(text, self.source.sheet).statements]
         reset = item.verb in ("power", "reset") or RESET.match(item.text) is not None
         if reset or item.verb in PASSES_TIME or any(command.row.name in ENDS for command in sent):
@@ -78,21 +80,25 @@ class Course:
     def command(self, item: Statement) -> None:
         """Follow a command outside a program."""
         name = item.row.name
-        if self.started is not None:
-            found = (
-                f"{item.text}: the program that {self.started.text} of line {self.started.line} started may still run"
-            )
-            remedy = "@until run=1 waits for its end; a running program takes live commands only (@live)"
-            self.source.report(item, "still-running", "warning", found, section="s.7", remedy=remedy)
+        self.check_still_running(item, "a running program takes live commands only (@live)")
         starts = name == "EXECUTE" or item.target is not None
         if name in ("EXECUTE", "JUMP") and not self.stored:
-            found = f"{item.text} without a program: run mode, with nothing to execute, until RESET"
+            found = f"{item.text} without a program: run mode, with nothing to execute, until RESET or a live 0"
             remedy = "enter a program first, between E and Q"
             self.source.report(item, "no-program", "warning", found, section=item.row.where, remedy=remedy)
         self.started = item if starts else None
         self.moving = starts or item.row.motion
         if name in ("ENTER", "INITIALIZE"):
             self.stored = False
+
+    def check_still_running(self, item: Statement | Directive, instead: str) -> None:
+        """A running program takes no commands, and a verify group is asked for by one."""
+        if self.started is None:
+            return
+        begun = f"{self.started.text} of line {self.started.line}"
+        found = f"{item.text}: the program that {begun} started may still run"
+        remedy = f"@until run=1 waits for its end; {instead}"
+        self.source.report(item, "still-running", "warning", found, section="s.7", remedy=remedy)
 
 
 def course(source: Source) -> None:

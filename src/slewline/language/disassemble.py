@@ -78,8 +78,11 @@ def commands(stream: bytes, sheet: Sheet) -> tuple[list[str], list[Note]]:
     decoder = Decoder(sheet)
     said: list[str] = []
     stored: bytes | None = None  # of the program that is being entered
-    for byte in stream:
+    begun = 0  # of the command that is being read: which byte of the stream, counted from 0
+    for place, byte in enumerate(stream, 1):
         found = decoder.feed(byte, False, stored is not None)
+        if decoder.at_letter:
+            begun = place
         if not isinstance(found, Command):
             continue
         if stored is not None and found.row.stored:
@@ -91,7 +94,10 @@ def commands(stream: bytes, sheet: Sheet) -> tuple[list[str], list[Note]]:
         stored = b"" if found.row.name == sheet.enter else None
     notes = decoder.take_notes()
     if not decoder.at_letter:
-        notes.append(Note("cut-short", "the stream ends inside a command, which is left out"))
+        rest = stream[begun:]
+        more = "" if len(rest) <= 8 else " ..."
+        where = f"from byte {begun} on, {_hex(rest[:8])}{more}"
+        notes.append(Note("cut-short", f"the stream ends inside a command, which is left out: {where}"))
     return said + _entered(stored or b"", sheet), notes
 
 

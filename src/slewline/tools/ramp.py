@@ -94,7 +94,7 @@ def summary(calculator: Calculator, ramp: Ramp) -> Iterator[str]:
     if not ramp.time_ps:
         yield "ramp          none"
     else:
-        yield f"ramp          {readable(ramp.time_ps)}, {number(ramp.steps)} steps"
+        yield f"ramp          {readable(ramp.time_ps)}, {number(ramp.steps)} step{'' if ramp.steps == 1 else 's'}"
         yield f"acceleration  {accelerations(ramp)}"
     reached = ramp.reached_from
     yield "reached       " + ("by no move" if reached is None else f"from {counted(reached, 'step')} on")
@@ -113,7 +113,7 @@ def move_line(move: Move | None) -> Iterator[str]:
     if move is not None:
         legs = ", ".join(f"{name} {number(steps)}" for name, steps in move.legs)
         reached = "" if move.reached else f"; gets as far as {number(move.top)} steps/s"
-        yield f"{f'{move.steps} steps':<13} {readable(move.time_ps)}: {legs}{reached}"
+        yield f"{counted(move.steps, 'step'):<13} {readable(move.time_ps)}: {legs}{reached}"
 
 
 def list_of(calculator: Calculator, found: Sequence[Ramp], free: Sequence[str]) -> Iterator[str]:

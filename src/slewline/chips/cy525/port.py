@@ -63,6 +63,8 @@ class Port(Supply):
                 self.waits("io_request=1, which ended a wait")
                 await level(request, 1)  # it has had its effect; it brings no byte
                 continue
+            elif request.changes == self.unanswered:  # READY may have been high: it is low for motions only
+                self.finding("request-while-running", "I/O REQUEST is still low as the program ends: it is served now")
             elif self.accepted >= 0 and not self.live:
                 self.finding("early-request", "I/O REQUEST was lowered while READY was low: it is served now")
             self.requested = self.tick = tick = self.clock.ticks_from(kernel.now)

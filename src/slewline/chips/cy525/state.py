@@ -62,6 +62,7 @@ class State(Chip):
         self.said: set[str] = set()  # findings that are reported once
         self.decoder = Decoder(sheet.SHEET)
         self.accepted = self.ended_wait = -1  # changes of I/O REQUEST: with the last byte, when it ended U or W
+        self.unanswered = -1  # the same, when it fell in a running program
         self.requested = self.busy_from = self.busy_ps = 0  # of the byte in work: its request, READY low
         self.run_fell = 0  # tick at which RUN fell
         self.at = self.following = 0  # addresses of the running instruction and of the one behind it
@@ -100,6 +101,7 @@ class State(Chip):
     def on_request(self, net: Net) -> None:
         """A running program does not see a request; only its edge can tell (watched while a program runs)."""
         if net.level == 0 and self.prog_in.level == 1 and not (self.live or self.motion.moving or self.waiting_pin):
+            self.unanswered = self.request.changes
             self.finding(
                 "request-while-running", "I/O REQUEST lowered in a running program without PROG/LIVE: not answered"
             )
