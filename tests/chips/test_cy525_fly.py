@@ -287,6 +287,18 @@ def test_a_request_that_comes_and_goes_between_two_looks_is_not_seen(
     ] * missed
 
 
+@pytest.mark.parametrize("low", [-TOP + 100, -TOP + 4000, -20])
+def test_who_watches_pulse_sees_every_edge_whatever_input_came_and_went_meanwhile(mover: Make, low: int) -> None:
+    x = mover()
+    look = x.endless(SMALL) + 10 * TOP
+    edges: list[int] = []
+    x.x.pins["pulse"].net.watch(lambda _net: edges.append(x.bench.now_ps))
+    x.request(look + low, 30, look + low + 10)  # gone before the look
+    x.till(look + 20 * TOP + TOP // 2)
+    falls = x.x.steps(edges[0] - 1).times_ps.tolist()
+    assert len(falls) >= 20 and [edge for edge in edges if edge in set(falls)] == falls
+
+
 @pytest.mark.fact("UND-FLY-HELD")
 def test_a_request_that_stays_low_counts_once(mover: Make) -> None:
     x = mover("instrobe")
