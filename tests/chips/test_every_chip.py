@@ -127,7 +127,7 @@ def second_dialogue(part, how, first=None):
     host = bench.host(bench["x"])
     if first is not None:
         run_script(bench, host, dialogue(part))
-        bench.run_to(first)
+        bench.run_to(f"{first} ps")
         fall_silent(host)
         restart(bench, how)
     bench.run_to("5 s")

@@ -7,6 +7,8 @@ from random import Random
 
 import pytest
 
+import slewline
+
 from .dialogues import differences
 from .digests import digests
 from .mc_dialogues import CYCLE, HIGHEST, ONE, READY, Dialogue, Maker, made, play
@@ -81,6 +83,24 @@ def long_move(seed: int) -> Dialogue:
 def test_long_moves_agree() -> None:
     for seed in range(2):
         compared(long_move(seed))
+
+
+@pytest.mark.parametrize(("kind", "value", "end"), [("ACTL_NEG", -1, (1 << 30) - 4), ("ACTL_POS", 1, 4 - (1 << 30))])
+def test_an_actual_position_meets_its_breakpoint_by_going_round_the_end_of_the_range(
+    kind: str, value: int, end: int
+) -> None:
+    there = f"SET_ACTL_POS {end}\nSET_BRK_PNT {value}\nSET_{kind}_BRK"
+    away = f"SET_PRFL_VEL\nSET_VEL 65536\nSET_ACC {32767 if end > 0 else -32767}\nUPDATE"
+    statuses = []
+    for stepwise in (False, True):
+        bench = slewline.Bench()
+        chip = bench.add("mc1151a-e", name="x", stepwise=stepwise)
+        bench.part("encoder", to=chip, counts=4, steps=1)
+        bench.host(chip).send(f"{there}\n{away}")
+        bench.run("15 ms")
+        statuses.append((chip.registers["status"], chip.registers["actl_pos"]))
+    assert statuses[0] == statuses[1]
+    assert statuses[0][0] & 4 and (statuses[0][1] < 0) is (end > 0)
 
 
 def test_hash_seeds_change_nothing() -> None:

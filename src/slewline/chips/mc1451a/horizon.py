@@ -54,7 +54,8 @@ class Horizon(Updates):
                 edge = value * ONE if self.sign > 0 else -((value + 1) * ONE) + 1
                 return max(self.passes(edge, self.turn * self.sign), n + 1)
             case "actl_pos" | "actl_neg" if self.encoder is not None and not self.encoder.quiet:
-                return n + max(abs(value - state.actual) // COUNTS_PER_CYCLE, 1)
+                wraps = RANGE // ONE // 2 - abs(state.actual)  # what lies behind the end of the range may meet it too
+                return n + max(min(abs(value - state.actual), wraps) // COUNTS_PER_CYCLE, 1)
             case "ext" if not self.home.quiet:
                 return n + 1
         return NEVER
