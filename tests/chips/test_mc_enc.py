@@ -241,9 +241,9 @@ def test_at_1_25_million_counts_a_second_none_is_lost(often):
     i = Inputs()
     i.quadrature(800 * NS, 31_250, start=800 * NS)
     if often:
-        found = [i.counts(n * CYCLE) for n in range(1, 307)]
-        assert {two - one for one, two in pairwise(found[:305])} == {409, 410}
-        assert found[:305] == [(n * CYCLE - 13) // 20 for n in range(1, 306)]
+        found = [i.counts(n * CYCLE) for n in range(1, 101)]
+        assert {two - one for one, two in pairwise(found)} == {409, 410}
+        assert found == [(n * CYCLE - 13) // 20 for n in range(1, 101)]
     assert i.counts(2_500_000 + 13) == 125_000
     assert i.findings == []
 

@@ -149,7 +149,7 @@ def killed(directory, rounds, seed):
 
 
 def test_a_few_kills(tmp_path):
-    killed(tmp_path, 10, 1)
+    killed(tmp_path, 5, 1)
 
 
 @pytest.mark.long

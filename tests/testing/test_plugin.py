@@ -89,7 +89,7 @@ def run(pytester):
 
 
 def test_it_works_under_xdist(run):
-    result = run(GOOD + BAD, "-n", "2", "--strict-markers", alone=True)
+    result = run(GOOD + BAD, "-n", "1", "--strict-markers", alone=True)
     result.assert_outcomes(passed=6, failed=1, errors=1)
     result.stdout.fnmatch_lines(REPORT)
 
