@@ -49,5 +49,7 @@ def test_a_million_operations_stop_nothing_and_can_be_repeated(part: str, tmp_pa
     called = check(part, 150_000, 2, tmp_path)
     strobed = check(part, 17_000, 3, tmp_path, wires=True)
     found = OF_RESET | (OF_MOTION if part.endswith("-e") else OF_MOTION - OF_ENCODER)
+    if part == "mc1151a-e":
+        found -= {"encoder-illegal"}  # the shaft at its only input never changes both channels at once
     assert not found - set(called.findings) and not OF_RESET - set(strobed.findings)
     assert called.steps > 1_000_000 and strobed.steps > 10_000
