@@ -22,6 +22,7 @@ DIALOGUES = {
 }
 ENTER = {"gs-c200": "P", "gs-c200s": "Po"}
 FAST_LINE = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}
+CLOCKS = ("clk15", "clkout")
 LONG = "3 s"  # every dialogue is over by then
 SHORT_FORM = 6  # instants of a dialogue at which `make test` resets and cuts the power
 
@@ -61,7 +62,7 @@ def told(bench, since=0):
         "positions": [one.positions.tolist() for one in steps],
         "registers": dict(x.registers),
         "program": bytes(x.program),
-        "levels": {name: pin.level for name, pin in x.pins.items() if name not in ("clk15", "clkout")},
+        "levels": {name: pin.level for name, pin in x.pins.items() if name not in CLOCKS},
         "findings": [(found.time_ps - since, found.code) for found in x.findings if found.time_ps >= since],
         "idle": x.idle,
     }
@@ -133,9 +134,11 @@ def second_dialogue(part, how, first=None):
     bench.run_to("5 s")
     restart(bench, how)
     since = bench.now_ps
+    x = bench["x"]
+    at_rest = bytes(x.program), {name: pin.level for name, pin in x.pins.items() if name not in CLOCKS}, x.idle
     run_script(bench, host, dialogue(part))
     bench.run(LONG)
-    return told(bench, since)
+    return told(bench, since) | {"at rest": at_rest}
 
 
 every_part = pytest.mark.parametrize("part", PARTS)
