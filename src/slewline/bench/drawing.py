@@ -320,10 +320,12 @@ def moving_from_to(axis: OneAxis, start: int, stop: int) -> tuple[int, int] | No
 
 def told(track: Track, words: Mapping[str, str]) -> str:
     """Return the parameters of the motions of a track: "slope S = 240, number N = 300, 500"."""
+    from ..record.style import grouped
+
     values: dict[str, list[str]] = {}
     for motion in track.motions:
         for name, value in motion.notes.items():
-            text = str(value)
+            text = grouped(value)
             if text not in values.setdefault(name, []):
                 values[name].append(text)
     parts = []

@@ -127,8 +127,7 @@ class Layout:
         self.narrow = width < NARROW
         self.axis = TimeAxis(contents.start, contents.stop, 0 if contents.zero_is else None, contents.zero_is)
         self.left = 0.62 if self.narrow else 1.0
-        rated = any(motion.rates for track in contents.tracks for motion in track.motions)
-        self.right = 0.2 if self.narrow or not rated else 1.55
+        self.right = 0.2 if self.narrow else max(0.2, 0.14 + 0.0615 * self._longest_rate())
         self.across = width - self.left - self.right
         curves = panels.curves_of(contents.tracks, self.axis, panels.columns_of(self.across))
         self.flags = marks.flags_of(contents.tracks, self.axis, self.across) if contents.marks else []
@@ -139,6 +138,12 @@ class Layout:
         self.title = wrap(contents.title, int((width - 2 * EDGE) / 0.1)) or [""]
         self.legend = self._legend()
         self.panels = self._panels(curves)
+
+    def _longest_rate(self) -> int:
+        """Letters of the longest name of a rate."""
+        motions = (motion for track in self.contents.tracks for motion in track.motions)
+        rates = ((name, -rate) for motion in motions for name, rate in motion.rates.items())
+        return max((len(panels.rate_text([name], rate)) for name, rate in rates), default=0)
 
     def _names(self) -> list[str] | None:
         """Names of pins as they stand beside their lanes; None: they do not fit there."""

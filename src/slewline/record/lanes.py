@@ -1,4 +1,4 @@
-"""Pins in a picture: a lane each, one above the other; lines, bands where edges are too dense, buses with their bytes."""
+"""Pins in a picture: a lane each; lines, bands where edges are too dense, buses with their bytes."""
 
 from __future__ import annotations
 

@@ -95,7 +95,7 @@ def draw_flags(panels: Sequence[Axes], flags: Sequence[Flag], colours: Palette, 
 
 # ------------------------------------------------------------------------------------------------------------- phases
 def phases_of(tracks: Sequence[Track], axis: TimeAxis) -> list[tuple[float, float, str]]:
-    """Return the phases in the window, in units of the time axis: of the tracks that have some, if all have the same."""
+    """Return the phases in the window, in units of the time axis, if all tracks that have some have the same."""
     several = {
         tuple((begin - track.zero, end - track.zero, text) for begin, end, text in track.phases)
         for track in tracks

@@ -256,7 +256,11 @@ def draw_rates(
     names: dict[float, list[str]] = {}
     for rate, name in found:
         names.setdefault(rate, []).append(name)
-    (_write_beside if beside else _write_over)(panel, names, colours, height)
+    if beside:
+        _write_beside(panel, names, colours, height)
+    else:
+        begins_of = {rate: float(axis.scaled(min(spans)[0])) for (rate, _), spans in found.items()}
+        _write_over(panel, names, begins_of, colours, height)
 
 
 def _joined(spans: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
@@ -285,14 +289,22 @@ def _write_beside(panel: Axes, names: dict[float, list[str]], colours: Palette, 
         ceiling = high if index == len(places) - 1 else places[index + 1] - apart
         places[index] = min(places[index], ceiling) if over > 0 else places[index]
     for rate, place in zip(shown, places, strict=True):
-        text = f"{', '.join(names[rate])}, {number(rate, 4 if abs(rate) < 1000 else 6)} steps/s"
+        text = rate_text(names[rate], rate)
         panel.annotate(
             text, (1, place), (4, 0), ("axes fraction", "data"), "offset points", va="center_baseline",
             fontsize=8, color=colours.soft, annotation_clip=False,
         )  # fmt: skip
 
 
-def _write_over(panel: Axes, names: dict[float, list[str]], colours: Palette, height: float) -> None:
+def rate_text(names: Sequence[str], rate: float) -> str:
+    """Return what is written at a rate: "R = 80, 5 978 steps/s"."""
+    return f"{', '.join(names)}, {number(round(rate) if abs(rate) >= 100 else rate, 6)} steps/s"
+
+
+def _write_over(
+    panel: Axes, names: dict[float, list[str]], begins: dict[float, float], colours: Palette, height: float
+) -> None:
+    """Names of rates over the begins of their lines, as far as these are not too close to each other."""
     low, high = panel.get_ylim()
     apart, last = (high - low) * RATE_HEIGHT / height, float("-inf")
     for rate in sorted(names):
@@ -300,7 +312,7 @@ def _write_over(panel: Axes, names: dict[float, list[str]], colours: Palette, he
             last = rate
             text = ", ".join(names[rate])
             panel.annotate(
-                text, (0, rate), (2, 1.5), ("axes fraction", "data"), "offset points", va="bottom", fontsize=7.5,
+                text, (begins[rate], rate), (2, 1.5), "data", "offset points", va="bottom", fontsize=7.5,
                 color=colours.soft,
             )  # fmt: skip
 
@@ -321,8 +333,8 @@ def draw_ideals(panel: Axes, curves: Sequence[Curve], axis: TimeAxis, colours: P
             times = np.union1d(np.linspace(first, last, IDEAL_POINTS).astype(np.int64), motion.ideal.bends)
             times = times[(first <= times) & (times <= last)]
             law = motion.ideal.velocities if curve.quantity.name == "velocity" else motion.ideal.positions
-            style = {"color": colours.ink, "linewidth": 0.9, "linestyle": (0, (3, 2)), "zorder": 2.5}
-            panel.plot(axis.scaled(times - curve.track.zero), law(times), **style)
+            at = axis.scaled(times - curve.track.zero)
+            panel.plot(at, law(times), color=colours.ink, linewidth=0.9, linestyle=(0, (3, 2)), zorder=2.5)
 
 
 def columns_of(width: float) -> int:

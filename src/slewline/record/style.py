@@ -148,6 +148,11 @@ def number(value: float, digits: int = 10) -> str:
     return f"{value:,.{digits}g}".replace(",", THIN_SPACE).replace("-", MINUS)
 
 
+def grouped(value: object) -> str:
+    """Return a number as `number` does, and anything else as it is."""
+    return number(value) if isinstance(value, int | float) else str(value)
+
+
 def duration(ps: int) -> str:
     """Return a time as a picture says it: "3.2 ms", "25 µs"."""
     return readable(ps).replace("us", "µs").replace("-", MINUS)

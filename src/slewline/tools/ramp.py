@@ -212,6 +212,7 @@ def draw(path: str, calculator: Calculator, ramp: Ramp, move: Move | None) -> No
     """
     from ..record.figures import Contents, describe, figure
     from ..record.pictures import save
+    from ..record.style import grouped
 
     if move is None:
         reached = ramp.reached_from
@@ -220,8 +221,8 @@ def draw(path: str, calculator: Calculator, ramp: Ramp, move: Move | None) -> No
         move = ramp.move(reached)
     if move.steps > MOST_DRAWN:
         raise UsageError(f"{path}: {move.steps} steps; allowed up to {MOST_DRAWN}; give --distance")
-    told = ", ".join(f"{name} = {value}" for name, value in calculator.told(ramp.values).items())
-    title = f"{head(calculator, ramp)}: {counted(move.steps, 'step')}"
+    told = ", ".join(f"{name} = {grouped(value)}" for name, value in calculator.told(ramp.values).items())
+    title = f"{head(calculator, ramp)}: {grouped(move.steps)} step{'s' * (move.steps != 1)}"
     contents = Contents(title, [track_of(calculator, ramp, move)], [], 0, move.time_ps, notes=[told], marks=False)
     save(figure(contents), path, title, describe(contents))
 
