@@ -9,6 +9,7 @@ from xml.sax.saxutils import escape
 
 from ..errors import UsageError
 from .style import DPI, styled
+from .svg import compact
 from .whole_file import WholeFile
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def save(figure: Figure, path: str | Path, title: str, description: str, dark: b
         buffer = BytesIO()
         figure.savefig(buffer, format=kind, dpi=DPI, metadata=metadata[kind], facecolor=figure.get_facecolor())
         data = buffer.getvalue()
-        file.write(_told(data, description) if kind == "svg" else data)
+        file.write(compact(_told(data, description)) if kind == "svg" else data)
 
 
 def _told(svg: bytes, description: str) -> bytes:

@@ -1,0 +1,50 @@
+"""A drawing in fewer bytes is the same drawing."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from slewline.record.svg import compact
+
+
+def points(path):
+    """The points of a path, M L H V z, as (x, y); z as None."""
+    x, y, found = 0.0, 0.0, []
+    for letter, numbers in re.findall(r"([MLHVz])([^MLHVz]*)", path):
+        values = [float(number) for number in numbers.split()]
+        x = values[0] if letter in "MLH" else x
+        y = values[-1] if letter in "MLV" else y
+        found.append(None if letter == "z" else (x, y))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("drawn", "short"),
+    [
+        ("M 1.25 2 \nL 3.5 2 \nL 3.5 7.125001 \nL 4 8 \nz\n", "M1.25 2H3.5V7.13L4 8z"),
+        ("M 0 0 \nL 0 0 \n", "M0 0H0"),  # a dot
+        ("M 1.001 1 \nL 1.004 9 \nL 5 9.004 \n", "M1 1V9H5"),  # what is level to a hundredth
+        ("M 1 2 \nL 3 2 \nM 3 2 \nL 9 2 \n", "M1 2H3M3 2H9"),  # another piece begins where the last one ended
+        ("M -0.001 100 \nL 20 100 \n", "M-0 100H20"),
+        ("M 1.23456 2 \nC 1 2 3 4 5 6 \n", "M 1.23456 2 \nC 1 2 3 4 5 6 \n"),
+    ],
+)
+def test_lines_are_short_and_curves_stay(drawn, short):
+    assert compact(f'<path id="a" d="{drawn}" style="x: 1.23456"/>'.encode()).decode() == (
+        f'<path id="a" d="{short}" style="x: 1.23456"/>'
+    )
+
+
+def test_a_picture_is_the_same_to_a_hundredth(tmp_path):
+    import random
+
+    chance = random.Random(7)
+    drawn = [(chance.choice("MLL"), chance.choice((1.0, 2.123456, 300.98765)), 9 * chance.random()) for _ in range(500)]
+    drawn[0] = ("M", 0.0, 0.0)
+    path = "".join(f"{letter} {x:.6f} {y:.6f} \n" for letter, x, y in drawn)
+    short = re.search(r' d="(.*)"', compact(f'<path d="{path}"/>'.encode()).decode())[1]
+    assert len(short) < 0.8 * len(path)
+    for (x, y), (_, drawn_x, drawn_y) in zip(points(short), drawn, strict=True):
+        assert abs(x - drawn_x) <= 0.005001 and abs(y - drawn_y) <= 0.005001
