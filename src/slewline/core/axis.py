@@ -137,7 +137,7 @@ class Axis:
         for forgetter in self.forgetters:
             forgetter(before)
 
-    def _played(self, start: int, stop: int) -> Iterator[tuple[Stretch, Train, int, int]]:
+    def played(self, start: int, stop: int) -> Iterator[tuple[Stretch, Train, int, int]]:
         """Stretches with steps at start <= t <= stop, and which steps of their trains these are: a ... b-1."""
         first = max(bisect_left(self.past, start, key=_start) - 1, 0)
         for stretch in self.past[first : bisect_right(self.past, stop, key=_start)]:
@@ -149,7 +149,7 @@ class Axis:
 
     def count(self, start: int, stop: int) -> int:
         """How many steps there are at start <= t <= stop."""
-        return sum(b - a for _, _, a, b in self._played(start, stop))
+        return sum(b - a for _, _, a, b in self.played(start, stop))
 
     def times(self, start: int, stop: int, out: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
         """Instants of the steps at start <= t <= stop: (n,) int64, ps.
@@ -159,7 +159,7 @@ class Axis:
         """
         import numpy as np
 
-        played = list(self._played(start, stop))
+        played = list(self.played(start, stop))
         count = sum(b - a for _, _, a, b in played)
         out = np.empty(count, np.int64) if out is None else out[:count]
         at = 0
@@ -175,7 +175,7 @@ class Axis:
         times = self.times(start, stop)
         directions, positions = np.empty(len(times), np.int8), np.empty(len(times), np.int64)
         at = 0
-        for stretch, _, a, b in self._played(start, stop):
+        for stretch, _, a, b in self.played(start, stop):
             directions[at : at + b - a] = stretch.sign
             positions[at : at + b - a] = stretch.count + stretch.counts * np.arange(a + 1, b + 1)
             at += b - a

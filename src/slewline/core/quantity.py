@@ -18,7 +18,8 @@ first, lowest, highest and last one.
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from itertools import pairwise
+from collections.abc import Iterable
+from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 from .axis import staircase
@@ -83,11 +84,7 @@ class Velocity(Quantity):
         import numpy as np
 
         driven = self.axis.driven(start, stop)
-        pieces = 0
-        for since, end, _, playing in driven:
-            first, last, _ = playing.ticks(since, end - 1)
-            pieces += 1 + (playing.train.pieces(first, last) if first < last else 0)
-        if pieces <= POINTS * columns:
+        if not exceeds((playing.pieces(since, end - 1) for since, end, _, playing in driven), POINTS * columns):
             return thinned(self.changes(start, stop), start, stop, columns)
         edges = column_edges(start, stop, columns)
         times, speeds = [start], [0.0]
@@ -126,7 +123,7 @@ class Position(Quantity):
         import numpy as np
 
         axis = self.axis
-        if axis.count(start + 1, stop) <= POINTS * columns:
+        if not exceeds((b - a for _, _, a, b in axis.played(start + 1, stop)), POINTS * columns):
             return thinned(self.changes(start, stop), start, stop, columns)
         turns = np.array([start, *axis.turns(start + 1, stop)])
         edges = np.array(column_edges(start, stop, columns))
@@ -167,6 +164,11 @@ class Position(Quantity):
         out = values[points].astype(np.float64)
         out[np.flatnonzero(broken[points])[::2]] = np.nan
         return Outline(times[points], out)
+
+
+def exceeds(counts: Iterable[int], limit: int) -> bool:
+    """Return whether some counts add up to more than a limit; no more of them is asked for than it takes."""
+    return any(total > limit for total in accumulate(counts))
 
 
 def thinned(outline: Outline, start: int, stop: int, columns: int) -> Outline:

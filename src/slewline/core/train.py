@@ -278,6 +278,11 @@ class Playing:
         times[0] = start
         return times, speeds
 
+    def pieces(self, start: int, stop: int) -> int:
+        """How many there are of them, within two."""
+        since, to, _ = self.ticks(start, stop)
+        return 1 + (self.train.pieces(since, to) if since < to else 0)
+
     def extremes(self, start: int, stop: int) -> tuple[list[int], list[float]]:
         """Of the same the first, a lowest, a highest and the last one, in the order of time."""
         since, to, rests = self.ticks(start, stop)
