@@ -123,11 +123,16 @@ def run_page(path: Path, languages: tuple[str, ...] = tuple(EVALUATORS)) -> int:
     document = SYBIL.parse(path)
     count = 0
     for example in document.examples():
-        language = language_of(example)
-        if language is None or language in languages:
+        if wanted(example, languages):
             example.evaluate()
-        count += language in languages
+        count += language_of(example) in languages
     return count
+
+
+def wanted(example: Example, languages: tuple[str, ...]) -> bool:
+    """Whether to look at a picture, a block in one of the languages, or what such a one has printed."""
+    language = language_of(example)
+    return language in (None, *languages) or (language == "text" and bool(example.namespace.get("__printed__")))
 
 
 def language_of(example: Example) -> str | None:

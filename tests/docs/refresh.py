@@ -39,7 +39,7 @@ def refresh(page: Path, languages: tuple[str, ...]) -> None:
         if language is None:
             pictures.renew(example)
             continue
-        if language not in languages:
+        if not blocks.wanted(example, languages):
             continue
         if language == "console":
             calls = [call.partition("\n") for call in re.split(r"^\$ ", shown, flags=re.MULTILINE)[1:]]

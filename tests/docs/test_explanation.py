@@ -53,6 +53,7 @@ def x():
     x = bench.add("cy525", name="x")
     bench.host(x).send("A 0\rF 10\rS 240\rZ 1\rN 3000\r")
     bench.run_until_idle()
+    x.bench = bench
     x.send_and_run = lambda text: (bench["host"].send(text), bench.run_until_idle())
     return x
 
@@ -71,6 +72,15 @@ def test_a_motion_flows_through_the_code_as_the_page_says(x):
     assert len(wanted) > 20
     assert in_order(wanted, traced(lambda: x.send_and_run("G\r"))) is None
     assert 0 < x.position < 3000
+
+
+def test_a_picture_flows_through_the_code_as_the_page_says(x, tmp_path):
+    x.send_and_run("R 100\r")
+    x.bench.record("x.slew")
+    x.send_and_run("G\r")
+    wanted = told("`bench.plot")
+    assert len(wanted) > 10
+    assert in_order(wanted, traced(lambda: x.bench.plot(tmp_path / "move.svg"))) is None
 
 
 def test_the_instants_of_the_first_and_the_last_byte_are_those_of_the_page(x):

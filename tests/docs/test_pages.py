@@ -15,7 +15,7 @@ TRIED = [
     *sorted((ROOT / "docs/howto").glob("*.md")),
 ]
 EXPLAINED = [ROOT / "docs/index.md", *sorted((ROOT / "docs/explanation").glob("*.md")), ROOT / "docs/reference/api.md"]
-CODE = ("python", "console")  # of these; their text is not printed by anything
+CODE = ("python", "console")  # of these, and what they print; other text is no output
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 

@@ -71,3 +71,14 @@ def test_refresh_draws_what_has_changed_and_leaves_the_rest(page, tmp_path):
         refresh(path, ("python",))
         assert kept.read_text("utf-8") == new
         assert run_page(path) == 1
+
+
+def test_on_other_pages_text_is_output_only_behind_a_block_that_prints(tmp_path):
+    page, art, prints = tmp_path / "page.md", "```text\n--->\n```\n", "```python\nprint(1)\n```\n"
+    for text, fails in ((art, False), (prints + "```text\n1\n```\n" + art, False), (prints + art, True)):
+        page.write_text(text, "utf-8")
+        if fails:
+            with pytest.raises(SybilFailure, match="but this was printed"):
+                run_page(page, ("python",))
+        else:
+            assert run_page(page, ("python",)) == (prints in text)
