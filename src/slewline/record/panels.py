@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 FLAT = 25  # so many times smaller than the panel, a curve shows nothing
-SCALED_FROM = 100_000  # numbers at a panel that are written in thousands, millions ...
-POWERS = {3: "10³ ", 6: "10⁶ ", 9: "10⁹ ", 12: "10¹² ", 15: "10¹⁵ "}
+SCALED_FROM = 1_000_000  # numbers at a panel that are written in millions ...
+POWERS = {6: "10⁶ ", 9: "10⁹ ", 12: "10¹² ", 15: "10¹⁵ "}
 IDEAL_POINTS = 300
 RATE_HEIGHT = 0.165  # inches, of a rate's name
 
@@ -133,7 +133,7 @@ def heading(curves: Sequence[Curve], several: bool) -> str:
 
 def _power(curves: Sequence[Curve]) -> int:
     highest = max(max(-curve.reach[0], curve.reach[1]) for curve in curves)
-    return next((power for power in (15, 12, 9, 6, 3) if highest >= SCALED_FROM * 10 ** (power - 3)), 0)
+    return next((power for power in (15, 12, 9, 6) if highest >= max(10**power, SCALED_FROM)), 0)
 
 
 # ------------------------------------------------------------------------------------------------------------ drawing
