@@ -225,7 +225,8 @@ class Limit:
     An edge is a pin (or the data bus) and how it changes: "falls", "rises", "changes", and of a bus "appears" and
     "vanishes", where something begins or ceases to drive it.  What counts is an `end` with no other `end` since the
     last `start`: of two strobes within a selection the first one ends a set-up time, the second one begins a hold time.
-    It counts only if the pins have the levels of `given` at that end.
+    A start and an end at one instant are 0 apart; but where only what is typical is printed, the end comes first.  An
+    interval counts only if the pins have the levels of `given` at its end.
 
     `mhz` is the crystal that the time is printed for; 0: it holds with every crystal.  `keeper` must see to it: the
     "part" itself, or the "host" and whatever else drives its inputs.  `symbol` is what the sheet calls it.

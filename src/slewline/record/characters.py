@@ -1,4 +1,4 @@
-"""The characters on a serial line, read from its recorded edges: what a receiver at the line's rate and format takes."""
+"""The characters on a serial line, from its recorded edges: what a receiver at its rate and format takes."""
 
 from __future__ import annotations
 

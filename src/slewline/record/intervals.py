@@ -1,7 +1,7 @@
 """Times between edges, and whether they keep what the data sheet prints.
 
-    start  ‾‾\\___/‾‾\\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾      an interval goes from the last start before an end to that end,
-    end    ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\\___/‾‾\\___/‾      if no other end lies between: one here, from the second fall to the first
+    start  ‾‾\\___/‾‾\\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾    an interval goes from the last start before an end to that end, if no
+    end    ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\\___/‾‾\\___/‾    other end lies between: here one, from the second fall to the first
                     |<-->|
 
 Everything is exact, in whole picoseconds.
@@ -43,15 +43,18 @@ class Signal(NamedTuple):
 
     def edges(self, change: str) -> NDArray[np.int64]:
         """Return the instants of a change: (n,) int64, ps, ascending."""
-        if change == "changes":
-            return self.times_ps
-        if change == "vanishes":
-            return self.times_ps[self.levels == FLOATING]
-        if change == "appears":
-            import numpy as np
+        import numpy as np
 
-            return self.times_ps[np.append(self.level, self.levels)[:-1] == FLOATING]
-        return self.times_ps[self.levels == (change == "rises")]
+        before = np.append(self.level, self.levels)[:-1]
+        chosen = {
+            "changes": before == before,
+            "appears": before == FLOATING,
+            "vanishes": self.levels == FLOATING,
+            "falls": self.levels == 0,
+            "rises": self.levels == 1,
+        }
+        found: NDArray[np.int64] = self.times_ps[chosen[change]]
+        return found
 
     def level_at(self, times: Any) -> NDArray[np.int64]:
         """Return the level at instants of the window, edges there included: (n,) int64."""
@@ -80,7 +83,9 @@ class Edge(NamedTuple):
         number = rest.pop(0) if rest else "1"
         if not pin or rest or not number.isdecimal() or not int(number):
             allowed = ", ".join(CHANGES)
-            raise UsageError(f"edge {text!r}: write a pin, how it changes ({allowed}), and which time: 'x.pulse falls 3'")
+            raise UsageError(
+                f"edge {text!r}: write a pin, how it changes ({allowed}), and which time: 'x.pulse falls 3'"
+            )
         return cls(pin, change, int(number))
 
     def find(self, signal: Signal, after: int, include: bool) -> int | None:
@@ -94,14 +99,14 @@ class Edge(NamedTuple):
         return int(times[at]) if at < len(times) else None
 
 
-def pairs(starts: NDArray[np.int64], ends: NDArray[np.int64], same: bool) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return begin and end of every interval: (m,) int64, ps; `same`: starts and ends are the same edges."""
+def pairs(starts: NDArray[np.int64], ends: NDArray[np.int64], strict: bool) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return begin and end of every interval: (m,) int64, ps; `strict`: none is 0 long, a start behind an end."""
     import numpy as np
 
-    last = np.searchsorted(starts, ends, "left" if same else "right") - 1
+    last = np.searchsorted(starts, ends, "left" if strict else "right") - 1
     begun = np.append(-1, starts)[last + 1]
     before = np.append(-2, ends)[:-1]
-    real = (last >= 0) & ((begun >= before) if same else (begun > before))
+    real = (last >= 0) & ((begun >= before) if strict else (begun > before))
     return begun[real], ends[real]
 
 
@@ -112,7 +117,8 @@ def intervals(limit: Limit, signals: Callable[[str], Signal]) -> tuple[NDArray[A
         signals: gives what a pin did, by its name on the sheet.
     """
     (first, begins), (second, ends) = limit.start.split(), limit.end.split()
-    found = pairs(signals(first).edges(begins), signals(second).edges(ends), limit.start == limit.end)
+    answer = limit.least is None and limit.most is None  # a host may ask again at the instant of the answer
+    found = pairs(signals(first).edges(begins), signals(second).edges(ends), answer or limit.start == limit.end)
     for pin, level in limit.given:
         held = signals(pin).level_at(found[1]) == level
         found = found[0][held], found[1][held]
@@ -122,6 +128,12 @@ def intervals(limit: Limit, signals: Callable[[str], Signal]) -> tuple[NDArray[A
 def written(ps: int) -> str:
     """Return a time for people: "82.5 µs"."""
     return readable(ps).replace("us", "µs")
+
+
+def rounded(ps: int, digits: int) -> int:
+    """Return a time with so many digits."""
+    power = int(10 ** max(len(str(ps)) - digits, 0))
+    return (ps + power // 2) // power * power
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +158,7 @@ class Bound:
 
     def __str__(self) -> str:
         named = ("min.", self.least), ("typ.", self.typical), ("max.", self.most)
-        return ", ".join(f"{name} {written(ps)}" for name, ps in named if ps is not None)
+        return ", ".join(f"{name} {written(rounded(ps, 6))}" for name, ps in named if ps is not None)
 
 
 @dataclass(frozen=True, slots=True)
