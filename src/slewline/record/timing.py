@@ -79,12 +79,7 @@ class Drawing:
             self._cause(cause)
 
     def _text(self, x: float, y: float, text: str, size: float = SMALL, **how: Any) -> None:
-        settings: dict[str, Any] = {
-            "va": "center_baseline",
-            "ha": "center",
-            "color": self.colours.ink,
-            "fontsize": size,
-        } | how
+        settings: dict[str, Any] = {"va": "center_baseline", "ha": "center", "color": self.colours.ink} | how
         self.axes.text(x, y, text, fontsize=size, **settings)
 
     def _line(self, across: Any, up: Any, color: str, width: float = 1.1, **how: Any) -> None:
