@@ -80,6 +80,7 @@ def test_a_picture_flows_through_the_code_as_the_page_says(x, tmp_path):
     x.send_and_run("G\r")
     wanted = told("`bench.plot")
     assert len(wanted) > 10
+    x.bench.plot(tmp_path / "move.svg")  # matplotlib is there
     assert in_order(wanted, traced(lambda: x.bench.plot(tmp_path / "move.svg"))) is None
 
 
