@@ -131,7 +131,7 @@ class Layout:
         self.across = width - self.left - self.right
         curves = panels.curves_of(contents.tracks, self.axis, panels.columns_of(self.across))
         self.flags = marks.flags_of(contents.tracks, self.axis, self.across) if contents.marks else []
-        self.phases = marks.phases_of(contents.tracks, self.axis) if curves else []
+        self.phases = marks.phases_of(contents.tracks, self.axis, self.across) if curves else []
         self.names = self._names()
         letters = int((width - 2 * EDGE) / LETTER)
         self.notes = [line for note in contents.notes for line in wrap(note, letters)]

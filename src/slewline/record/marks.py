@@ -44,7 +44,7 @@ def flags_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[Flag
         for mark in (*track.marks, *begun):
             if start <= mark.time_ps <= stop:
                 marks.setdefault((mark.time_ps - track.zero, mark.kind, mark.text), mark)
-    per_inch = float(axis.scaled(axis.stop) - axis.scaled(axis.start)) / width
+    per_inch = _per_inch(axis, width)
     placed: list[Flag] = []
     taken: list[list[tuple[float, float]]] = [[] for _ in range(ROWS)]
     ends: dict[str, float] = {}
@@ -94,8 +94,11 @@ def draw_flags(panels: Sequence[Axes], flags: Sequence[Flag], colours: Palette, 
 
 
 # ------------------------------------------------------------------------------------------------------------- phases
-def phases_of(tracks: Sequence[Track], axis: TimeAxis) -> list[tuple[float, float, str]]:
-    """Return the phases in the window, in units of the time axis, if all tracks that have some have the same."""
+def phases_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[tuple[float, float, str]]:
+    """Return the phases in the window, in units of the time axis, if all tracks that have some have the same.
+
+    Where most of them are too short for their names (in panels of so many inches), they would only be stripes: none.
+    """
     several = {
         tuple((begin - track.zero, end - track.zero, text) for begin, end, text in track.phases)
         for track in tracks
@@ -103,26 +106,42 @@ def phases_of(tracks: Sequence[Track], axis: TimeAxis) -> list[tuple[float, floa
     }
     if len(several) != 1:
         return []
-    inside = ((max(a, axis.start), min(b, axis.stop), text) for a, b, text in several.pop())
-    return [(float(axis.scaled(a)), float(axis.scaled(b)), text) for a, b, text in inside if b > a]
+    inside = [(max(a, axis.start), min(b, axis.stop), text) for a, b, text in several.pop()]
+    scaled = [(float(axis.scaled(a)), float(axis.scaled(b)), text) for a, b, text in inside if b > a]
+    named = sum(b - a > _need(text) * _per_inch(axis, width) for a, b, text in scaled)
+    return scaled if 2 * named >= len(scaled) else []
 
 
 def draw_phases(
     panels: Sequence[Axes], phases: Sequence[tuple[float, float, str]], axis: TimeAxis, colours: Palette, width: float
 ) -> None:
-    """Shade every second phase in all panels, and write their names over the first one, where there is room."""
-    per_inch = float(axis.scaled(axis.stop) - axis.scaled(axis.start)) / width
-    for index, (begin, end, text) in enumerate(phases):
+    """Shade every second phase of a motion in all panels, and write their names over the first panel, where there is
+    room.
+    """
+    per_inch = _per_inch(axis, width)
+    index, last = 0, float("nan")
+    for begin, end, text in phases:
+        index, last = (index + 1 if begin == last else 0), end
         for panel in panels:
             if index % 2 == 0:
                 panel.axvspan(begin, end, facecolor=colours.band, linewidth=0, zorder=0)
             for border in {begin, end}:
                 panel.axvline(border, color=colours.grid, linewidth=0.7, zorder=1)
-        if end - begin > (0.04 + LETTER * len(text)) * per_inch:
+        if end - begin > _need(text) * per_inch:
             panels[0].annotate(
                 text, ((begin + end) / 2, 1), (0, 2.5), ("data", "axes fraction"), "offset points", ha="center",
                 fontsize=8, color=colours.soft,
             )  # fmt: skip
+
+
+def _need(text: str) -> float:
+    """Inches that the name of a phase takes."""
+    return 0.04 + LETTER * len(text)
+
+
+def _per_inch(axis: TimeAxis, width: float) -> float:
+    """How much time there is in an inch, in units of the time axis."""
+    return float(axis.scaled(axis.stop) - axis.scaled(axis.start)) / width
 
 
 # ------------------------------------------------------------------------------------------------------------ cursors

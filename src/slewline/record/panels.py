@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 FLAT = 25  # so many times smaller than the panel, a curve shows nothing
-SCALED_FROM = 100_000  # numbers at a panel that are written in thousands, millions ...
-POWERS = {3: "10³ ", 6: "10⁶ ", 9: "10⁹ ", 12: "10¹² ", 15: "10¹⁵ "}
+SCALED_FROM = 1_000_000  # numbers at a panel that are written in millions ...
+POWERS = {6: "10⁶ ", 9: "10⁹ ", 12: "10¹² ", 15: "10¹⁵ "}
 IDEAL_POINTS = 300
 RATE_HEIGHT = 0.165  # inches, of a rate's name
 
@@ -133,7 +133,7 @@ def heading(curves: Sequence[Curve], several: bool) -> str:
 
 def _power(curves: Sequence[Curve]) -> int:
     highest = max(max(-curve.reach[0], curve.reach[1]) for curve in curves)
-    return next((power for power in (15, 12, 9, 6, 3) if highest >= SCALED_FROM * 10 ** (power - 3)), 0)
+    return next((power for power in (15, 12, 9, 6) if highest >= max(10**power, SCALED_FROM)), 0)
 
 
 # ------------------------------------------------------------------------------------------------------------ drawing
@@ -215,7 +215,7 @@ def _draw_scale(panel: Axes, power: int, height: float) -> None:
 def rates_of(curve: Curve, axis: TimeAxis) -> Iterator[tuple[str, float, int, int]]:
     """Yield the rates that were in force in the window: name, steps/s as it is signed in the picture, from, to (ps).
 
-    A rate holds from the begin of its motion to that of the next one.  It is drawn on the side to which the axis moved.
+    A rate is in force from the begin of its motion until the axis rests.  It is drawn on the side to which it moved.
     """
     start, stop = curve.track.window(axis)
     motions = sorted(curve.track.motions, key=lambda motion: motion.time_ps)
@@ -224,7 +224,7 @@ def rates_of(curve: Curve, axis: TimeAxis) -> Iterator[tuple[str, float, int, in
         begin, end = max(motion.time_ps, start), min(end, stop)
         if begin >= end:
             continue
-        low, high = _reach_within(curve.outline, begin, end)
+        low, high, end = _reach_within(curve.outline, begin, end)
         for name, rate in motion.rates.items():
             if high > 0 or low >= 0:
                 yield name, rate, begin, end
@@ -232,13 +232,17 @@ def rates_of(curve: Curve, axis: TimeAxis) -> Iterator[tuple[str, float, int, in
                 yield name, -rate, begin, end
 
 
-def _reach_within(outline: Outline, begin: int, end: int) -> tuple[float, float]:
+def _reach_within(outline: Outline, begin: int, end: int) -> tuple[float, float, int]:
+    """The lowest and the highest velocity between two instants, and when the last motion there is over."""
     import numpy as np
 
     first = max(int(np.searchsorted(outline.times_ps, begin, side="right")) - 1, 0)
-    values = outline.values[first : int(np.searchsorted(outline.times_ps, end))]
-    values = values[~np.isnan(values)]
-    return (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
+    times, values = outline.times_ps[first:], outline.values[first : int(np.searchsorted(outline.times_ps, end))]
+    moving = np.flatnonzero(values)
+    if not len(moving):
+        return 0.0, 0.0, end
+    over = int(times[moving[-1] + 1]) if moving[-1] + 1 < len(times) else end
+    return float(values.min()), float(values.max()), min(over, end)
 
 
 def draw_rates(

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SUFFIXES = (".svg", ".png", ".pdf")
+QUICK: dict[str, Any] = {"png": {"pil_kwargs": {"compress_level": 3}}}  # a tenth more bytes
 
 
 def check_suffix(path: str | Path) -> None:
@@ -46,7 +47,7 @@ def save(figure: Figure, path: str | Path, title: str, description: str, dark: b
     }
     with WholeFile(path) as file, styled(dark):
         buffer = BytesIO()
-        figure.savefig(buffer, format=kind, dpi=DPI, metadata=metadata[kind], facecolor=figure.get_facecolor())
+        figure.savefig(buffer, format=kind, dpi=DPI, metadata=metadata[kind], **QUICK.get(kind, {}))
         data = buffer.getvalue()
         file.write(_told(data, description) if kind == "svg" else data)
 
