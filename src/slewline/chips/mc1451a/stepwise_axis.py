@@ -15,7 +15,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ...core.net import Wave
-from ...core.train import Playing, StepTrain
+from ...core.train import Playing
 from . import sheet
 from .ideal import begins, departs
 from .state import (
@@ -33,6 +33,7 @@ from .state import (
     AxisState,
     Profile,
 )  # fmt: skip
+from .stepwise_cycle import OneCycle
 from .stepwise_inputs import LIMITS, Encoder, Filter, Switches
 from .stepwise_profile import SCurve, braked, contour, sign, trapezoid
 
@@ -373,13 +374,11 @@ class Course:
         if edges:
             times = tuple(self.chip.clock.ps(at) for at, _ in edges)
             drivers[f"pulse{number}"].play(Wave(before, times, tuple(level for _, level in edges)))
-        if self.steps:
-            self.tell(lambda: self.follow(way))
+        self.tell(lambda: self.follow(tick, way, abs(velocity)))
 
-    def follow(self, way: int) -> None:
+    def follow(self, tick: int, way: int, displaced: int) -> None:
         """The position follows the steps of this cycle."""
-        runs = [(b - a, 1) for a, b in zip(self.steps, [*self.steps[1:], self.steps[-1] + 1], strict=True)]
-        self.playing = Playing(StepTrain(self.chip.clock, self.steps[0], runs))
+        self.playing = Playing(OneCycle(self.chip.clock, tick, self.steps, displaced))
         self.axis.follow(self.playing, way)
 
     # --------------------------------------------------------------------------------------------- 5: actual position
