@@ -35,8 +35,8 @@ class Trace:
 
     @classmethod
     def of(cls, name: str, probe: Probe, recorder: Recorder, start: int, stop: int) -> Trace:
-        """Return the trace of a recorded net or pin in a window (ps)."""
-        times, levels = recorder.edges(probe, start + 1, stop)
+        """Return the trace of a recorded net or pin in a window (ps), as far as a picture of it shows."""
+        times, levels = outlines.edges(recorder, probe, start, stop)
         return cls(name, times, levels, recorder.level_at(probe, start), width_of(probe) > 1)
 
     def shifted(self, by: int) -> Trace:
