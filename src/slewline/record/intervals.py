@@ -79,7 +79,7 @@ class Edge(NamedTuple):
         Raises:
             UsageError: it is none.
         """
-        pin, *rest = text.split() if isinstance(text, str) else ("",)
+        pin, *rest = (text.split() if isinstance(text, str) else []) or [""]
         change = rest.pop(0) if rest and rest[0] in CHANGES else "changes"
         number = rest.pop(0) if rest else "1"
         if not pin or rest or not number.isdecimal() or not int(number):
