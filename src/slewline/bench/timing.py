@@ -141,9 +141,9 @@ class TimingDiagrams(Recording):
     ) -> Diagram:
         from ..record.diagram import Diagram
 
-        chosen = [self.full_name(name) for name in pins] if pins is not None else list(self._chosen(None))
+        chosen = [self._full_name(name) for name in pins] if pins is not None else list(self._chosen(None))
         window = _Window(self, *self._window_of(self._chosen(chosen), start, stop))
-        labels = {self.full_name(name): label for name, label in (names or {}).items()}
+        labels = {self._full_name(name): label for name, label in (names or {}).items()}
         measured, causing = window.measure(between), window.measure(causes)
         missing = [edge.split()[0] for each in (*measured, *causing) for edge in (each.start, each.end)]
         chosen += [name for name in dict.fromkeys(missing) if name not in chosen]
@@ -153,7 +153,7 @@ class TimingDiagrams(Recording):
         cut = None if quiet is None else picoseconds(quiet)
         return Diagram(what, window.start, window.stop, lanes, measured, causing, cut)
 
-    def full_name(self, name: str) -> str:
+    def _full_name(self, name: str) -> str:
         """Return the full name of a recorded pin; the owner may be missing where only one has such a pin.
 
         Raises:
@@ -215,7 +215,7 @@ class _Window:
         if len(between) != 2:
             raise UsageError(f"between {between!r}: expected two edges, or the symbol of a printed time")
         first, second = (Edge.read(text) for text in between)
-        first, second = (edge._replace(pin=self.bench.full_name(edge.pin)) for edge in (first, second))
+        first, second = (edge._replace(pin=self.bench._full_name(edge.pin)) for edge in (first, second))
         begin = first.find(self.signal(first.pin), self.start, include=True)
         end = None if begin is None else second.find(self.signal(second.pin), begin, include=first.pin != second.pin)
         if begin is None or end is None:

@@ -86,17 +86,17 @@ class Scale:
             if 2 * gaps[gaps > quiet].sum() < stop - start:
                 quiet = 0
         self.cuts: list[tuple[int, int]] = []
-        points, shown, room = [(start, 0.0)], 0.0, quiet / 4
-        for begin, gap in zip(instants.tolist(), gaps.tolist(), strict=False):
-            if quiet and gap > quiet:
-                first = begin + int(room) if begin > start else begin
-                last = begin + gap - int(room) if begin + gap < stop else begin + gap
-                self.cuts.append((first, last))
-                points += [(first, shown + first - begin), (last, shown + first - begin + room)]
-                shown += first - begin + room + begin + gap - last
-            else:
-                shown += gap
-            points.append((begin + gap, shown))
+        points, shown, room = [(start, 0)], 0, quiet // 4
+        for n in np.flatnonzero(gaps > quiet).tolist() if quiet else ():
+            begin, end = int(instants[n]), int(instants[n + 1])
+            first = begin + room if begin > start else begin
+            last = end - room if end < stop else end
+            self.cuts.append((first, last))
+            shown += first - points[-1][0]
+            points += [(first, shown), (last, shown + room)]
+            shown += room
+        shown += stop - points[-1][0]
+        points.append((stop, shown))
         self._times = np.array([at - start for at, _ in points], np.float64)
         self._places = np.array([place for _, place in points]) * ((right - left) / shown) + left
         self.ps_per_inch = shown / (right - left)

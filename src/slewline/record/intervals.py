@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from textwrap import fill
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..core.table import Limit
@@ -78,7 +79,7 @@ class Edge(NamedTuple):
         Raises:
             UsageError: it is none.
         """
-        pin, *rest = text.split() if isinstance(text, str) else ("",)
+        pin, *rest = (text.split() if isinstance(text, str) else []) or [""]
         change = rest.pop(0) if rest and rest[0] in CHANGES else "changes"
         number = rest.pop(0) if rest else "1"
         if not pin or rest or not number.isdecimal() or not int(number):
@@ -221,6 +222,11 @@ class Checked:
         return cls(chip, bound, len(lasts), int(lasts.min()), int(lasts.max()), violations)
 
     @property
+    def name(self) -> str:
+        """The chip, and the symbol of the data sheet."""
+        return f"{self.chip} {self.bound.limit.symbol}".rstrip()
+
+    @property
     def kept(self) -> bool | None:
         """Was it kept?  None: nothing was measured, or the sheet says only what is typical."""
         if self.shortest_ps is None or self.longest_ps is None:
@@ -239,7 +245,7 @@ class Checked:
         if self.kept:
             return "kept"
         times = f"{len(self.violations)} times, first" if len(self.violations) > 1 else "once,"
-        return f"VIOLATED {times} at {written(self.violations[0])} ({self.bound.limit.keeper})"
+        return f"VIOLATED {times} at {written(self.violations[0])}, by the {self.bound.limit.keeper}"
 
 
 class TimingTable(Sequence[Checked]):
@@ -260,27 +266,33 @@ class TimingTable(Sequence[Checked]):
         return len(self.rows)
 
     def __str__(self) -> str:
-        heads = ("", "time", "printed", "times", "shortest", "longest", "")
-        lines = [heads, *(_cells(row) for row in self.rows)]
+        heads = ("", "time", "printed", "seen", "shortest", "longest", "")
+        lines = [heads, *(_cells(row) for row in self.rows if row.count)]
         widths = [max(len(line[column]) for line in lines) for column in range(len(heads))]
         rights = (False, False, False, True, True, True, False)
-        return "\n".join(
+        shown = [
             "  ".join(
                 cell.rjust(width) if right else cell.ljust(width)
                 for cell, width, right in zip(line, widths, rights, strict=True)
             ).rstrip()
             for line in lines
-        )
+        ]
+        others: dict[str, list[str]] = {}
+        for row in self.rows:
+            if not row.count:
+                others.setdefault(row.verdict, []).append(f"{row.name} {row.bound.limit.says}")
+        shown += [fill(f"{why}: {'; '.join(names)}", 100, subsequent_indent="  ") for why, names in others.items()]
+        return "\n".join(shown)
 
 
 def _cells(row: Checked) -> tuple[str, ...]:
     limit = row.bound.limit
     measured = ("" if ps is None else written(ps) for ps in (row.shortest_ps, row.longest_ps))
     return (
-        f"{row.chip} {limit.symbol}".rstrip(),
+        row.name,
         limit.says,
         str(row.bound),
-        str(row.count or ""),
+        str(row.count),
         *measured,
         row.verdict,
     )

@@ -154,7 +154,8 @@ class Drawing:
         room = b - a - 0.04
         for text in (f"{plain} {meant}".rstrip(), plain):
             if len(text) * LETTER * SMALL < room:
-                self._text((a + b) / 2, foot + SWING / 2 - 0.005, text, color=self.colours.bus)
+                box = {"facecolor": self.colours.byte, "edgecolor": "none", "pad": 0.4}
+                self._text((a + b) / 2, foot + SWING / 2 - 0.005, text, color=self.colours.bus, bbox=box, zorder=6)
                 break
         if len(meant) > 3 and len(f"{plain} {meant}") * LETTER * SMALL >= room:
             self._text(a, foot + SWING + 0.06, meant, TINY, color=self.colours.bus, ha="left", zorder=6)

@@ -319,12 +319,12 @@ NS, US = 1000, 1_000_000  # ps
 _WRITE, _READ = (("hostwrite", 0), ("hostslct", 0)), (("hostread", 0), ("hostslct", 0))
 LIMITS = (
     Limit("reset falls", "reset rises", "~RESET low", _AC, least=US, keeper="host"),
+    Limit("hostwrite rises", "hostslct rises", "~HostSlct hold, write", _AC, least=15 * NS, most=2000 * NS, symbol="t6", keeper="host"),
+    Limit("hostread rises", "hostslct rises", "~HostSlct hold, read", _AC, least=15 * NS, most=2000 * NS, symbol="t6", keeper="host"),
     Limit("hostslct falls", "hostwrite falls", "~HostSlct set-up, write", _AC, least=10 * NS, symbol="t7", keeper="host", given=(("hostslct", 0),)),
     Limit("hostread falls", "hostslct falls", "~HostSlct behind ~HostRead", _AC, most=20 * NS, symbol="t7", keeper="host", given=(("hostread", 0),)),
     Limit("hostcmd changes", "hostwrite falls", "HostCmd set-up, write", _AC, least=10 * NS, symbol="t8", keeper="host", given=(("hostslct", 0),)),
     Limit("hostread falls", "hostcmd changes", "HostCmd behind ~HostRead", _AC, most=20 * NS, symbol="t8", keeper="host", given=_READ),
-    Limit("hostwrite rises", "hostslct rises", "~HostSlct hold, write", _AC, least=15 * NS, most=2000 * NS, symbol="t6", keeper="host"),
-    Limit("hostread rises", "hostslct rises", "~HostSlct hold, read", _AC, least=15 * NS, most=2000 * NS, symbol="t6", keeper="host"),
     Limit("hostwrite rises", "hostcmd changes", "HostCmd hold, write", _AC, least=25 * NS, symbol="t9", keeper="host"),
     Limit("hostread rises", "hostcmd changes", "HostCmd hold, read", _AC, least=25 * NS, symbol="t9", keeper="host"),
     Limit("hostread falls", "hostdata appears", "read data access", _AC, most=50 * NS, symbol="t10", given=_READ),
@@ -332,7 +332,7 @@ LIMITS = (
     Limit("hostread rises", "hostdata vanishes", "~HostRead high to Hi-Z", _AC, most=50 * NS, symbol="t12"),
     Limit("hostwrite rises", "hostrdy falls", "HostRdy delay, write", _AC, most=70 * NS, symbol="t13"),
     Limit("hostread rises", "hostrdy falls", "HostRdy delay, read", _AC, most=70 * NS, symbol="t13"),
-    Limit("hostrdy falls", "hostrdy rises", "busy to ready", "pin descriptions", typical=82_500 * NS),
+    Limit("hostrdy falls", "hostrdy rises", "busy to ready", "pin descriptions", typical=82_500 * NS, mhz=MHZ),
     Limit("hostwrite falls", "hostwrite rises", "~HostWrite low", _AC, least=50 * NS, symbol="t14", keeper="host", given=(("hostslct", 0),)),
     Limit("hostdata changes", "hostwrite rises", "write data set-up", _AC, least=35 * NS, symbol="t15", keeper="host", given=(("hostslct", 0),)),
     Limit("hostwrite rises", "hostdata changes", "write data hold", _AC, least=30 * NS, symbol="t16", keeper="host"),
