@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.axis import Mark
 from ..core.chip import Chip, OneAxis
-from ..core.timebase import Time, moment, picoseconds
+from ..core.timebase import Time, moment, picoseconds, readable
 from ..errors import UnknownName, UsageError
 from .recording import FilePath, Recording
 
@@ -151,7 +151,7 @@ class Drawing(Recording):
             tracks += bench._tracks(axes, name, begins[name], first, last)
         zero = next(begins[name] for name, bench in benches if bench is self)
         return Contents(
-            title or ", ".join(f"{chip.name}: {chip.sheet.part.upper()}" for chip in self.chips.values()),
+            title or self._named(),
             tracks,
             self._traces(pins, first, last, zero),
             first,
@@ -162,6 +162,11 @@ class Drawing(Recording):
             marks=marks,
             ideal=ideal,
         )
+
+    def _named(self) -> str:
+        """The chips and their parts."""
+        parts = [(chip.name, chip.sheet.part.upper()) for chip in self.chips.values()]
+        return parts[0][1] if len(parts) == 1 else ", ".join(f"{name}: {part}" for name, part in parts)
 
     def _picture(
         self,
@@ -192,7 +197,7 @@ class Drawing(Recording):
             last = min(end + around, longest) if last is None else last
         if last <= first:
             raise UsageError(
-                f"nothing to draw from {first} ps to {last} ps; let time pass with bench.run() before, "
+                f"nothing to draw from {readable(first)} to {readable(last)}; let time pass with bench.run() before, "
                 "or give start and stop that lie in the past"
             )
         return first, last
@@ -298,7 +303,7 @@ class Drawing(Recording):
         instants = [moment(time) for time in ([times] if isinstance(times, str) else times)]
         for time, instant in zip([*times], instants, strict=False):
             if instant > self.kernel.now:
-                raise UsageError(f"{time!r} is still to come; it is {self.kernel.now} ps")
+                raise UsageError(f"{time!r} is still to come; it is {readable(self.kernel.now)}")
         return instants
 
 

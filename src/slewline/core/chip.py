@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import UnknownName, UsageError
 from .axis import Axis, Mark, MotionStart, Parameters, Steps
+from .ideal import Deviation, deviation
 from .kernel import Kernel, Task
 from .net import Bus, Driver, Net
 from .pin import Condition, Terminal
@@ -139,6 +140,16 @@ class OneAxis:
     def phases(self, start: Time | None = None, stop: Time | None = None) -> list[tuple[int, int, str]]:
         """Return the phases of the motions between two instants: begin and end in ps, and a label such as "up"."""
         return self.motor.phases(*self._window(start, stop))
+
+    def deviation(self, motion: MotionStart) -> Deviation:
+        """Return by how much the axis has left the ideal of a motion at most, as far as it was to follow it.
+
+        Raises:
+            UsageError: the motion has no ideal.
+        """
+        if motion.ideal is None:
+            raise UsageError(f"{self.name}: the motion {motion.text} at {readable(motion.time_ps)} has no ideal")
+        return deviation(self.motor, motion.ideal)
 
     def _window(self, start: Time | None, stop: Time | None) -> tuple[int, int]:
         now = self.kernel.now

@@ -8,7 +8,7 @@ velocity   ______
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from math import sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -17,6 +17,8 @@ from .timebase import PS_PER_S
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from .axis import Axis
 
 
 class IdealPiece(NamedTuple):
@@ -52,6 +54,7 @@ class Ideal:
         self._v, self._a, self._j = v, a, j
         self._x = position + np.append(0.0, np.cumsum(((j * t / 6 + a / 2) * t + v) * t))
         self.stop = start + round(float(self._begins[-1]) * PS_PER_S)
+        self.interrupted = False  # the motion went another way at `stop`
 
     def until(self, stop: int) -> Ideal:
         """Return the ideal of a motion that was interrupted at an instant; itself, if it was over by then."""
@@ -59,7 +62,7 @@ class Ideal:
             return self
         cut: Ideal = object.__new__(type(self))
         cut.__dict__.update(self.__dict__)
-        cut.stop = max(stop, self.start)
+        cut.stop, cut.interrupted = max(stop, self.start), True
         return cut
 
     @property
@@ -93,7 +96,7 @@ class Ideal:
 
         times = np.asarray(times_ps, np.int64)
         which, t = self._pieces(times)
-        moving = (times >= self.start) & (times < self.stop)
+        moving = (times >= self.start) & (times < self.stop + self.interrupted)
         return np.asarray(
             np.where(moving, (self._j[which] * t / 2 + self._a[which]) * t + self._v[which], 0.0), np.float64
         )
@@ -143,9 +146,36 @@ def there_and_down(up: Sequence[IdealPiece], top: float, distance: float) -> lis
 
 # --------------------------------------------------------------------------------------------------------- what differs
 class Deviation(NamedTuple):
-    """How far a motion is from its ideal at most: steps and steps/s, and when (ps)."""
+    """By how much a motion leaves its ideal at most, in steps and steps/s, and where (ps); positive: it is ahead in
+    clockwise direction, or faster."""
 
     position: float
     position_ps: int
     velocity: float
     velocity_ps: int
+
+
+def deviation(axis: Axis, ideal: Ideal) -> Deviation:
+    """Return by how much an axis has left an ideal, from its start to its stop, or up to now."""
+    import numpy as np
+
+    start, stop = ideal.start, min(ideal.stop, axis.kernel.seen)
+    bends = ideal.bends[ideal.bends <= stop]
+
+    def worst(changes: NDArray[np.int64], of: Callable[[NDArray[np.int64]], NDArray[np.float64]]) -> tuple[float, int]:
+        """Both go one way between these instants: so the greatest difference is at one of them, or just before it."""
+        at = np.unique(np.concatenate([changes, changes - 1, bends, bends - 1, [start, stop]]))
+        at = at[(at >= start) & (at <= stop)]
+        differ = of(at)
+        most = int(np.argmax(np.abs(differ)))
+        return float(differ[most]), int(at[most])
+
+    def positions(at: NDArray[np.int64]) -> NDArray[np.float64]:
+        real, law = axis.low + axis.unwrapped_at(at), ideal.positions(at)
+        turns = np.rint((real[0] - law[0]) / axis.modulus)
+        return np.asarray(real - turns * axis.modulus - law, np.float64)
+
+    def velocities(at: NDArray[np.int64]) -> NDArray[np.float64]:
+        return axis.velocities_at(at) - ideal.velocities(at)
+
+    return Deviation(*worst(axis.times(start, stop), positions), *worst(axis.velocities(start, stop)[0], velocities))

@@ -154,7 +154,9 @@ def draw_curves(
         _tell_outside(panel, curve, axis, colours, low, high)
     if low <= 0 <= high and curves[0].from_zero:
         panel.axhline(0, color=colours.edge, linewidth=0.8, zorder=1)
-    _draw_scale(panel, _power(curves), height)
+    _draw_scale(panel, _power(curves), height, whole=high - low >= 2 or curves[0].reach == (0, 0))
+    if curves[0].quantity.name == "velocity" and all(curve.reach == (0, 0) for curve in curves):
+        panel.text(0.5, 0.5, "no motion", transform=panel.transAxes, ha="center", va="center", color=colours.soft)
 
 
 def _draw_curve(panel: Axes, curve: Curve, axis: TimeAxis, colours: Palette, several: bool, filled: bool) -> None:
@@ -204,10 +206,10 @@ def _tell_outside(panel: Axes, curve: Curve, axis: TimeAxis, colours: Palette, l
         )  # fmt: skip
 
 
-def _draw_scale(panel: Axes, power: int, height: float) -> None:
+def _draw_scale(panel: Axes, power: int, height: float, whole: bool) -> None:
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-    panel.yaxis.set_major_locator(MaxNLocator(max(2, round(height / 0.4)), steps=[1, 2, 5, 10]))
+    panel.yaxis.set_major_locator(MaxNLocator(max(2, round(height / 0.38)), steps=[1, 2, 5, 10], integer=whole))
     panel.yaxis.set_major_formatter(FuncFormatter(lambda value, _: number(value / 10**power)))
 
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 from ...core.net import Wave
 from ...core.train import Playing
 from . import sheet
+from .ideal import begins, departs
 from .state import (
     BREAKPOINT,
     COMMAND_ERROR,
@@ -24,6 +25,7 @@ from .state import (
     MOTION_COMPLETE,
     MOTION_ERROR,
     ONE,
+    PROFILE_COMMANDS,
     S_CURVE,
     TRAPEZOIDAL,
     VELOCITY,
@@ -137,6 +139,8 @@ class Course:
         """Take over what acts without an update: the motor, the pulse range, the profile mode."""
         state = self.state
         if self.was_off or not state.motor_on:
+            if state.in_motion:
+                departs(self.chip, state, "event", "motor off")
             self.rest(complete=False)
             self.suspended = True
         self.was_off = False
@@ -149,10 +153,14 @@ class Course:
     def change_mode(self) -> None:
         """Another profile mode: velocity contouring takes the axis over as it moves, the gear as it follows."""
         state = self.state
+        if state.in_motion:
+            departs(self.chip, state, "command", PROFILE_COMMANDS[state.mode])
         if self.mode == GEAR or state.mode == GEAR:
             self.rest(complete=False)
             self.counts_used, self.owed = self.count, 0
             self.suspended = state.held or self.switches.flagged
+            if state.mode == GEAR:
+                begins(self.chip, state, PROFILE_COMMANDS[GEAR], 0, self.pulse_range())
         elif state.in_motion and state.mode != VELOCITY:
             self.rest(complete=True)
             self.finding("mode-in-motion", "profile mode changed in motion: it stops at once")
@@ -164,19 +172,25 @@ class Course:
         state = self.state
         if taken.synch_prfl and self.encoder is not None:
             self.read_encoder(tick)
+            departs(self.chip, state, "command", "SYNCH_PRFL")
             self.relocate(state.actual)
         self.copy_registers(taken)
         state.update = None
         self.stopping = self.clamped = False
         if taken.stop:
+            if state.in_motion or state.mode == GEAR:
+                departs(self.chip, state, "command", "STOP")
             self.rest(complete=True)
             self.suspended = True
         elif state.mode == GEAR:
             self.engage()
         elif taken.smooth_stop:
             self.stop_smoothly()
-        elif not (state.in_motion or state.held):
-            self.set_out()
+        elif state.in_motion:
+            if not state.held and state.mode != S_CURVE:
+                begins(self.chip, state, taken.cause, self.start, self.pulse_range())
+        elif not state.held:
+            self.set_out(taken.cause)
 
     def relocate(self, position: int) -> None:
         """The target becomes a position; no pulses, and no position error."""
@@ -213,12 +227,14 @@ class Course:
         """Slow down; at rest, the stop is complete."""
         if not self.state.in_motion:
             self.rest(complete=True)
-        elif self.mode == S_CURVE and self.curve is not None:
+            return
+        departs(self.chip, self.state, "command", "SMOOTH_STOP")
+        if self.mode == S_CURVE and self.curve is not None:
             self.curve.smooth_stop()
         else:
             self.stopping = True
 
-    def set_out(self) -> None:
+    def set_out(self, cause: str) -> None:
         """Start a motion from rest, if there is one to be made and nothing is in its way."""
         state, active = self.state, self.state.active
         velocity = self.greatest_velocity()
@@ -240,6 +256,7 @@ class Course:
         else:
             state.in_motion = True
             self.start = state.start_velocity
+            begins(self.chip, state, cause, self.start, self.pulse_range())
             if self.mode == S_CURVE:
                 self.clamp()
                 self.curve = SCurve(distance, velocity, active.max_acceleration, active.jerk)
@@ -265,6 +282,7 @@ class Course:
         """A switch that becomes active stops the axis."""
         for way in self.switches.tripped():
             self.event(LIMITS[way])
+            departs(self.chip, self.state, "limit", "PosLimit" if way > 0 else "NegLimit")
             self.rest(complete=True)
             self.suspended = True
 
@@ -378,6 +396,8 @@ class Course:
         if state.motion_error:
             self.event(MOTION_ERROR)
             state.reported &= was_wrong
+            if not was_wrong:
+                self.axis.log.mark("event", "motion error")
             if state.auto_stop and not was_wrong:
                 state.switch_off()
                 self.was_off = True
@@ -407,10 +427,11 @@ class Course:
             "ext": self.home.level == 0,
         }
         if met[state.breakpoint]:
-            state.breakpoint = ""
+            command, state.breakpoint = state.breakpoint_command, ""
+            self.axis.log.mark("event", f"{command} met")
             self.event(BREAKPOINT)
             if state.auto_update:
-                state.take()
+                state.take(command)
 
     # ------------------------------------------------------------------------------------------------------- 7: show
     def show(self) -> None:
