@@ -137,10 +137,12 @@ class Drawing:
                 self._line([a, b], [foot + SWING / 2] * 2, color)
                 continue
             slant = min(self.slant, b - a) / 2
-            across = [a, a + slant, b - slant, b, b - slant, a + slant]
-            middle, top = foot + SWING / 2, foot + SWING
-            up = [middle, top, top, middle, foot, foot]
-            self.axes.fill(across, up, facecolor=self.colours.byte, edgecolor=color, linewidth=0.9)
+            left, right = (slant if n else 0), (slant if n + 2 < len(places) else 0)  # open at the ends of the window
+            middle, across = foot + SWING / 2, [a, a + left, b - right, b]
+            low, high = ([middle if left else y, y, y, middle if right else y] for y in (foot, foot + SWING))
+            self.axes.fill_between(across, low, high, color=self.colours.byte, linewidth=0)
+            for side in (low, high):
+                self._line(across, side, color, 0.9)
             self._value(lane, int(levels[n]), times[n], a, b, foot)
         for first, last in bands:
             across = [places[first], places[last], places[last], places[first]]
