@@ -51,7 +51,6 @@ class Contents:
     cursors: Sequence[int] = ()
     zero_is: str = ""  # what instant 0 is, if it is not that of the bench
     marks: bool = True
-    ideal: bool = False
 
 
 @cache
@@ -148,10 +147,12 @@ class Layout:
 
     def _names(self) -> list[str] | None:
         """Names of pins as they stand beside their lanes; None: they do not fit there."""
-        letters = int(((NARROW_LEFT if self.narrow else MOST_LEFT) - BESIDE) / LETTER)
-        fitting = [lanes.wrapped(trace.name, letters) for trace in self.contents.traces]
-        names = [name for name in fitting if name is not None]
-        return names if len(names) == len(fitting) else None
+        least, most = (NARROW_LEFT, NARROW_LEFT) if self.narrow else (LEFT, MOST_LEFT)
+        for letters in range(int((least - BESIDE) / LETTER), int((most - BESIDE) / LETTER) + 1):
+            names = [lanes.wrapped(trace.name, letters) for trace in self.contents.traces]
+            if None not in names:
+                return [name for name in names if name is not None]
+        return None
 
     def _longest_name(self) -> int:
         """Letters of the longest line of these names."""
@@ -274,13 +275,13 @@ def _draw(made: Sequence[Axes], layout: Layout, colours: Palette, whole: bool) -
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
     contents, axis = layout.contents, layout.axis
-    several = len(contents.tracks) > 1
+    several, beside = len(contents.tracks) > 1, whole and not layout.narrow
     for axes, panel in zip(made, layout.panels, strict=False):
         if panel.curves:
-            panels.draw_curves(axes, panel.curves, axis, colours, panel.height, several)
+            panels.draw_curves(axes, panel.curves, axis, colours, panel.height, several, beside)
             if panel.curves[0].quantity.name == "velocity":
-                panels.draw_rates(axes, panel.curves, axis, colours, panel.height, whole and not layout.narrow)
-            if contents.ideal:
+                panels.draw_rates(axes, panel.curves, axis, colours, panel.height, beside)
+            if any(curve.track.ideals for curve in panel.curves):
                 panels.draw_ideals(axes, panel.curves, axis, colours)
         else:
             lanes.draw_lanes(axes, contents.traces, axis, colours, layout.names)
