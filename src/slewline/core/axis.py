@@ -199,8 +199,7 @@ class Axis:
         since = max(bisect_right(self.offsets, ps, key=lambda offset: offset[0]) - 1, 0)
         return self.low + (self.offsets[since][1] + count) % self.modulus
 
-    def positions_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
-        """The position register at many instants of the past: (n,) int64, shape as `times`."""
+    def _instants(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
         import numpy as np
 
         at = np.asarray(times)
@@ -208,6 +207,13 @@ class Axis:
             raise UsageError(
                 f"instants of the past are int64 picoseconds up to {self.kernel.now}, not {at.dtype} or later ones"
             )
+        return at
+
+    def positions_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
+        """The position register at many instants of the past: (n,) int64, shape as `times`."""
+        import numpy as np
+
+        at = self._instants(times)
         starts = np.array([stretch.start for stretch in self.past], np.int64)
         which = np.maximum(np.searchsorted(starts, at, side="right") - 1, 0)
         out = np.empty(at.shape, np.int64)
@@ -217,3 +223,54 @@ class Axis:
             if stretch.playing is not None:
                 out[chosen] += stretch.counts * stretch.playing.begun_many(at[chosen])
         return self.low + (out + self._offsets_at(at)) % self.modulus
+
+    # -------------------------------------------------------------------------------------------------------- velocity
+    def _driven(self, start: int, stop: int) -> list[tuple[int, int, Stretch, Playing]]:
+        """What says the velocity at start <= t <= stop: from which instant to before which one, and the stretch.
+
+        A step in progress lasts until its end, or until the next train moves the axis.
+        """
+        found: list[tuple[int, int, Stretch, Playing]] = []
+        end = stop + 1
+        for stretch in reversed(self.past[: bisect_right(self.past, stop, key=_start)]):
+            playing = stretch.playing
+            if playing is not None and (moves := playing.moves) is not None and moves < end:
+                found.append((max(moves, start), end, stretch, playing))
+                end = moves
+                if moves <= start:
+                    break
+        return found[::-1]
+
+    def velocities(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Velocity at start <= t <= stop (ps).
+
+        Returns:
+            Instants of every change (n,) int64 ps, ascending, the first is `start`; steps/s (n,) float64 from each to
+            the next.
+        """
+        import numpy as np
+
+        at, what = [np.array([start])], [np.zeros(1)]
+        for since, end, stretch, playing in self._driven(start, stop):
+            times, speeds = playing.velocities(since, end - 1)
+            at.append(times)
+            what.append(stretch.sign * speeds + 0.0)  # rest is no negative zero
+        times, speeds = np.concatenate(at), np.concatenate(what)
+        last = np.append(times[1:] != times[:-1], True)  # of what begins in one instant
+        times, speeds = times[last], speeds[last]
+        changed = np.append(True, speeds[1:] != speeds[:-1])
+        return times[changed], speeds[changed]
+
+    def velocity_at(self, ps: int) -> float:
+        """Velocity at one instant of the past, steps/s."""
+        return float(self.velocities(ps, ps)[1][-1])
+
+    def velocities_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.float64]:
+        """Velocity at many instants of the past: float64 steps/s, shape as `times`."""
+        import numpy as np
+
+        at = self._instants(times)
+        if not at.size:
+            return np.empty(at.shape)
+        changes, speeds = self.velocities(int(at.min()), int(at.max()))
+        return speeds[np.searchsorted(changes, at, side="right") - 1]

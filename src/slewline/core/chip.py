@@ -14,6 +14,7 @@ from .axis import Axis, Steps
 from .kernel import Kernel, Task
 from .net import Bus, Driver, Net
 from .pin import Condition, Terminal
+from .quantity import Position, Quantity, Velocity
 from .table import Sheet
 from .timebase import Clock, Time, moment, moments, readable
 from .waits import first_of, until
@@ -87,13 +88,34 @@ class OneAxis:
         Raises:
             UsageError: an instant is still to come.
         """
+        instants = self._past(times)
+        return self.motor.position_at(instants) if isinstance(instants, int) else self.motor.positions_at(instants)
+
+    def velocity_at(self, times: Time | Sequence[Time] | NDArray[np.int64]) -> NDArray[np.float64] | float:
+        """Return the velocity at instants of the past, in steps/s, negative counter-clockwise: a float for one instant,
+        (n,) float64 for many.
+
+        It is the one at which the chip plays its steps: 1/interval of the step in progress, and 0 in every rest.
+
+        Args:
+            times: "3 ms" or picoseconds, a list of them, or an array of int64 picoseconds.
+
+        Raises:
+            UsageError: an instant is still to come.
+        """
+        instants = self._past(times)
+        return self.motor.velocity_at(instants) if isinstance(instants, int) else self.motor.velocities_at(instants)
+
+    def _past(self, times: Time | Sequence[Time] | NDArray[np.int64]) -> NDArray[np.int64] | int:
         instants = moments(times)
         last = instants if isinstance(instants, int) else int(instants.max(initial=0))
         if last > self.kernel.now:
             raise UsageError(f"{self.name}: {readable(last)} is still to come; it is {readable(self.kernel.now)}")
-        if isinstance(instants, int):
-            return self.motor.position_at(instants)
-        return self.motor.positions_at(instants)
+        return instants
+
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Return what a picture draws of this axis over time: velocity, position, and what else the part has."""
+        return Velocity(self.motor), Position(self.motor)
 
     def reaches(self, position: int) -> Condition:
         """Condition: the position register has this value."""
