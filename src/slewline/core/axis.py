@@ -13,11 +13,15 @@ from typing import TYPE_CHECKING
 
 from ..errors import UsageError
 from .kernel import Kernel
+from .motions import Mark, Motions, MotionStart, Parameters
+from .plan import Plan
 from .train import Playing, Train
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+__all__ = ["Axis", "Mark", "MotionStart", "Parameters", "Steps", "Stretch"]
 
 
 @dataclass(frozen=True)
@@ -36,7 +40,8 @@ class Steps:
 class Stretch:
     """A stretch of travel: from an instant on, `playing` moves the axis by `sign` a step, starting from `travel`.
 
-    `count` is `travel` without those steps that the position register did not count; it counts `counts` a step.
+    `count` is `travel` without those steps that the position register did not count; it counts `counts` a step.  A
+    train that plays a plan from one of its steps on tells of both.
     """
 
     start: int
@@ -45,6 +50,20 @@ class Stretch:
     sign: int
     counts: int
     playing: Playing | None
+    plan: Plan | None = None
+    step: int = 0
+
+    def phases(self) -> Iterator[tuple[int, int, str]]:
+        """Yield the legs of the plan that are played: begin and end in ps, and the name."""
+        if self.playing is None or self.plan is None:
+            return
+        train, until = self.playing.train, self.playing.until
+        for leg in self.plan.legs:
+            begin, end = (train.clock.ps(train.begin(max(k - self.step, 0))) for k in (leg.first, leg.end))
+            if until is not None:
+                end = min(end, until)
+            if begin < end:
+                yield begin, end, leg.name
 
 
 _start = attrgetter("start")
@@ -65,6 +84,7 @@ class Axis:
         self.offsets = [(0, self.offset)]
         self.watchers: list[Callable[[], object]] = []  # called when a plan or the register changes
         self.forgetters: list[Callable[[int], object]] = []  # called when the past before an instant is dropped
+        self.log = Motions(kernel)  # what a chip tells of its motions
 
     @property
     def travel(self) -> int:
@@ -99,14 +119,17 @@ class Axis:
         for watcher in self.watchers:
             watcher()
 
-    def follow(self, playing: Playing | None, sign: int, counted: bool = True) -> None:
+    def follow(
+        self, playing: Playing | None, sign: int, counted: bool = True, plan: Plan | None = None, step: int = 0
+    ) -> None:
         """From this instant on, the axis follows a train; what was played before stays as it is.
 
         Args:
             counted: false: the position register does not count these steps.
+            plan, step: what the train plays, and the step of it that is the first of the train.
         """
         counts = sign if counted else 0
-        self.past.append(Stretch(self.kernel.now, self.travel, self.counted, sign, counts, playing))
+        self.past.append(Stretch(self.kernel.now, self.travel, self.counted, sign, counts, playing, plan, step))
         for watcher in self.watchers:
             watcher()
 
@@ -134,8 +157,31 @@ class Axis:
         del self.past[:keep]
         in_force = bisect_right(self.offsets, self.past[0].start, key=itemgetter(0)) - 1
         del self.offsets[: max(in_force, 0)]
+        self.log.forget(before)
         for forgetter in self.forgetters:
             forgetter(before)
+
+    def motions(self, start: int, stop: int) -> list[MotionStart]:
+        """Return the motions that begin at start <= t <= stop, in ps."""
+        return self.log.starts(start, stop)
+
+    def marks(self, start: int, stop: int) -> list[Mark]:
+        """Return what has happened to the axis at start <= t <= stop, in ps, besides motions that begin."""
+        return self.log.marks(start, stop)
+
+    def phases(self, start: int, stop: int) -> list[tuple[int, int, str]]:
+        """Return the legs of plans that are played between two instants, as far as they lie there: begin and end in
+        ps, and the name; neighbours of one name are one."""
+        found: list[tuple[int, int, str]] = []
+        first = max(bisect_left(self.past, start, key=_start) - 1, 0)
+        for stretch in self.past[first : bisect_right(self.past, stop, key=_start)]:
+            for begin, end, name in stretch.phases():
+                if begin >= stop or end <= start:
+                    continue
+                if found and found[-1][1:] == (max(begin, start), name):
+                    begin = found.pop()[0]
+                found.append((max(begin, start), min(end, stop), name))
+        return found
 
     def _played(self, start: int, stop: int) -> Iterator[tuple[Stretch, Train, int, int]]:
         """Stretches with steps at start <= t <= stop, and which steps of their trains these are: a ... b-1."""
