@@ -2,7 +2,7 @@
 
     weld.vcd       the waveform
     weld.gtkw      for GTKWave: gtkwave weld.gtkw
-    weld.sucl      for Surfer: surfer -c weld.sucl weld.vcd
+    weld.sucl      for Surfer: surfer --command-file weld.sucl weld.vcd
 
 For Surfer it is a command file, of documented commands; its state files belong to one version.  A Surfer that does not
 know a command yet says so and goes on.  Names are relative, so that the folder can be moved.  The same run gives the
