@@ -123,7 +123,9 @@ def test_one_name_for_several_signals(parse):
 @pytest.mark.parametrize("form", ["db{}", "db[{}]", "db [{}]"])
 def test_bits_are_a_bus(parse, form):
     variables = "".join(f"$var wire 1 {chr(40 + n)} {form.format(n)} $end\n" for n in range(8))
-    text = HEAD + variables + "$upscope $end $enddefinitions $end\n#0\n" + "".join(f"z{chr(40 + n)}\n" for n in range(8))
+    text = (
+        HEAD + variables + "$upscope $end $enddefinitions $end\n#0\n" + "".join(f"z{chr(40 + n)}\n" for n in range(8))
+    )
     text += "#5\n1(\n0)\n#6\n" + "".join(f"{0x2A >> n & 1}{chr(40 + n)}\n" for n in range(8)) + "#7\nx/\n"
     bus = parse(text)
     assert "db" in bus and "x.db" not in bus.names and bus.width("x.db") == 8
@@ -145,14 +147,18 @@ def test_values_of_vectors(parse):
 @pytest.mark.parametrize("width", [15, 16, 62, 63])
 def test_wide_vectors(parse, width):
     value = (1 << width) - 2
-    text = f'{HEAD}$var wire {width} " a $end $upscope $end $enddefinitions $end\n#0\nb0 "\n#1\nb{value:b} "\n#2\nbz0 "\n'
+    text = (
+        f'{HEAD}$var wire {width} " a $end $upscope $end $enddefinitions $end\n#0\nb0 "\n#1\nb{value:b} "\n#2\nbz0 "\n'
+    )
     wide = parse(text + '#3\nbx "\n')
     assert edges(wide, "a") == [(1000, value), (3000, -2)]
     assert wide.edges("a")[1].dtype == (np.int16 if width < 16 else np.int64)
 
 
 def test_a_vector_that_is_too_wide_is_refused_when_asked_for(parse):
-    text = f'{HEAD}$var wire 64 " a $end $var wire 1 ! b $end $upscope $end $enddefinitions $end\n#0 b{"1" * 64} "\n1!\n'
+    text = (
+        f'{HEAD}$var wire 64 " a $end $var wire 1 ! b $end $upscope $end $enddefinitions $end\n#0 b{"1" * 64} "\n1!\n'
+    )
     wide = parse(text)
     assert wide.level_at("b", 0) == 1
     with pytest.raises(UsageError, match="a has 64 bits; allowed 63"):
@@ -162,7 +168,8 @@ def test_a_vector_that_is_too_wide_is_refused_when_asked_for(parse):
 @pytest.mark.parametrize(
     ("timescale", "times"),
     [("1ns", (1000, 7000)), ("1 ns", (1000, 7000)), ("\n\t10us\n", (10**7, 7 * 10**7)), ("10\nus", (10**7, 7 * 10**7)),
-     ("1 fs", (0, 0)), ("100 fs", (0, 0)), ("1 PS", (1, 7)), ("100 s", (10**14, 7 * 10**14)), ("25 ns", (25_000, 175_000))],
+     ("1 fs", (0, 0)), ("100 fs", (0, 0)), ("1 PS", (1, 7)), ("100 s", (10**14, 7 * 10**14)),
+     ("25 ns", (25_000, 175_000))],
 )  # fmt: skip
 def test_timescales(parse, timescale, times):
     text = SMALL.replace("1 ns", timescale).replace("#5\n", "#7\n")
@@ -172,7 +179,9 @@ def test_timescales(parse, timescale, times):
 
 
 def test_femtoseconds_are_rounded_down(parse):
-    text = SMALL.replace("1 ns", "1 fs").replace("#5\n", "#1999\n").replace("#9\n", "#2000\n").replace("#12\n", "#10000")
+    text = (
+        SMALL.replace("1 ns", "1 fs").replace("#5\n", "#1999\n").replace("#9\n", "#2000\n").replace("#12\n", "#10000")
+    )
     found = parse(text + "\n")
     assert edges(found, "slew") == [(1, 0), (2, 1)] and found.timescale_ps == 1 and found.stop_ps == 10
     assert edges(parse(text.replace("#1999", "#2000") + "\n"), "slew") == []  # over within its picosecond
@@ -218,7 +227,9 @@ def test_a_file_without_changes(parse):
 
 
 # ------------------------------------------------------------------------------------- habits of writers
-def test_layout_does_not_matter(parse):
+@pytest.mark.parametrize("block", [7, 1 << 20])
+def test_layout_does_not_matter(parse, block, monkeypatch):
+    monkeypatch.setattr(module, "BLOCK", block)
     expected = {name: edges(parse(SMALL), name) for name in ("slew", "db", "speed", "text")}
     body = SMALL.index("#1\n")
     for text in (
@@ -229,7 +240,7 @@ def test_layout_does_not_matter(parse):
         SMALL[:body] + SMALL[body:].replace(" ", "\n"),
         SMALL.replace("$enddefinitions $end\n", ""),
         SMALL.replace("$upscope", "$comment made by hand:\n0! #3 b11 $end $upscope"),
-        SMALL.replace("#5\n", "#5\n$comment 1! b1 \"\n#4 $dumpvars ? $end\n").replace("#9", "$comment $end\n#9"),
+        SMALL.replace("#5\n", '#5\n$comment 1! b1 "\n#4 $dumpvars ? $end\n').replace("#9", "$comment $end\n#9"),
         SMALL.replace("bz", "bZ").replace("$scope module", "$scope\nbegin"),
         SMALL.replace("$timescale", "$date\n Sun Nov 22 12:00:00\n$end $version Icarus Verilog $end\n$timescale"),
     ):
@@ -238,7 +249,22 @@ def test_layout_does_not_matter(parse):
 
 def test_identifiers_that_look_like_values(parse):
     """The word behind a value is an identifier, whatever it looks like."""
-    names = ["b", "b1", "r", "s", "S0", "#3", "$end", "0", "1!", "x", "$comment", "identifier_of_many_characters", "B", "z0"]
+    names = [
+        "b",
+        "b1",
+        "r",
+        "s",
+        "S0",
+        "#3",
+        "$end",
+        "0",
+        "1!",
+        "x",
+        "$comment",
+        "identifier_of_many_characters",
+        "B",
+        "z0",
+    ]
     text = HEAD + "".join(f"$var wire 4 {name} v{n} $end\n" for n, name in enumerate(names) if name != "$end")
     names.remove("$end")
     text = text.replace("$comment", "$comments") + "$upscope $end $enddefinitions $end\n#0\n"
@@ -248,7 +274,9 @@ def test_identifiers_that_look_like_values(parse):
     found = parse(text)
     for n, variable in enumerate(found.names):
         assert found.level_at(variable, 0) == n and found.level_at(variable, "1 ns") == n + 1
-    assert [found.level_at(f"x.v{names.index(name) + (names.index(name) > 5)}", "2 ns") for name in ("b", "b1", "#3")] == [0, 1, 0]
+    assert [
+        found.level_at(f"x.v{names.index(name) + (names.index(name) > 5)}", "2 ns") for name in ("b", "b1", "#3")
+    ] == [0, 1, 0]
 
 
 SIGROK = """\
@@ -416,7 +444,7 @@ changes_of = st.lists(
 
 
 @given(changes=changes_of, timescale=st.sampled_from(list(TIMESCALES)[:9]), block=st.integers(1, 60))
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_any_edges_of_our_writer(lively, changes, timescale, block, tmp_path):
     rig = lively(0, count=0, events=0)
     for number in range(3):
@@ -441,7 +469,8 @@ def test_edges_of_pyvcd(parse):
         text = writer.register_var("a", "text", "string", init="idle now")
         for n in range(1, 200):
             for variable, name, value in (
-                (bit, "a.bit", n & 1), (bus, "a.b.bus", n * 19), (speed, "a.speed", n / 8), (text, "a.text", f"\\go {n}\n"),
+                (bit, "a.bit", n & 1), (bus, "a.b.bus", n * 19), (speed, "a.speed", n / 8),
+                (text, "a.text", f"\\go {n}\n"),
             ):  # fmt: skip
                 writer.change(variable, n * n, value)
                 expected[name].append((n * n * 10**7, value))
@@ -468,3 +497,173 @@ def test_edges_of_sigrok(lively, tmp_path):
         expected = real_edges(times, np.maximum(levels, 0), max(first.level_at(name, 0), 0))  # sigrok has two levels
         assert len(expected[0]) > 5
         assert edges(second, name.split(".")[1]) == list(zip(*(column.tolist() for column in expected), strict=True))
+
+
+# ---------------------------------------------------------------------------------------------------- damaged files
+@pytest.mark.parametrize(
+    ("old", "new", "line", "message"),
+    [
+        ("#9\n1!", "#9\n1(", 22, "'1(': identifier '(' is not declared; it stands behind BITS"),
+        ("#9\n1!", "#9\n1", 22, "'1': a level without its identifier"),
+        ("#9\n", "#4\n", 21, "'#4': time runs backwards, from #5 to #4"),
+        ("#9\n", "#9x\n", 21, "'#9x': '#9x'; a time is # and 1 to 18 digits"),
+        ("#9\n", "#\n", 21, "a time is # and"),
+        ("#9\n", "#-9\n", 21, "a time is # and"),
+        ("#9\n", "#1234567890123456789\n", 21, "a time is # and"),
+        ("b101010 ", "b101101010 ", 18, "'b101101010 \"': a value of more bits than its variable has: 8"),
+        ("b101010 ", "b1010z0q ", 18, "'b1010z0q'; a value is b and bits, 0 1 x z"),
+        ("b101010 ", "bq00000000000000 ", 18, "a value is b and bits"),
+        ("b101010 ", "b ", 18, "'b'; a value is b and bits"),
+        ("r-1.5e3", "r-1.5e", 19, "'r-1.5e'; a real is r and a number"),
+        ("r-1.5e3", "b1", 19, "a value of another kind; this variable is of kind real"),
+        ("r-1.5e3 #", 'r-1.5e3 "', 19, "a value of another kind; this variable is of 8 bits"),
+        ("0!\n", "0!\nGood\n", 18, "'Good': 'Good' is neither a time (#) nor a value (0 1 x z b r s)"),
+        ("0!\n", "0!\n$var wire 1 % a $end\n", 18, "'$var' among the changes; allowed $dumpall, $dumpoff"),
+        ("0!\n", "0!\n\0\0\0\n", 18, "byte 0x00; a VCD file is text"),
+        ("0!\n", "0!\n\xff\xfe\n", 18, "is neither a time"),
+        ("0!\n", "0!\n$comment no end\n", 18, "the file ends before this does: it was cut off"),
+        ("$var wire 8", "$var wire eight", 4, "expected $var TYPE BITS IDENTIFIER NAME $end"),
+        ("$var wire 8", "$var wire 0", 4, "0 bits; allowed 1 to"),
+        ("$var wire 8", "$var wire 9999999", 4, "9999999 bits; allowed"),
+        ('$var wire 8 "', "$var wire 8 !", 4, "identifier '!' is declared a second time, as something else"),
+        ("1 ns", "1 ly", 1, "timescale '1 ly'; expected a number and one of fs, ps, ns, us, ms, s"),
+        ("1 ns", "0 ns", 1, "timescale '0 ns'"),
+        ("$scope module x", "$timescale 1 us $end $scope module x", 2, "a second $timescale that differs"),
+        ("$scope module x $end\n", "", 6, "$upscope without a $scope"),
+        ("$enddefinitions $end", "$enddefinitions", 8, "expected $enddefinitions $end"),
+        ("$upscope $end", "$upscope x $end", 7, "expected $upscope $end"),
+    ],
+)
+def test_damage_is_told_with_line_and_reason(parse, old, new, line, message, tmp_path, monkeypatch):
+    assert old in SMALL
+    text = SMALL.replace(old, new, 1).encode("latin-1")
+    for block in (1 << 20, 11):
+        monkeypatch.setattr(module, "BLOCK", block)
+        with pytest.raises(WaveformError) as error:
+            parse(text)
+        assert str(error.value).startswith(f"{tmp_path}/a.vcd, line {line}: ")
+        assert message in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("begin", "message"),
+    [
+        (b"", "is empty"),
+        (b" \n\n", "is empty"),
+        (b"\x1f\x8b\x08\x00", "no VCD file: compressed (gzip); unpack it with gunzip"),
+        (b"PK\x03\x04", "sigrok-cli -i FILE.sr -O vcd -o FILE.vcd"),
+        (b"\0\0\0\0\0\0\0\x01\x49\0\0", "fst2vcd FILE.fst > FILE.vcd"),
+        (b"\x13\x80\0", "lxt2vcd"),
+        (b"GHDLwave\n", "--vcd=FILE.vcd"),
+        (b"time_ps,net,level\n0,x,1\n", "its first line is that of a table (CSV)"),
+        (b"Hello, $you\n", "line 1: 'Hello, $you': no VCD file begins like this"),
+        (b"0!\n1!\n", "line 1: '0!': no VCD file begins like this"),
+        (b"$date today\n", "line 1: '$date today': $date has no $end: the file is cut off here"),
+        (b"$date today $end\n", "declares no variable ($var)"),
+        (b"$date today $end\n#0\n#10\n", "declares no variable ($var)"),
+    ],
+)
+def test_what_is_no_vcd_file(parse, begin, message):
+    with pytest.raises(WaveformError) as error:
+        parse(begin)
+    assert message in str(error.value)
+
+
+def test_files_that_cannot_be_opened(tmp_path):
+    for path in (tmp_path, tmp_path / "none.vcd"):
+        with pytest.raises(UsageError, match=r"cannot be read: (Is a directory|No such file)"):
+            slewline.read_vcd(path)
+
+
+def test_a_file_that_was_cut_off(parse):
+    """At every byte: either all lines before are read, when asked to, or it is said that it was cut."""
+    body = SMALL.index("#1\n")
+    for cut in range(body + 1, len(SMALL), 3):
+        text = SMALL[:cut]
+        torn = parse(text, torn=True)
+        whole = text[: text.rindex("\n") + 1]
+        assert [edges(torn, name) for name in torn] == [edges(parse(whole), name) for name in torn]
+        if text.endswith("\n"):
+            continue
+        with pytest.raises(
+            WaveformError, match=r"line \d+: .*cut off; read_vcd\(\.\.\., torn=True\) reads what stands"
+        ):
+            parse(text)
+
+
+def test_a_time_beyond_an_array_of_picoseconds(parse):
+    text = SMALL.replace("1 ns", "100 s").replace("#12", "#92234")
+    with pytest.raises(WaveformError, match=r"a\.vcd: a time beyond 2\^63 ps"):
+        parse(text)
+    assert parse(text.replace("#92234", "#92233")).stop_ps == 92233 * 10**14
+
+
+@given(data=st.data(), count=st.integers(1, 4), block=st.sampled_from([13, 1 << 20]))
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_damage_of_any_kind_is_an_error_of_ours_or_nothing(parse, data, count, block):
+    text = bytearray(data.draw(st.sampled_from([SMALL, SIGROK, VERILATOR, GTKWAVE])).encode())
+    for _ in range(count):
+        at = data.draw(st.integers(0, len(text) - 1))
+        what = data.draw(
+            st.one_of(st.binary(max_size=3), st.sampled_from([b"$end", b" ", b"\n", b"#", b"b", b"s s", b"!"]))
+        )
+        text[at : at + data.draw(st.integers(0, 5))] = what
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "BLOCK", block)
+        try:
+            found = parse(bytes(text), torn=data.draw(st.booleans()))
+        except SlewlineError as error:
+            assert "a.vcd" in str(error)
+            return
+    for name in found:
+        times, levels = found.edges(name)
+        assert len(times) == len(levels) and (np.diff(times) > 0).all()
+        assert not len(times) or (found.start_ps < times[0] and times[-1] <= found.stop_ps)
+
+
+# ------------------------------------------------------------------------------------- steps and pictures
+def test_steps_of_a_measured_pulse_and_direction(tmp_path):
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x")
+    bench.record("x.pulse", "x.direction")
+    bench.host(x).send("A 0\rF 10\rR 60\rS 240\rZ 1\rN 40\rG\r-\rN 10\rG\r")
+    bench.run_until_idle()
+    bench.save_vcd(tmp_path / "a.vcd", timescale="1 ps")
+    found = slewline.read_vcd(tmp_path / "a.vcd")
+    steps, model = found.steps("pulse", "direction"), x.steps()
+    assert len(model) == 50 and set(model.directions.tolist()) == {1, -1}
+    assert steps.times_ps.tolist() == model.times_ps.tolist()
+    assert steps.directions.tolist() == model.directions.tolist()
+    assert steps.positions.tolist() == model.positions.tolist()
+    other = found.steps("pulse", "direction", forward=0, position=100)
+    assert other.positions.tolist() == [100 - position for position in steps.positions.tolist()]
+    rising = found.steps("pulse", edge="rising")
+    assert len(rising) == 50 and (rising.times_ps > steps.times_ps).all() and rising.positions[-1] == 50
+
+
+def test_steps_begin_with_known_levels(parse):
+    text = "$timescale 1 us $end $var wire 1 ! p $end $var wire 1 % d $end $enddefinitions $end\n"
+    text += "#0\n#1\n0!\n#2\n1!\n#3\n0!\n0%\n#4 z! #5 0! #6 1!\n#7\n0!\n1%\n"
+    found = parse(text)
+    assert found.steps("p").times_ps.tolist() == [3_000_000, 7_000_000]  # not from unknown or floating to 0
+    assert found.steps("p", "d").directions.tolist() == [-1, 1]  # an edge of both at once: the new direction
+    with pytest.raises(UsageError, match="d is floating or unknown at the step at 2 us"):
+        found.steps("p", "d", "rising")
+    with pytest.raises(UsageError, match="edge='up', forward=1: allowed falling or rising"):
+        found.steps("p", edge="up")
+    with pytest.raises(UsageError, match="db has 8 bits; one of them"):
+        parse(SMALL).steps("db")
+    assert len(parse(SMALL).steps("slew", edge="rising")) == 1
+
+
+def test_trace_for_a_picture(parse):
+    small = parse(SMALL + "#20\nx!\n")
+    trace = small.trace("x.slew")
+    assert (trace.name, trace.level, trace.bus) == ("slew", 1, False)
+    assert (trace.times_ps.tolist(), trace.levels.tolist()) == ([5000, 9000, 20_000], [0, 1, -1])
+    bus = small.trace("db", name="data", shift="-2 ns")
+    assert (bus.name, bus.level, bus.bus) == ("data", -1, True)
+    assert (bus.times_ps.tolist(), bus.levels.tolist()) == ([3000, 7000], [42, 3])
+    assert small.trace("slew", shift=5).times_ps[0] == 5005
+    with pytest.raises(UsageError, match="speed is a real variable"):
+        small.trace("speed")

@@ -191,6 +191,8 @@ class Changes:
         """
         import numpy as np
 
+        if self.end * self.unit >= 1 << 63:
+            raise WaveformError(f"{self.path}: a time beyond 2^63 ps (106 days), where an array of picoseconds ends")
         empty: Any = (np.empty(0, np.int64), np.empty(0, self._index))
         nothing: Any = [np.empty(0, self._dtype), np.empty(0, np.float64), np.empty(0, object)]
         out: dict[bytes, tuple[Variable, NDArray[np.int64], NDArray[Any]]] = {}
@@ -212,8 +214,6 @@ class Changes:
         """Times in the file's unit as picoseconds, rounded down; what stands before the first time stays so."""
         import numpy as np
 
-        if len(times) and int(np.max(times)) * self.unit >= 1 << 63:
-            raise WaveformError(f"{self.path}: a time beyond 2^63 ps (106 days), where an array of picoseconds ends")
         return np.where(times == BEFORE, BEFORE, times * self.unit.numerator // self.unit.denominator)
 
 

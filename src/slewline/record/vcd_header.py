@@ -104,6 +104,8 @@ def read_header(place: Place) -> tuple[Header, int]:
 
 
 def _declare(header: Header, keyword: bytes, words: list[str]) -> None:
+    if keyword in (b"$enddefinitions", b"$upscope") and words:
+        raise ValueError(f"expected {keyword.decode()} $end")
     if keyword == b"$scope":
         header.scopes.append(words[-1] if len(words) > 1 else "")
     elif keyword == b"$upscope":
