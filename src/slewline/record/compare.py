@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 NEVER = 1 << 62
 FEW, MANY = 64, 1 << 16  # pairs that are tried at a time
 CANDIDATES, PROBED = 12, 400  # edges that may be the first pair, and edges that judge it
+MOST_DRIFT = 1e-3  # of a clock against another: crystals keep to a tenth of it, resonators to half
 SHOWN = 10  # rows of a text
 BECOMES = {-2: "becomes unknown", -1: "floats", 0: "falls", 1: "rises"}
 
@@ -184,19 +185,22 @@ def _first(model: Edges, measured: Edges) -> int:
 
 
 def _best(model: Edges, measured: Edges) -> int:
-    """Of the shifts that make two of the first edges meet, the one with the most pairs; of these the steadiest one."""
+    """Of the shifts that make two of the first edges meet, the one that brings the most edges near to each other."""
+    import numpy as np
+
     shifts = {
         int(time - other): None
         for time, level in zip(model[0][:CANDIDATES], model[1], strict=False)
         for other, same in zip(measured[0][:CANDIDATES], measured[1], strict=False)
         if level == same
     }
-    some, others = ([column[:PROBED] for column in edges] for edges in (model, measured))
+    some, others = ((times[:PROBED], levels[:PROBED]) for times, levels in (model, measured))
+    period = float(np.median(some[0][2:] - some[0][:-2])) if len(some[0]) > 2 else 1.0
 
-    def merit(shift: int) -> tuple[int, float]:
-        pairs = _pairs((some[0], some[1]), (others[0] + shift, others[1]))
-        late = others[0][pairs[:, 1]] + shift - some[0][pairs[:, 0]]
-        return len(pairs), -float(late.std()) if len(late) else 0.0
+    def merit(shift: int) -> float:
+        pairs = _pairs(some, (others[0] + shift, others[1]))
+        late = abs(others[0][pairs[:, 1]] + shift - some[0][pairs[:, 0]])
+        return float(np.maximum(1 - late / period, 0).sum())
 
     return max(shifts, key=merit, default=0)
 
@@ -223,9 +227,10 @@ def _drift_alone(model: NDArray[np.int64], measured: NDArray[np.int64]) -> bool:
 
     if len(model) < 3:
         return True
-    late = measured - model
-    left = late - late.mean() - _slope(model, late) * (model - model.mean())
-    return bool(2 * abs(left).max() < np.min(model[2:] - model[:-2]))
+    late, slope = measured - model, _slope(model, measured - model)
+    left = late - late.mean() - slope * (model - model.mean())
+    most = max(abs(left).max(), abs(late[0]))
+    return bool(abs(slope) < MOST_DRIFT and 2 * most < np.min(model[2:] - model[:-2]))
 
 
 def _runs(model: Edges, measured: Edges) -> list[tuple[int, int, int]]:
