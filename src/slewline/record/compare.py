@@ -28,6 +28,7 @@ NEVER = 1 << 62
 FEW, MANY = 64, 1 << 16  # pairs that are tried at a time
 CANDIDATES, PROBED = 12, 400  # edges that may be the first pair, and edges that judge it
 MOST_DRIFT = 1e-3  # of a clock against another: crystals keep to a tenth of it, resonators to half
+ENOUGH = 10  # pairs that make a drift more than chance
 SHOWN = 10  # rows of a text
 BECOMES = {-2: "becomes unknown", -1: "floats", 0: "falls", 1: "rises"}
 
@@ -126,7 +127,8 @@ class Comparison:
             lines.append(f"  and {len(self.rows) - SHOWN} more; in all {', '.join(kinds)}")
         if len(self.pairs):
             apart = f"at most {readable(self.greatest_ps)} apart, {readable(round(self.mean_ps))} in the mean"
-            lines.append(f"  {len(self.pairs)} pairs: {apart}, drift {self.drift_ppm:+.1f} ppm")
+            drift = f", drift {self.drift_ppm:+.1f} ppm" if len(self.pairs) >= ENOUGH else ""
+            lines.append(f"  {len(self.pairs)} {'pair' if len(self.pairs) == 1 else 'pairs'}: {apart}{drift}")
         return "\n".join(lines)
 
 

@@ -74,6 +74,10 @@ class Waveforms:
         return f"<Waveforms of {self.path}: {len(self)} signals, {span}, in units of {readable(self.timescale_ps)}>"
 
     # ---------------------------------------------------------------------------------------------------- questions
+    def kind(self, name: str) -> str:
+        """Return what a signal is: "bits", "real" or "string"."""
+        return self._find(name).variable.kind
+
     def width(self, name: str) -> int:
         """Return how many bits a signal has; 64 for a real one, 0 for a string."""
         variable = self._find(name).variable
