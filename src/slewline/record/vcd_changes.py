@@ -13,23 +13,28 @@ from __future__ import annotations
 
 import re
 from fractions import Fraction
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from ..errors import WaveformError
-from .recorder import FLOATING
 from .vcd_header import Header, Place, Variable
+from .vcd_words import (
+    KEYWORD,
+    LEVEL,
+    SHORT,
+    TIME,
+    VALUE,
+    Words,
+    codes_of_letters,
+    kinds_of_letters,
+    mark_identifiers,
+    quoted,
+)
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-UNKNOWN = -2  # the level of a signal whose state the file does not know: x
-MOST_BITS = 63  # of a value that is kept
 BEFORE = -1  # the time of what stands before the first time
-MOST_DIGITS = 18  # of a time
-SHORT = 8  # bytes of an identifier that fits a number
-TIME, LEVEL, VALUE, KEYWORD, IDENTIFIER = 1, 2, 3, 4, 5  # kinds of words; 0: none of them
 KEYWORDS = frozenset((b"$dumpvars", b"$dumpall", b"$dumpon", b"$dumpoff", b"$end", b"$vcdclose"))
 CONTROLS = bytes({*range(32), 127} - set(b"\t\n\v\f\r"))
 ESCAPES = {"t": "\t", "n": "\n", "r": "\r", "\\": "\\"}
@@ -85,11 +90,11 @@ class Changes:
         np.greater(letters, 32, out=solid[1:-1].view(np.bool_))
         bounds = np.flatnonzero(solid[1:] != solid[:-1])
         begins, ends = bounds[::2], bounds[1::2]
-        kinds = _kinds_of_letters()[letters[begins]]
-        if _mark_identifiers(kinds):  # a value whose identifier is still to come
+        kinds = kinds_of_letters()[letters[begins]]
+        if mark_identifiers(kinds):  # a value whose identifier is still to come
             taken = int(begins[-1])
             begins, ends, kinds = begins[:-1], ends[:-1], kinds[:-1]
-        words = _Words(place, text, letters, begins, ends)
+        words = Words(place, text, letters, begins, ends)
         self._refuse_strangers(words, kinds)
         times, index = self._times(words, kinds)
         self._take(words, kinds, times, index)
@@ -97,18 +102,18 @@ class Changes:
             self.end = int(times[-1])
         return taken
 
-    def _refuse_strangers(self, words: _Words, kinds: NDArray[np.int8]) -> None:
+    def _refuse_strangers(self, words: Words, kinds: NDArray[np.int8]) -> None:
         import numpy as np
 
         for number in np.flatnonzero((kinds == 0) | (kinds == KEYWORD)):
             word = words[number]
             if kinds[number] == 0:
-                raise words.error(number, f"{_quoted(word)} is neither a time (#) nor a value (0 1 x z b r s)")
+                raise words.error(number, f"{quoted(word)} is neither a time (#) nor a value (0 1 x z b r s)")
             if word not in KEYWORDS:
                 known = ", ".join(sorted(keyword.decode() for keyword in KEYWORDS))
-                raise words.error(number, f"{_quoted(word)} among the changes; allowed {known}")
+                raise words.error(number, f"{quoted(word)} among the changes; allowed {known}")
 
-    def _times(self, words: _Words, kinds: NDArray[np.int8]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    def _times(self, words: Words, kinds: NDArray[np.int8]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """The time before the block and those in it, and for each word which of these holds there."""
         import numpy as np
 
@@ -127,7 +132,7 @@ class Changes:
                 self.begin = 0
         return times, np.cumsum(named)
 
-    def _take(self, words: _Words, kinds: NDArray[np.int8], times: NDArray[np.int64], index: NDArray[np.int64]) -> None:
+    def _take(self, words: Words, kinds: NDArray[np.int8], times: NDArray[np.int64], index: NDArray[np.int64]) -> None:
         import numpy as np
 
         where = np.flatnonzero((kinds == LEVEL) | (kinds == VALUE))
@@ -152,7 +157,7 @@ class Changes:
             texts = np.array([_unescaped(words[number][1:]) for number in where[string]] + [None], object)[:-1]
             self._parts[2].append((at[string], variables[string], texts))
 
-    def _named(self, words: _Words, where: NDArray[np.intp], scalar: NDArray[np.bool_]) -> NDArray[Any]:
+    def _named(self, words: Words, where: NDArray[np.intp], scalar: NDArray[np.bool_]) -> NDArray[Any]:
         """Which variables the identifiers of some words name."""
         import numpy as np
 
@@ -162,17 +167,17 @@ class Changes:
         if len(wrong):
             number = where[wrong[0]]
             name = words[number][int(scalar[wrong[0]]) :]
-            what = f"identifier {_quoted(name)} is not declared" if name else "a level without its identifier"
+            what = f"identifier {quoted(name)} is not declared" if name else "a level without its identifier"
             raise words.error(number, f"{what}; it stands behind BITS in a $var")
         return self._by_key[found].astype(self._index)
 
     def _bits(
-        self, words: _Words, where: NDArray[np.intp], variables: NDArray[Any], scalar: NDArray[np.bool_]
+        self, words: Words, where: NDArray[np.intp], variables: NDArray[Any], scalar: NDArray[np.bool_]
     ) -> NDArray[Any]:
         """Values of bits: numbers, or FLOATING, or UNKNOWN."""
         import numpy as np
 
-        values = _codes()[words.letters[words.begins[where]]].astype(self._dtype)
+        values = codes_of_letters()[words.letters[words.begins[where]]].astype(self._dtype)
         vectors = np.flatnonzero(~scalar)
         if len(vectors):
             widths = self._widths[variables[vectors]]
@@ -217,148 +222,6 @@ class Changes:
         return np.where(times == BEFORE, BEFORE, times * self.unit.numerator // self.unit.denominator)
 
 
-class _Words:
-    """Words of a block: where they begin and end."""
-
-    def __init__(
-        self, place: Place, text: bytes, letters: NDArray[np.uint8], begins: NDArray[np.intp], ends: NDArray[np.intp]
-    ) -> None:
-        self.place, self.text, self.letters, self.begins, self.ends = place, text, letters, begins, ends
-
-    def __getitem__(self, number: Any) -> bytes:
-        return self.text[self.begins[number] : self.ends[number]]
-
-    def error(self, number: Any, what: str) -> WaveformError:
-        """An error at a word."""
-        return self.place.error(int(self.begins[number]), what)
-
-    def numbers(self, where: NDArray[np.intp]) -> NDArray[np.int64]:
-        """The decimal numbers behind the first characters of some words."""
-        import numpy as np
-
-        lengths, ends = self.ends[where] - self.begins[where] - 1, self.ends[where]
-        out = np.zeros(len(where), np.int64)
-        wrong = (lengths == 0) | (lengths > MOST_DIGITS)
-        shortest, longest = (int(lengths.min()), min(int(lengths.max()), MOST_DIGITS)) if len(where) else (0, 0)
-        for place in range(longest):
-            digits = self.letters[np.maximum(ends - 1 - place, 0)] - np.uint8(48)
-            if place >= shortest:
-                digits = np.where(place < lengths, digits, np.uint8(0))
-            wrong |= digits > 9
-            out += digits.astype(np.int64) * 10**place
-        if wrong.any():
-            number = where[np.argmax(wrong)]
-            raise self.error(number, f"{_quoted(self[number])}; a time is # and 1 to {MOST_DIGITS} digits")
-        return out
-
-    def keys(self, where: NDArray[np.intp], behind: NDArray[np.bool_], long: dict[bytes, int]) -> NDArray[np.uint64]:
-        """Identifiers as numbers; `behind` says of which words they begin with the second character."""
-        import numpy as np
-
-        begins, ends = self.begins[where] + behind, self.ends[where]
-        lengths = ends - begins
-        longest = int(lengths.max())
-        last = len(self.letters) - 1
-        out = np.zeros(len(where), np.uint64)
-        for place in range(min(longest, SHORT)):
-            letters = self.letters[np.minimum(begins + place, last)].astype(np.uint64) << np.uint64(8 * place)
-            out |= np.where(place < lengths, letters, np.uint64(0))
-        if longest > SHORT:
-            for number in np.flatnonzero(lengths > SHORT):
-                out[number] = long.get(self.text[begins[number] : ends[number]], 0)
-        return out
-
-    def vectors(self, where: NDArray[np.intp], widths: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
-        """Values of words such as b10z1, and which of the words have more bits than they may.
-
-        A bit that floats beside others that do not reads 1.  A value that is wider than MOST_BITS is UNKNOWN.
-        """
-        import numpy as np
-
-        begins, ends = self.begins[where] + 1, self.ends[where]
-        lengths = ends - begins
-        out = np.zeros(len(where), np.int64)
-        unknown, driven, wrong = np.zeros((3, len(where)), np.bool_)
-        codes = _codes()
-        kept = int(min(lengths.max(), widths.max(), MOST_BITS))
-        for place in range(kept):
-            there = place < lengths
-            code = np.where(there, codes[self.letters[np.maximum(ends - 1 - place, 0)]], np.int8(0))
-            out |= (code & 1).astype(np.int64) << place  # 1 of FLOATING is 1
-            unknown |= code == UNKNOWN
-            driven |= there & (code >= 0)
-            wrong |= code == NO_CODE
-        first = codes[self.letters[np.minimum(begins, ends - 1)]]
-        wide = widths > MOST_BITS
-        room = np.minimum(widths, MOST_BITS)
-        spread = (first == FLOATING) & (lengths < widths)  # what is left out is as the first one, if that floats
-        whole = (np.int64(1) << room) - 1
-        out = np.where(spread, out | whole & ~((np.int64(1) << np.minimum(lengths, room)) - 1), out)
-        out[~driven & ~unknown] = FLOATING
-        out[unknown | wide] = UNKNOWN
-        for number in np.flatnonzero(wrong | (lengths == 0) | (lengths > kept)):
-            letters = self[where[number]][1:].lower()
-            if not letters or letters.strip(b"01xzuwlh-"):
-                raise self.error(where[number], f"{_quoted(self[where[number]])}; a value is b and bits, 0 1 x z")
-        long = np.flatnonzero(lengths > widths)
-        over = [n for n in long if self[where[n]][1 : 1 + lengths[n] - widths[n]].strip(b"0")]
-        return out, np.array(over, np.intp)
-
-    def reals(self, where: NDArray[np.intp]) -> NDArray[np.float64]:
-        """The numbers of words such as r1.5."""
-        import numpy as np
-
-        out = np.empty(len(where), np.float64)
-        for index, number in enumerate(where.tolist()):
-            try:
-                out[index] = float(self[number][1:])
-            except ValueError:
-                raise self.error(number, f"{_quoted(self[number])}; a real is r and a number, as in r1.5") from None
-        return out
-
-
-# ----------------------------------------------------------------------------------------------------------- tables
-NO_CODE = -3
-
-
-@cache
-def _kinds_of_letters() -> NDArray[np.int8]:
-    """What a word is, by its first character: (256,) int8."""
-    import numpy as np
-
-    kinds = np.zeros(256, np.int8)
-    for kind, letters in ((TIME, b"#"), (LEVEL, b"01xXzZuUwWlLhH-"), (VALUE, b"bBrRsS"), (KEYWORD, b"$")):
-        kinds[list(letters)] = kind
-    return kinds
-
-
-@cache
-def _codes() -> NDArray[np.int8]:
-    """Levels by character, those of nine-valued logic (VHDL) included: (256,) int8."""
-    import numpy as np
-
-    codes = np.full(256, NO_CODE, np.int8)
-    for code, letters in ((0, b"0lL"), (1, b"1hH"), (FLOATING, b"zZ"), (UNKNOWN, b"xXuUwW-")):
-        codes[list(letters)] = code
-    return codes
-
-
-def _mark_identifiers(kinds: NDArray[np.int8]) -> bool:
-    """Change the kind of words that stand behind values to IDENTIFIER; is there one still to come?"""
-    import numpy as np
-
-    like_values = kinds == VALUE
-    if not like_values.any():
-        return False
-    before = np.append(False, like_values[:-1])
-    place = np.arange(len(kinds))
-    since = np.maximum.accumulate(np.where(like_values & ~before, place, 0))
-    values = np.flatnonzero(like_values & ((place - since) % 2 == 0))
-    pending = bool(values[-1] == len(kinds) - 1)
-    kinds[values[: len(values) - pending] + 1] = IDENTIFIER
-    return pending
-
-
 def _without_comments(place: Place) -> tuple[bytes, int]:
     """A block with blanks for its comments, and how much of it: up to a comment that does not end in it."""
     block = place.block
@@ -383,11 +246,6 @@ def _unescaped(text: bytes) -> str:
         return chr(int(code[1:], 16)) if code[0] == "x" else chr(int(code, 8)) if code.isdigit() else ESCAPES[code]
 
     return _ESCAPE.sub(plain, text.decode("utf-8", "replace"))
-
-
-def _quoted(word: bytes) -> str:
-    shown = word[:20].decode("latin-1")
-    return repr(shown) + ("..." if len(word) > 20 else "")
 
 
 def _said(variable: Variable) -> str:

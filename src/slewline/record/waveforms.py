@@ -15,8 +15,9 @@ from ..core.timebase import Time, moment, readable
 from ..errors import NotRecorded, UnknownName, UsageError
 from .plots import Trace
 from .recorder import FLOATING, real_edges
-from .vcd_changes import MOST_BITS, UNKNOWN, Changes
+from .vcd_changes import Changes
 from .vcd_header import Header, Variable
+from .vcd_words import MOST_BITS, UNKNOWN
 
 if TYPE_CHECKING:
     import numpy as np
