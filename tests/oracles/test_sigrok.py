@@ -1,0 +1,118 @@
+"""sigrok-cli reads our VCD files: its decoders count the steps and read what was said on the line and on the bus.
+
+A file of units of 1 us is read with a sample a unit; all that sigrok says is compared to the sample.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from .conftest import TOLD
+from .programs import find, sigrok
+
+UNIT_PS = 1_000_000
+FORMAT = "baudrate=9600:data_bits=7:parity=odd:stop_bits=1.0:invert_rx=yes:invert_tx=yes:format=ascii"
+LINE = f"uart:rx=rxd:tx=txd:{FORMAT}"
+# A character: start bit, seven of data, parity, two stop bits.
+BITS, BAUD = 11, 9600
+
+
+def saved(bench, path, timescale="1 us"):
+    bench.save_vcd(path, pins=[name for name, net in bench.recorded.items() if net.width == 1], timescale=timescale)
+    return path
+
+
+@pytest.fixture(scope="module")
+def feed(gsc, tmp_path_factory):
+    return saved(gsc, tmp_path_factory.mktemp("sigrok") / "feed.vcd")
+
+
+# ---------------------------------------------------------------------------------------------------------- steps
+@pytest.mark.parametrize(
+    ("family", "axis", "step", "direction"),
+    [
+        ("cy525", 1, "pulse", "direction"),
+        ("gsc", 1, "clock", "dir"),
+        ("mc1451a", 1, "pulse1", "dir1"),
+        ("mc1451a", 2, "pulse2", "dir2"),
+    ],
+)
+def test_every_step_is_counted_in_its_direction_and_to_the_microsecond(
+    family, axis, step, direction, tmp_path, request
+):
+    """The decoder tells of a step when the next one comes: its last one is missing."""
+    bench = request.getfixturevalue(family)
+    path = saved(bench, tmp_path / "a.vcd")
+    steps = bench["x"].axis(axis).steps()
+    decoder = f"stepper_motor:step={step}:dir={direction}"
+
+    said = sigrok(path, decoder, "position:speed")  # of every step two, when the next one comes
+    times, levels = bench.edges(f"x.{step}")
+    rising = (times[levels == 1] // UNIT_PS).tolist()
+    expected = []
+    for (start, stop), position in zip(pairwise(rising), steps.positions[:-1], strict=True):
+        expected += [
+            (start, stop, f"{1e12 / UNIT_PS / (stop - start):.0f} steps/s"),
+            (start, stop, f"{position} steps"),
+        ]
+    assert said == expected
+
+
+def test_waveform_of_the_demo_is_read_in_samples_of_a_microsecond(demo, tmp_path):
+    path = saved(demo, tmp_path / "weld.vcd", timescale="1 ns")
+    positions = sigrok(path, "stepper_motor:step=pulse:dir=direction", "position", downsample=1000)
+    steps = demo["x"].steps()
+    assert len(positions) == len(steps) - 1 > 10_000
+    moved = np.cumsum(steps.directions)
+    assert [said.text for said in positions] == [f"{position} steps" for position in moved[:-1]]
+
+
+# ----------------------------------------------------------------------------------------------------------- line
+def test_serial_line_says_what_the_host_and_the_module_said(feed):
+    heard = "".join(said.text for said in sigrok(feed, LINE, "rx-data")).replace("[0D]", "\r")
+    assert heard == "".join(f"{line}\r" for line in TOLD)
+    assert {"Po", "S10"} <= set(heard.split("\r"))
+    answers = "".join(said.text for said in sigrok(feed, LINE, "tx-data")).replace("[0D]", "\r")
+    assert answers == "Y\r" * 7 + "V+210\r"
+
+
+def test_every_parity_and_stop_bit_is_right(feed):
+    """Debian 12's decoder tells of a stop bit among the parity bits."""
+    for wire, count in (("rx", sum(len(line) + 1 for line in TOLD)), ("tx", 7 * len("Y\r") + len("V+210\r"))):
+        bits = [said.text for said in sigrok(feed, LINE, f"{wire}-parity-ok:{wire}-stop")]
+        assert bits == ["Parity bit", "Stop bit"] * count
+        assert sigrok(feed, LINE, f"{wire}-parity-err:{wire}-warnings") == []
+
+
+def test_a_format_that_is_not_the_module_s_is_refused(feed):
+    """What the tests above rest on: sigrok does look at the parity and at the polarity of the line."""
+    count = sum(len(line) + 1 for line in TOLD)
+    assert len(sigrok(feed, LINE.replace("odd", "even"), "rx-parity-err")) == count
+    assert sigrok(feed, LINE.replace("invert_rx=yes", "invert_rx=no"), "rx-warnings")
+
+
+def test_characters_follow_each_other_as_fast_as_the_line_allows(feed, gsc):
+    """A start bit begins with its edge to the sample, and eleven bits later the next one of the line."""
+    times, _ = gsc.edges("x.rxd")
+    starts = [said.start for said in sigrok(feed, LINE, "rx-start")]
+    assert set(starts) <= set((times // UNIT_PS).tolist())
+    first = 0
+    for line in TOLD:
+        begins = starts[first : first + len(line) + 1]
+        edge = times[times // UNIT_PS == begins[0]][0]
+        assert begins == [int(edge + n * BITS * 10**12 // BAUD) // UNIT_PS for n in range(len(begins))]
+        first += len(begins)
+
+
+# ------------------------------------------------------------------------------------------------------- programs
+def test_program_that_is_missing_skips_the_test_and_fails_it_in_ci(monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.delenv("CI", raising=False)
+    with pytest.raises(pytest.skip.Exception, match="apt install sigrok-cli"):
+        find("sigrok-cli")
+    monkeypatch.setenv("CI", "true")
+    with pytest.raises(pytest.fail.Exception, match="must not be skipped in CI"):
+        find("sigrok-cli")
