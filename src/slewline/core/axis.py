@@ -13,11 +13,15 @@ from typing import TYPE_CHECKING
 
 from ..errors import UsageError
 from .kernel import Kernel
+from .motions import Mark, Motions, MotionStart, Parameters
+from .plan import Plan
 from .train import Playing, Train
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+__all__ = ["Axis", "Mark", "MotionStart", "Parameters", "Steps", "Stretch"]
 
 
 @dataclass(frozen=True)
@@ -36,7 +40,8 @@ class Steps:
 class Stretch:
     """A stretch of travel: from an instant on, `playing` moves the axis by `sign` a step, starting from `travel`.
 
-    `count` is `travel` without those steps that the position register did not count; it counts `counts` a step.
+    `count` is `travel` without those steps that the position register did not count; it counts `counts` a step.  A
+    train that plays a plan from one of its steps on tells of both.
     """
 
     start: int
@@ -45,6 +50,20 @@ class Stretch:
     sign: int
     counts: int
     playing: Playing | None
+    plan: Plan | None = None
+    step: int = 0
+
+    def phases(self) -> Iterator[tuple[int, int, str]]:
+        """Yield the legs of the plan that are played: begin and end in ps, and the name."""
+        if self.playing is None or self.plan is None:
+            return
+        train, until = self.playing.train, self.playing.until
+        for leg in self.plan.legs:
+            begin, end = (train.clock.ps(train.begin(max(k - self.step, 0))) for k in (leg.first, leg.end))
+            if until is not None:
+                end = min(end, until)
+            if begin < end:
+                yield begin, end, leg.name
 
 
 _start = attrgetter("start")
@@ -65,6 +84,7 @@ class Axis:
         self.offsets = [(0, self.offset)]
         self.watchers: list[Callable[[], object]] = []  # called when a plan or the register changes
         self.forgetters: list[Callable[[int], object]] = []  # called when the past before an instant is dropped
+        self.log = Motions(kernel)  # what a chip tells of its motions
 
     @property
     def travel(self) -> int:
@@ -99,14 +119,17 @@ class Axis:
         for watcher in self.watchers:
             watcher()
 
-    def follow(self, playing: Playing | None, sign: int, counted: bool = True) -> None:
+    def follow(
+        self, playing: Playing | None, sign: int, counted: bool = True, plan: Plan | None = None, step: int = 0
+    ) -> None:
         """From this instant on, the axis follows a train; what was played before stays as it is.
 
         Args:
             counted: false: the position register does not count these steps.
+            plan, step: what the train plays, and the step of it that is the first of the train.
         """
         counts = sign if counted else 0
-        self.past.append(Stretch(self.kernel.now, self.travel, self.counted, sign, counts, playing))
+        self.past.append(Stretch(self.kernel.now, self.travel, self.counted, sign, counts, playing, plan, step))
         for watcher in self.watchers:
             watcher()
 
@@ -134,8 +157,31 @@ class Axis:
         del self.past[:keep]
         in_force = bisect_right(self.offsets, self.past[0].start, key=itemgetter(0)) - 1
         del self.offsets[: max(in_force, 0)]
+        self.log.forget(before)
         for forgetter in self.forgetters:
             forgetter(before)
+
+    def motions(self, start: int, stop: int) -> list[MotionStart]:
+        """Return the motions that begin at start <= t <= stop, in ps."""
+        return self.log.starts(start, stop)
+
+    def marks(self, start: int, stop: int) -> list[Mark]:
+        """Return what has happened to the axis at start <= t <= stop, in ps, besides motions that begin."""
+        return self.log.marks(start, stop)
+
+    def phases(self, start: int, stop: int) -> list[tuple[int, int, str]]:
+        """Return the legs of plans that are played between two instants, as far as they lie there: begin and end in
+        ps, and the name; neighbours of one name are one."""
+        found: list[tuple[int, int, str]] = []
+        first = max(bisect_left(self.past, start, key=_start) - 1, 0)
+        for stretch in self.past[first : bisect_right(self.past, stop, key=_start)]:
+            for begin, end, name in stretch.phases():
+                if begin >= stop or end <= start:
+                    continue
+                if found and found[-1][1:] == (max(begin, start), name):
+                    begin = found.pop()[0]
+                found.append((max(begin, start), min(end, stop), name))
+        return found
 
     def _played(self, start: int, stop: int) -> Iterator[tuple[Stretch, Train, int, int]]:
         """Stretches with steps at start <= t <= stop, and which steps of their trains these are: a ... b-1."""
@@ -199,8 +245,7 @@ class Axis:
         since = max(bisect_right(self.offsets, ps, key=lambda offset: offset[0]) - 1, 0)
         return self.low + (self.offsets[since][1] + count) % self.modulus
 
-    def positions_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
-        """The position register at many instants of the past: (n,) int64, shape as `times`."""
+    def _instants(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
         import numpy as np
 
         at = np.asarray(times)
@@ -208,6 +253,13 @@ class Axis:
             raise UsageError(
                 f"instants of the past are int64 picoseconds up to {self.kernel.now}, not {at.dtype} or later ones"
             )
+        return at
+
+    def positions_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
+        """The position register at many instants of the past: (n,) int64, shape as `times`."""
+        import numpy as np
+
+        at = self._instants(times)
         starts = np.array([stretch.start for stretch in self.past], np.int64)
         which = np.maximum(np.searchsorted(starts, at, side="right") - 1, 0)
         out = np.empty(at.shape, np.int64)
@@ -217,3 +269,54 @@ class Axis:
             if stretch.playing is not None:
                 out[chosen] += stretch.counts * stretch.playing.begun_many(at[chosen])
         return self.low + (out + self._offsets_at(at)) % self.modulus
+
+    # -------------------------------------------------------------------------------------------------------- velocity
+    def _driven(self, start: int, stop: int) -> list[tuple[int, int, Stretch, Playing]]:
+        """What says the velocity at start <= t <= stop: from which instant to before which one, and the stretch.
+
+        A step in progress lasts until its end, or until the next train moves the axis.
+        """
+        found: list[tuple[int, int, Stretch, Playing]] = []
+        end = stop + 1
+        for stretch in reversed(self.past[: bisect_right(self.past, stop, key=_start)]):
+            playing = stretch.playing
+            if playing is not None and (moves := playing.moves) is not None and moves < end:
+                found.append((max(moves, start), end, stretch, playing))
+                end = moves
+                if moves <= start:
+                    break
+        return found[::-1]
+
+    def velocities(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Velocity at start <= t <= stop (ps).
+
+        Returns:
+            Instants of every change (n,) int64 ps, ascending, the first is `start`; steps/s (n,) float64 from each to
+            the next.
+        """
+        import numpy as np
+
+        at, what = [np.array([start])], [np.zeros(1)]
+        for since, end, stretch, playing in self._driven(start, stop):
+            times, speeds = playing.velocities(since, end - 1)
+            at.append(times)
+            what.append(stretch.sign * speeds + 0.0)  # rest is no negative zero
+        times, speeds = np.concatenate(at), np.concatenate(what)
+        last = np.append(times[1:] != times[:-1], True)  # of what begins in one instant
+        times, speeds = times[last], speeds[last]
+        changed = np.append(True, speeds[1:] != speeds[:-1])
+        return times[changed], speeds[changed]
+
+    def velocity_at(self, ps: int) -> float:
+        """Velocity at one instant of the past, steps/s."""
+        return float(self.velocities(ps, ps)[1][-1])
+
+    def velocities_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.float64]:
+        """Velocity at many instants of the past: float64 steps/s, shape as `times`."""
+        import numpy as np
+
+        at = self._instants(times)
+        if not at.size:
+            return np.empty(at.shape)
+        changes, speeds = self.velocities(int(at.min()), int(at.max()))
+        return speeds[np.searchsorted(changes, at, side="right") - 1]

@@ -182,6 +182,25 @@ class CycleTrain(Train):
         n = (self.lead + before + (after - before) * part // self.cycle) // self.unit
         return np.where(ticks < 0, 0, np.maximum(n, 0))
 
+    def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        import numpy as np
+
+        if since >= self.length:
+            return np.array([since]), np.zeros(1)
+        i, j = since // self.cycle, min(-(-to // self.cycle), self.cycles)
+        if self.law.steady:
+            ticks, displaced = np.array([since]), np.array([self.law.steady])
+        else:
+            ticks, displaced = np.arange(i, j) * self.cycle, np.diff(self.law.travels(np.arange(i, j + 1)))
+            ticks[0] = since
+        speeds = displaced * self.clock.hz / (self.cycle * self.unit)
+        if self.length < to:
+            ticks, speeds = np.append(ticks, self.length), np.append(speeds, 0.0)
+        return ticks, speeds
+
+    def rests(self, until: int) -> int:
+        return min(max(self.clock.ticks_from(until - 1) - self.origin, 0), self.length)
+
     def _cycle(self, distance: int) -> int:
         """The cycle that covers so much, more than 0: there is less before it."""
         law = self.law

@@ -15,7 +15,7 @@ Three views of a train are the promises that stand on the nets of a motor: `Puls
 
 from __future__ import annotations
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
@@ -55,6 +55,18 @@ class Train:
 
     def begin_ticks(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
         """Begins of steps first ... last-1: (n,) int64, ticks since `origin`, ascending."""
+        raise NotImplementedError
+
+    def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Velocity from tick `since` to before tick `to`, both since `origin` and not before it.
+
+        Returns:
+            Ticks since `origin` (n,) int64, ascending, the first is `since`; steps/s from each to the next, float64.
+        """
+        raise NotImplementedError
+
+    def rests(self, until: int) -> int:
+        """When a train of which nothing is played at `until` (ps) and later comes to rest: ticks since `origin`."""
         raise NotImplementedError
 
     # ------------------------------------------------------------------------------------------- what follows from them
@@ -138,7 +150,22 @@ class StepTrain(Train):
         n = np.minimum(n, np.array(self.counts, np.int64)[i]) + np.array(self.firsts, np.int64)[i]
         return np.where(ticks < 0, 0, n)
 
+    def rests(self, until: int) -> int:
+        return self.begin(begun) - self.origin if (begun := self.begun(until - 1)) else 0
+
     # ------------------------------------------------------------------------------------------------------- arrays
+    def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        import numpy as np
+
+        if since >= self.length:
+            return np.array([since]), np.zeros(1)
+        i, j = bisect_right(self.starts, since) - 1, bisect_left(self.starts, to)
+        over = self.length < to  # the last step is over
+        ticks = np.array([since, *self.starts[i + 1 : j], *[self.length] * over], np.int64)
+        speeds = np.zeros(len(ticks))
+        np.divide(self.clock.hz, np.array(self.intervals[i:j]), out=speeds[: j - i])
+        return ticks, speeds
+
     def begin_ticks(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
         import numpy as np
 
@@ -196,6 +223,32 @@ class Playing:
 
         at = ps if self.until is None else np.minimum(ps, self.until - 1)
         return self.train.begun_many(at)
+
+    @property
+    def moves(self) -> int | None:
+        """From which instant on the train says the velocity; None: it was withdrawn before."""
+        first = self.train.clock.ps(self.train.origin)
+        return first if self.until is None or first < self.until else None
+
+    def velocities(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Velocity from `moves` or later to `stop`, ps.
+
+        Returns:
+            Instants (n,) int64 ps, ascending, the first is `start`; steps/s (n,) float64 from each to the next.
+        """
+        import numpy as np
+
+        train, clock = self.train, self.train.clock
+        since, to = clock.ticks_until(start) - train.origin, clock.ticks_until(stop) - train.origin + 1
+        rest = to if self.until is None else train.rests(self.until)
+        if rest <= since:
+            return np.array([start]), np.zeros(1)
+        ticks, speeds = train.velocities(since, min(to, rest))
+        if rest < to:
+            ticks, speeds = np.append(ticks, rest), np.append(speeds, 0.0)
+        times = clock.ps_array(ticks, train.origin)
+        times[0] = start
+        return times, speeds
 
 
 class StepView:

@@ -65,7 +65,7 @@ class Instructions(Port):
         self.end_run()
         self.reset_registers()
         self.set_direction(True)
-        for driver in self.phases:
+        for driver in self.phase_pins:
             driver.drive(1)
         self.prog.drive(None)
 
@@ -107,7 +107,7 @@ class Instructions(Port):
         else:
             self.phase = offset
             levels = sheet.PHASES[offset]
-        for driver, phase_level in zip(self.phases, levels, strict=True):
+        for driver, phase_level in zip(self.phase_pins, levels, strict=True):
             driver.drive(phase_level)
 
     async def do_position(self, position: int) -> None:

@@ -155,7 +155,7 @@ class Motion:
         self.playing = Playing(self.train)
         chip.axis1.follow(self.playing, self.sign)
         chip.pulse.play(PulseView(self.playing, HIGH))
-        for levels, driver in zip(PHASE_LEVELS, chip.phases, strict=True):
+        for levels, driver in zip(PHASE_LEVELS, chip.phase_pins, strict=True):
             driver.play(PatternView(self.playing, levels, chip.phase, self.sign, driver.at(chip.kernel.seen)))
 
     def settle(self) -> None:
@@ -165,7 +165,7 @@ class Motion:
             steps = self.playing.begun(chip.kernel.seen)
             if steps:
                 chip.phase = (chip.phase + self.sign * steps) % 4
-                for driver, level in zip(chip.phases, sheet.PHASES[chip.phase], strict=True):
+                for driver, level in zip(chip.phase_pins, sheet.PHASES[chip.phase], strict=True):
                     driver.drive(level)
             self.playing = None
 

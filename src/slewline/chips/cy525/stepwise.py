@@ -146,7 +146,7 @@ class Stepwise:
                 period += T["readout_stretch"]
         chip.pulse.drive(0)
         chip.phase = (chip.phase + self.sign) % len(sheet.PHASES)
-        for driver, level in zip(chip.phases, sheet.PHASES[chip.phase], strict=True):
+        for driver, level in zip(chip.phase_pins, sheet.PHASES[chip.phase], strict=True):
             driver.drive(level)
         chip.axis1.follow(Playing(StepTrain(chip.clock, begin, ((period, 1),)), until=None), self.sign)
         self.made += 1

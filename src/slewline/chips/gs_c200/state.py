@@ -248,12 +248,6 @@ class State(LineChip):
         """S, T and R."""
         return self.speeds["start_stop"], self.speeds["top_speed"], self.speeds["ramp"]
 
-    def parameters(self) -> tuple[dict[str, float], dict[str, object]]:
-        """What a plot names: the rates of S and T in steps/s, and R."""
-        start, top, ramp = self.speeds_in_force()
-        rates = {f"{letter} = {speed}": 10.0 * speed for letter, speed in (("S", start), ("T", top)) if speed}
-        return rates, {"R": ramp}
-
     def read_inputs(self) -> int:
         """UI1 + 2 UI2 + 4 UI3; an open input reads 1."""
         return sum((net.level != 0) << n for n, net in enumerate(self.inputs))
