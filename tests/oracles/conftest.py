@@ -18,13 +18,16 @@ def demo():
     return bench
 
 
+SENT = "A 0\rF 10\rR 80\rS 240\rZ 1\rN 1000\rG\r-\rN 300\rG\r"  # a thousand steps and three hundred back
+
+
 @pytest.fixture(scope="package")
 def cy525():
-    """A thousand steps and three hundred back."""
+    """Two moves, commanded over the bus."""
     bench = slewline.Bench()
     host = bench.host(bench.add("cy525", name="x"))
     bench.record()
-    host.send("A 0\rF 10\rR 80\rS 240\rZ 1\rN 1000\rG\r-\rN 300\rG\r")
+    host.send(SENT)
     bench.run_until_idle()
     return bench
 

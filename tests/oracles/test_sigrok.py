@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from .conftest import TOLD
+from .conftest import SENT, TOLD
 from .programs import find, sigrok
 
 UNIT_PS = 1_000_000
@@ -20,8 +20,11 @@ LINE = f"uart:rx=rxd:tx=txd:{FORMAT}"
 BITS, BAUD = 11, 9600
 
 
+BUS = ":".join(f"d{bit}={{0}}{bit}" for bit in range(8))  # the wires of a bus, to be named
+
+
 def saved(bench, path, timescale="1 us"):
-    bench.save_vcd(path, pins=[name for name, net in bench.recorded.items() if net.width == 1], timescale=timescale)
+    bench.save_vcd(path, timescale=timescale)
     return path
 
 
@@ -59,6 +62,23 @@ def test_every_step_is_counted_in_its_direction_and_to_the_microsecond(
             (start, stop, f"{position} steps"),
         ]
     assert said == expected
+
+
+@pytest.mark.parametrize(("family", "step", "direction"), [("cy525", "pulse", "direction"), ("gsc", "clock", "dir")])
+def test_velocity_of_an_axis_is_the_speed_that_sigrok_measures(family, step, direction, tmp_path, request):
+    """As exactly as sigrok can: an interval is up to a sample too short or too long, and told in whole steps/s."""
+    bench = request.getfixturevalue(family)
+    x = bench["x"]
+    said = sigrok(saved(bench, tmp_path / "a.vcd"), f"stepper_motor:step={step}:dir={direction}", "speed")
+    within_a_move = np.diff(x.steps().directions) == 0
+    said = [interval for interval, within in zip(said, within_a_move, strict=True) if within]
+    middles = np.array([interval.start + interval.stop for interval in said]) * UNIT_PS // 2
+    velocities = np.abs(x.velocity_at(middles))
+    told = np.array([int(interval.text.split()[0]) for interval in said])
+    intervals_ps = 1e12 / velocities
+    assert np.all(told >= 1e12 / (intervals_ps + UNIT_PS) - 0.5)
+    assert np.all(told <= 1e12 / (intervals_ps - UNIT_PS) + 0.5)
+    assert len(set(told)) > 30
 
 
 def test_waveform_of_the_demo_is_read_in_samples_of_a_microsecond(demo, tmp_path):
@@ -105,6 +125,26 @@ def test_characters_follow_each_other_as_fast_as_the_line_allows(feed, gsc):
         edge = times[times // UNIT_PS == begins[0]][0]
         assert begins == [int(edge + n * BITS * 10**12 // BAUD) // UNIT_PS for n in range(len(begins))]
         first += len(begins)
+
+
+# ------------------------------------------------------------------------------------------------------------ bus
+def test_bus_of_a_cy525_carries_the_bytes_that_the_host_sent(cy525, tmp_path):
+    """The chip reads a byte until INSTROBE rises.  The decoder tells of a byte when the next one comes."""
+    said = sigrok(saved(cy525, tmp_path / "a.vcd"), f"parallel:clk=instrobe:{BUS.format('db')}", "items")
+    times, levels = cy525.edges("x.instrobe")
+    read = (times[levels == 1] // UNIT_PS).tolist()
+    assert [(byte.start, bytes.fromhex(byte.text)) for byte in said] == [
+        (at, bytes([byte])) for at, byte in zip(read[:-1], SENT.encode()[:-1], strict=True)
+    ]
+
+
+def test_bus_of_an_mc1451a_carries_the_packets_that_the_host_wrote(mc1451a, tmp_path):
+    """Codes of the commands, words with the high byte first; a strobe is 80 ns long."""
+    mc1451a.save_vcd(tmp_path / "a.vcd", stop="8 ms", timescale="10 ns")
+    said = sigrok(tmp_path / "a.vcd", f"parallel:clk=hostwrite:{BUS.format('hostdata')}", "items")
+    first = "01  10 0000 0258  11 0004 0000  12 0000 1000"
+    second = "02  10 ffff fed4  11 0002 0000  12 0000 0800"
+    assert bytes.fromhex("".join(byte.text for byte in said)) == bytes.fromhex(f"{first} {second} 5b 00 03")[:-1]
 
 
 # ------------------------------------------------------------------------------------------------------- programs
