@@ -197,6 +197,14 @@ class Axis:
         """How many steps there are at start <= t <= stop."""
         return sum(b - a for _, _, a, b in self._played(start, stop))
 
+    def span(self, start: int, stop: int) -> tuple[int, int] | None:
+        """The first and the last step at start <= t <= stop, in ps; None: there is none."""
+        played = [(train, a, b - 1) for _, train, a, b in self._played(start, stop)]
+        if not played:
+            return None
+        (one, first, _), (other, _, last) = played[0], played[-1]
+        return one.clock.ps(one.begin(first)), other.clock.ps(other.begin(last))
+
     def times(self, start: int, stop: int, out: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
         """Instants of the steps at start <= t <= stop: (n,) int64, ps.
 

@@ -39,7 +39,7 @@ TIMESCALES = {f"{n} {unit}": n * UNITS[unit] for unit in ("ps", "ns", "us", "ms"
 ID_FIRST, ID_COUNT = 33, 94  # identifiers are made of the printable characters
 # A reader that skips a string takes its identifier for the next thing in the file: these begin with nothing of that.
 MISREAD = frozenset("#$01xXzZuUwWlLhH-bBrRsSpP")
-ESCAPES = str.maketrans({" ": "\\x20", "\\": "\\\\", "\t": "\\t", "\n": "\\n", "\r": "\\r", "µ": "u"})
+ESCAPES = str.maketrans({" ": "\\x20", "\\": "\\\\", "\t": "\\t", "\n": "\\n", "\r": "\\r"})
 
 
 class VcdStream:
@@ -74,7 +74,7 @@ class VcdStream:
         values: Sequence[Source] = (),
         comments: Iterable[str] = (),
     ) -> None:
-        self._unit = unit_of(timescale)
+        self.path, self.nets, self.unit = Path(path), list(nets), unit_of(timescale)
         if not nets:
             raise UsageError(f"{path}: no nets to write; name at least one")
         self._kernel = net_of(next(iter(nets.values()))).kernel
@@ -92,23 +92,28 @@ class VcdStream:
             texts += _levels(variable, name)
         self._table = Table(texts)
         self._now: list[Any] = []  # the values written last; none before the first unit is over
-        self._said = self._reached // self._unit  # the last time written, in units
-        self._next = (self._said + 1) * self._unit  # from this instant on, nothing is written yet
+        self._said = self._reached // self.unit  # the last time written, in units
+        self._next = (self._said + 1) * self.unit  # from this instant on, nothing is written yet
         self.lost = 0
         """How many changes of wires are not in the file, because others followed in the same unit."""
         self._file = WholeFile(path)
 
+    @property
+    def window(self) -> tuple[int, int]:
+        """From when until when the file tells, ps."""
+        return self._start, self._reached
+
     def write_until(self, ps: int) -> None:
         """Append the changes up to an instant; what lies in a unit that is not over stays back for the next call."""
         self._reached = max(self._reached, min(ps, self._kernel.seen))
-        over = (self._reached + 1) // self._unit * self._unit
+        over = (self._reached + 1) // self.unit * self.unit
         if over >= self._next:
             self._append(over - 1)
 
     def close(self) -> None:
         """Append what stayed back and, as the end, the instant of the last call; put the file in place."""
         self._append(self._reached)
-        end = self._reached // self._unit
+        end = self._reached // self.unit
         if end > self._said:
             self._file.write(b"#%d\n" % end)
             self._said = end
@@ -121,7 +126,7 @@ class VcdStream:
     def _append(self, stop: int) -> None:
         if not self._now:
             self._begin(min(self._next - 1, stop))
-        for changes in chunks([source.changes for source in self._sources], self._next, stop, self._unit):
+        for changes in chunks([source.changes for source in self._sources], self._next, stop, self.unit):
             table, units, codes = self._merged(changes)
             if len(units):
                 self._file.write(table.lines(units, codes))
@@ -149,7 +154,7 @@ class VcdStream:
             for column in source.split(values):
                 number = len(settled)
                 if self.variables[number].kind == "string":
-                    units, column = _joined(times // self._unit, column)
+                    units, column = _joined(times // self.unit, column)
                 else:
                     units, column, lost = self._last(times, column, number, len(source.variables) > 1)
                     self.lost += lost if self.variables[number].kind == "wire" else 0
@@ -165,7 +170,7 @@ class VcdStream:
         before = self._now[number]
         if shared:
             times, values = real_edges(times, values, before)
-        units, kept = real_edges(times // self._unit, values, before)
+        units, kept = real_edges(times // self.unit, values, before)
         return units, kept, len(times) - len(units)
 
     def _merged(self, changes: list[Changes]) -> tuple[Table, NDArray[np.int64], NDArray[np.int64]]:
@@ -275,7 +280,12 @@ def real(value: float) -> str:
 
 def string(text: str) -> str:
     """A text as the file has it: ASCII in one word; viewers show \\x20 as a blank."""
-    return "s" + text.translate(ESCAPES).encode("ascii", "replace").decode()
+    return "s" + ascii_of(text.translate(ESCAPES))
+
+
+def ascii_of(text: str) -> str:
+    """A text in printable ASCII."""
+    return "".join(letter if " " <= letter <= "~" else "?" for letter in text.replace("µ", "u"))
 
 
 def _joined(units: NDArray[np.int64], texts: Sequence[str]) -> tuple[NDArray[np.int64], list[str]]:
@@ -316,7 +326,7 @@ def _header(variables: Iterable[Variable], names: Iterable[str], timescale: str,
             what = "scope" if isinstance(level[last], dict) else "variable"
             raise UsageError(f"{name!r}: {last!r} is the name of a {what} in the file and cannot be a variable too")
         level[last] = f"$var {variable.kind} {variable.size} {identifier} {last} $end\n"
-    said = "".join(f"$comment {comment.encode('ascii', 'replace').decode()} $end\n" for comment in comments)
+    said = "".join(f"$comment {ascii_of(comment)} $end\n" for comment in comments)
     return f"$timescale {timescale} $end\n$version slewline $end\n{said}{_scopes(tree)}$enddefinitions $end\n"
 
 

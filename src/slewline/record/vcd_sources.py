@@ -30,11 +30,12 @@ BUSES = ("bits", "whole", "both")
 
 
 class Variable(NamedTuple):
-    """A variable of the file.  Dots in the name make scopes."""
+    """A variable of the file.  Dots in the name make scopes.  A wire of a bus knows the name of that."""
 
     name: str
     kind: Kind = "wire"
     size: int = 1
+    bus: str = ""
 
 
 class Curve(Protocol):
@@ -80,7 +81,7 @@ class NetSource:
         if self.wires:
             self.probe = Wires(net_of(probe))
             whole = [Variable(name, size=net_of(probe).width)] if self.whole else []
-            self.variables = whole + [Variable(f"{name}{bit}") for bit in self.bits]
+            self.variables = whole + [Variable(f"{name}{bit}", bus=name) for bit in self.bits]
 
     def values_at(self, ps: int) -> list[int]:
         """Levels at an instant.
