@@ -57,14 +57,15 @@ def comments_of(chips: Iterable[Chip], values: bool) -> Iterator[str]:
 def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> View:
     """What a viewer shows first of a window in ps: the motion, or all of it if nothing moves, with marks."""
     from ..record.layouts import View
+    from .drawing import moving_from_to
 
-    axes = [axis.motor for chip in chips for _, axis in axes_of(chip)]
-    spans = [span for axis in axes if (span := axis.span(start, stop)) is not None]
+    axes = [axis for chip in chips for _, axis in axes_of(chip)]
+    spans = [span for axis in axes if (span := moving_from_to(axis, start, stop)) is not None]
     begin, end = (min(a for a, _ in spans), max(b for _, b in spans)) if spans else (start, stop)
     around = (end - begin) // AROUND
     begin, end = max(begin - around, start), min(end + around, stop)
     found = [(ps, text.split(":")[0]) for chip in chips for ps, text in _findings(chip, start, stop)]
-    begun = [at for axis in axes for at in _commands(axis, start, stop)]
+    begun = [at for axis in axes for at in _commands(axis.motor, start, stop)]
     marks = _apart([*sorted(found), *sorted(begun)], (end - begin) // APART)
     return View(begin // unit, end // unit, [(ps // unit, text) for ps, text in marks])
 

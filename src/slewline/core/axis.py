@@ -183,7 +183,7 @@ class Axis:
                 found.append((max(begin, start), min(end, stop), name))
         return found
 
-    def _played(self, start: int, stop: int) -> Iterator[tuple[Stretch, Train, int, int]]:
+    def played(self, start: int, stop: int) -> Iterator[tuple[Stretch, Train, int, int]]:
         """Stretches with steps at start <= t <= stop, and which steps of their trains these are: a ... b-1."""
         first = max(bisect_left(self.past, start, key=_start) - 1, 0)
         for stretch in self.past[first : bisect_right(self.past, stop, key=_start)]:
@@ -195,15 +195,7 @@ class Axis:
 
     def count(self, start: int, stop: int) -> int:
         """How many steps there are at start <= t <= stop."""
-        return sum(b - a for _, _, a, b in self._played(start, stop))
-
-    def span(self, start: int, stop: int) -> tuple[int, int] | None:
-        """The first and the last step at start <= t <= stop, in ps; None: there is none."""
-        played = [(train, a, b - 1) for _, train, a, b in self._played(start, stop)]
-        if not played:
-            return None
-        (one, first, _), (other, _, last) = played[0], played[-1]
-        return one.clock.ps(one.begin(first)), other.clock.ps(other.begin(last))
+        return sum(b - a for _, _, a, b in self.played(start, stop))
 
     def times(self, start: int, stop: int, out: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
         """Instants of the steps at start <= t <= stop: (n,) int64, ps.
@@ -213,7 +205,7 @@ class Axis:
         """
         import numpy as np
 
-        played = list(self._played(start, stop))
+        played = list(self.played(start, stop))
         count = sum(b - a for _, _, a, b in played)
         out = np.empty(count, np.int64) if out is None else out[:count]
         at = 0
@@ -229,7 +221,7 @@ class Axis:
         times = self.times(start, stop)
         directions, positions = np.empty(len(times), np.int8), np.empty(len(times), np.int64)
         at = 0
-        for stretch, _, a, b in self._played(start, stop):
+        for stretch, _, a, b in self.played(start, stop):
             directions[at : at + b - a] = stretch.sign
             positions[at : at + b - a] = stretch.count + stretch.counts * np.arange(a + 1, b + 1)
             at += b - a
@@ -238,13 +230,6 @@ class Axis:
         positions %= self.modulus
         positions += self.low
         return Steps(times, directions, positions)
-
-    def _offsets_at(self, times: NDArray[np.int64]) -> NDArray[np.int64]:
-        import numpy as np
-
-        since = np.array([since for since, _ in self.offsets], np.int64)
-        values = np.array([value for _, value in self.offsets], np.int64)
-        return values[np.maximum(np.searchsorted(since, times, side="right") - 1, 0)]
 
     def position_at(self, ps: int) -> int:
         """The position register at one instant of the past."""
@@ -264,32 +249,64 @@ class Axis:
         return at
 
     def positions_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
-        """The position register at many instants of the past: (n,) int64, shape as `times`."""
+        """The position register at many instants of the past: int64, shape as `times`."""
+        return self.low + self.unwrapped_at(times) % self.modulus
+
+    def unwrapped_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
+        """The same, counted from the low end of the register, and as if it went on beyond its ends."""
         import numpy as np
 
         at = self._instants(times)
-        starts = np.array([stretch.start for stretch in self.past], np.int64)
-        which = np.maximum(np.searchsorted(starts, at, side="right") - 1, 0)
-        out = np.empty(at.shape, np.int64)
-        for index in np.unique(which):
-            stretch, chosen = self.past[index], which == index
-            out[chosen] = stretch.count
-            if stretch.playing is not None:
-                out[chosen] += stretch.counts * stretch.playing.begun_many(at[chosen])
-        return self.low + (out + self._offsets_at(at)) % self.modulus
+        order = np.argsort(at, axis=None, kind="stable")
+        instants = at.ravel()[order]
+        since, offsets = np.array(self.offsets, np.int64).T
+        found = offsets[np.maximum(np.searchsorted(since, instants, side="right") - 1, 0)]
+        for number, group in _groups(instants, [stretch.start for stretch in self.past]):
+            stretch = self.past[number]
+            found[group] += stretch.count
+            if stretch.playing is not None and stretch.counts:
+                found[group] += stretch.counts * stretch.playing.begun_many(instants[group])
+        out = np.empty(at.size, np.int64)
+        out[order] = found
+        return out.reshape(at.shape)
+
+    def turns(self, start: int, stop: int) -> list[int]:
+        """Where at start <= t <= stop another train begins, or the register is loaded.
+
+        Between two of them the register only rises, or only falls, if it does not wrap.
+        """
+        first, last = bisect_left(self.past, start, key=_start), bisect_right(self.past, stop, key=_start)
+        loads = {since for since, _ in self.offsets if start <= since <= stop}
+        return sorted(loads.union(stretch.start for stretch in self.past[first:last]))
+
+    def loads(self, start: int, stop: int) -> list[int]:
+        """Where the register was loaded, at start < t <= stop."""
+        return [since for since, _ in self.offsets[1:] if start < since <= stop]
+
+    def reached(self, unwrapped: int, ps: int) -> int:
+        """When the train in force at an instant brings the register to a value, counted as `unwrapped_at` does.
+
+        It is one that it comes to, by counting, from somewhere else.
+        """
+        stretch = self.past[max(bisect_right(self.past, ps, key=_start) - 1, 0)]
+        offset = self.offsets[max(bisect_right(self.offsets, ps, key=itemgetter(0)) - 1, 0)][1]
+        assert stretch.playing is not None
+        train = stretch.playing.train
+        return train.clock.ps(train.begin((unwrapped - offset - stretch.count) * stretch.counts - 1))
 
     # -------------------------------------------------------------------------------------------------------- velocity
-    def _driven(self, start: int, stop: int) -> list[tuple[int, int, Stretch, Playing]]:
-        """What says the velocity at start <= t <= stop: from which instant to before which one, and the stretch.
+    def driven(self, start: int, stop: int) -> list[tuple[int, int, int, Playing]]:
+        """What says the velocity at start <= t <= stop: from which instant on, before which one, direction, and train.
 
         A step in progress lasts until its end, or until the next train moves the axis.
         """
-        found: list[tuple[int, int, Stretch, Playing]] = []
+        found: list[tuple[int, int, int, Playing]] = []
         end = stop + 1
-        for stretch in reversed(self.past[: bisect_right(self.past, stop, key=_start)]):
+        for number in range(bisect_right(self.past, stop, key=_start) - 1, -1, -1):
+            stretch = self.past[number]
             playing = stretch.playing
             if playing is not None and (moves := playing.moves) is not None and moves < end:
-                found.append((max(moves, start), end, stretch, playing))
+                found.append((max(moves, start), end, stretch.sign, playing))
                 end = moves
                 if moves <= start:
                     break
@@ -305,15 +322,11 @@ class Axis:
         import numpy as np
 
         at, what = [np.array([start])], [np.zeros(1)]
-        for since, end, stretch, playing in self._driven(start, stop):
+        for since, end, sign, playing in self.driven(start, stop):
             times, speeds = playing.velocities(since, end - 1)
             at.append(times)
-            what.append(stretch.sign * speeds + 0.0)  # rest is no negative zero
-        times, speeds = np.concatenate(at), np.concatenate(what)
-        last = np.append(times[1:] != times[:-1], True)  # of what begins in one instant
-        times, speeds = times[last], speeds[last]
-        changed = np.append(True, speeds[1:] != speeds[:-1])
-        return times[changed], speeds[changed]
+            what.append(sign * speeds + 0.0)  # rest is no negative zero
+        return staircase(np.concatenate(at), np.concatenate(what))
 
     def velocity_at(self, ps: int) -> float:
         """Velocity at one instant of the past, steps/s."""
@@ -324,7 +337,42 @@ class Axis:
         import numpy as np
 
         at = self._instants(times)
-        if not at.size:
-            return np.empty(at.shape)
-        changes, speeds = self.velocities(int(at.min()), int(at.max()))
-        return speeds[np.searchsorted(changes, at, side="right") - 1]
+        order = np.argsort(at, axis=None, kind="stable")
+        instants = at.ravel()[order]
+        found = np.zeros(at.size)
+        if at.size:
+            driven = self.driven(int(instants[0]), int(instants[-1]))
+            first = int(np.searchsorted(instants, driven[0][0])) if driven else at.size
+            for number, group in _groups(instants[first:], [since for since, *_ in driven]):
+                _, _, sign, playing = driven[number]
+                asked = instants[first:][group]
+                changes, speeds = playing.velocities(int(asked[0]), int(asked[-1]))
+                found[first:][group] = sign * speeds[np.searchsorted(changes, asked, side="right") - 1] + 0.0
+        out = np.empty(at.size)
+        out[order] = found
+        return out.reshape(at.shape)
+
+
+def staircase(times: NDArray[np.int64], values: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return the changes only: of equal instants the last one, of equal neighbours the first one."""
+    import numpy as np
+
+    last = np.append(times[1:] != times[:-1], True)
+    times, values = times[last], values[last]
+    changed = np.append(True, values[1:] != values[:-1])
+    return times[changed], values[changed]
+
+
+def _groups(instants: NDArray[np.int64], starts: list[int]) -> Iterator[tuple[int, slice]]:
+    """Which of some ascending instants lie behind which of some starts: the number of a start, and a slice of instants.
+
+    What lies before the first start counts as behind it.
+    """
+    import numpy as np
+
+    which = np.maximum(np.searchsorted(np.array(starts, np.int64), instants, side="right") - 1, 0)
+    ends = np.append(np.flatnonzero(which[1:] != which[:-1]) + 1, len(which)) if len(which) else which
+    begin = 0
+    for end in ends.tolist():
+        yield int(which[begin]), slice(begin, end)
+        begin = end

@@ -8,7 +8,8 @@ velocity   ______
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from math import sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
 from .timebase import PS_PER_S
@@ -96,3 +97,55 @@ class Ideal:
         return np.asarray(
             np.where(moving, (self._j[which] * t / 2 + self._a[which]) * t + self._v[which], 0.0), np.float64
         )
+
+
+# --------------------------------------------------------------------------------------------------- pieces of a motion
+FOREVER = 4e6  # seconds: longer than any run
+
+
+def duration(velocity: float, distance: float) -> float:
+    """Return how many seconds a distance takes at a velocity; for ever at none."""
+    return distance / velocity if velocity > 0 else 0.0 if not distance else FOREVER
+
+
+def travelled(pieces: Iterable[IdealPiece]) -> float:
+    """Return how far some pieces lead, in steps."""
+    return sum(((j * t / 6 + a / 2) * t + v) * t for t, v, a, j in pieces)
+
+
+def mirrored(pieces: Sequence[IdealPiece]) -> list[IdealPiece]:
+    """Return the same pieces backwards in time: the way down."""
+    return [IdealPiece(t, (j * t / 2 + a) * t + v, -(a + j * t), j) for t, v, a, j in reversed(pieces)]
+
+
+def head(pieces: Iterable[IdealPiece], distance: float) -> list[IdealPiece]:
+    """Return the pieces, without jerk and none slowing down, as far as a distance."""
+    found = []
+    for piece in pieces:
+        covered = travelled([piece])
+        if covered >= distance:
+            _, v, a, _ = piece
+            root = sqrt(v * v + 2 * a * distance)
+            found.append(piece._replace(seconds=2 * distance / (v + root) if distance > 0 else 0.0))
+            break
+        found.append(piece)
+        distance -= covered
+    return found
+
+
+def there_and_down(up: Sequence[IdealPiece], top: float, distance: float) -> list[IdealPiece]:
+    """Return a way up, the rest of a distance at `top` (steps/s), and its mirror, the way down; half of it if short."""
+    rest = distance - 2 * travelled(up)
+    if rest < 0:
+        up, rest = head(up, distance / 2), 0.0
+    return [*up, IdealPiece(duration(top, rest), top), *mirrored(up)]
+
+
+# --------------------------------------------------------------------------------------------------------- what differs
+class Deviation(NamedTuple):
+    """How far a motion is from its ideal at most: steps and steps/s, and when (ps)."""
+
+    position: float
+    position_ps: int
+    velocity: float
+    velocity_ps: int

@@ -17,7 +17,12 @@ first, lowest, highest and last one.
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterable
+from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, NamedTuple
+
+from .axis import staircase
 
 if TYPE_CHECKING:
     import numpy as np
@@ -75,6 +80,23 @@ class Velocity(Quantity):
     def changes(self, start: int, stop: int) -> Outline:
         return Outline(*self.axis.velocities(start, stop))
 
+    def outline(self, start: int, stop: int, columns: int) -> Outline:
+        import numpy as np
+
+        driven = self.axis.driven(start, stop)
+        if not exceeds((playing.pieces(since, end - 1) for since, end, _, playing in driven), POINTS * columns):
+            return thinned(self.changes(start, stop), start, stop, columns)
+        edges = column_edges(start, stop, columns)
+        times, speeds = [start], [0.0]
+        for since, end, sign, playing in driven:
+            inside = edges[bisect_right(edges, since) : bisect_left(edges, end)]
+            for begin, over in pairwise([since, *inside, end]):
+                changes, found = playing.extremes(begin, over - 1)
+                times += changes
+                speeds += [sign * speed for speed in found]
+        whole = staircase(np.array(times, np.int64), np.array(speeds) + 0.0)
+        return thinned(Outline(*whole), start, stop, columns)
+
 
 class Position(Quantity):
     """The position register of an axis.  Where it is loaded, or wraps round, there is a break."""
@@ -92,23 +114,61 @@ class Position(Quantity):
     def changes(self, start: int, stop: int) -> Outline:
         import numpy as np
 
+        steps, loads = self.axis.steps(start + 1, stop), self.axis.loads(start, stop)
+        times = np.concatenate([[start], steps.times_ps, np.array(loads, np.int64)])
+        times = np.unique(times)
+        return self._broken(times, self.axis.unwrapped_at(times), loads)
+
+    def outline(self, start: int, stop: int, columns: int) -> Outline:
+        import numpy as np
+
         axis = self.axis
-        steps = axis.steps(start + 1, stop)
-        loads = np.array([since for since, _ in axis.offsets[1:] if start < since <= stop], np.int64)
-        times = np.concatenate([[start], steps.times_ps, loads])
-        values = np.concatenate([[axis.position_at(start)], steps.positions, axis.positions_at(loads)])
-        loaded = np.arange(len(times)) > len(steps)
-        order = np.argsort(times, kind="stable")
-        times, values, loaded = times[order], values[order], loaded[order]
-        last = np.append(times[1:] != times[:-1], True)  # of what happens in one instant
-        times, values, loaded = times[last], values[last], loaded[last]
-        rise = np.diff(values)
-        changed = np.append(True, rise != 0)
-        broken = np.append(False, np.abs(rise) > axis.modulus // 2) | (loaded & changed)
+        if not exceeds((b - a for _, _, a, b in axis.played(start + 1, stop)), POINTS * columns):
+            return thinned(self.changes(start, stop), start, stop, columns)
+        turns = np.array([start, *axis.turns(start + 1, stop)])
+        edges = np.array(column_edges(start, stop, columns))
+        times = np.unique(np.concatenate([turns, turns - 1, edges, edges - 1, [stop]]))
+        times = times[times >= start]
+        unwrapped = axis.unwrapped_at(times)
+        wraps = self._wraps(times, unwrapped, turns)
+        if wraps:
+            around = np.array(wraps + [wrap - 1 for wrap in wraps])
+            times, first = np.unique(np.append(times, around), return_index=True)
+            unwrapped = np.append(unwrapped, axis.unwrapped_at(around))[first]
+        return thinned(self._broken(times, unwrapped, axis.loads(start, stop)), start, stop, columns)
+
+    def _wraps(self, times: NDArray[np.int64], unwrapped: NDArray[np.int64], turns: NDArray[np.int64]) -> list[int]:
+        """The first and the last wrap between two instants each, all turns being among them."""
+        import numpy as np
+
+        axis = self.axis
+        rounds = unwrapped // axis.modulus
+        wrapped = np.flatnonzero(rounds[1:] != rounds[:-1])
+        out = []
+        for n in wrapped[~np.isin(times[wrapped + 1], turns)].tolist():
+            a, b = int(rounds[n]), int(rounds[n + 1])
+            ends = (a + 1, b) if b > a else (a, b + 1)  # at whole multiples of the modulus
+            out += [axis.reached(end * axis.modulus - (b < a), int(times[n])) for end in ends]
+        return out
+
+    def _broken(self, times: NDArray[np.int64], unwrapped: NDArray[np.int64], loads: list[int]) -> Outline:
+        """The register at ascending instants: what changes, and breaks at loads and wraps."""
+        import numpy as np
+
+        values = self.axis.low + unwrapped % self.axis.modulus
+        rise = np.diff(values, prepend=values[:1])
+        changed = rise != 0
+        broken = changed & ((np.abs(rise) > self.axis.modulus // 2) | np.isin(times, loads))
+        changed[0] = True
         points = np.repeat(np.flatnonzero(changed), 1 + broken[changed])
         out = values[points].astype(np.float64)
         out[np.flatnonzero(broken[points])[::2]] = np.nan
         return Outline(times[points], out)
+
+
+def exceeds(counts: Iterable[int], limit: int) -> bool:
+    """Return whether some counts add up to more than a limit; no more of them is asked for than it takes."""
+    return any(total > limit for total in accumulate(counts))
 
 
 def thinned(outline: Outline, start: int, stop: int, columns: int) -> Outline:
@@ -119,7 +179,7 @@ def thinned(outline: Outline, start: int, stop: int, columns: int) -> Outline:
     if len(times) <= POINTS * columns:
         return outline
     real = np.flatnonzero(~np.isnan(values))
-    column = columns_of(times[real], start, stop, columns)
+    column = np.searchsorted(column_edges(start, stop, columns), times[real], side="right")
     last = np.flatnonzero(np.append(column[1:] != column[:-1], True))
     first = np.append(0, last[:-1] + 1)
     by_height = np.lexsort((values[real], column))
@@ -130,8 +190,6 @@ def thinned(outline: Outline, start: int, stop: int, columns: int) -> Outline:
     return Outline(times[kept], values[kept])
 
 
-def columns_of(times: NDArray[np.int64], start: int, stop: int, columns: int) -> NDArray[np.int64]:
-    """In which column of a picture each instant lies: (n,) int64, 0 to columns - 1."""
-    import numpy as np
-
-    return np.clip(((times - start) * (columns / max(stop - start, 1))).astype(np.int64), 0, columns - 1)
+def column_edges(start: int, stop: int, columns: int) -> list[int]:
+    """Return where the columns of a picture of the window begin (ps), each up to the next one."""
+    return [start + (stop - start) * column // columns for column in range(columns)]

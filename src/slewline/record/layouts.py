@@ -26,7 +26,8 @@ from .whole_file import WholeFile
 # What GTKWave calls trace flags: one bit each.
 HEX, RIGHT, BLANK, SIGNED, ASCII, STEP, STRETCH, GROUP, END = 2, 32, 512, 1024, 2048, 1 << 15, 1 << 17, 1 << 23, 1 << 24
 CURVE_ROWS = 3  # by so many rows a curve is higher than a pin
-WAVES_PX, FRAME_PX = 1000, 200  # the width of GTKWave's waves; what a frame of zoom 0 takes
+SIZE, WAVES_PX = "1400 900", 1130  # GTKWave's window, and how much of its width the waves have
+FRAME_PX = 200  # at zoom z these show 2^-z units
 LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"  # of GTKWave's named markers
 DIGITS = "abcdefghijklmnop"  # in which Surfer counts the rows
 
@@ -73,7 +74,7 @@ def gtkwave_lines(dump: str, name: str, variables: Sequence[Variable], view: Vie
     span = max(view.end - view.begin, 1)
     marks = [(at, ascii_of(text)) for at, text in view.marks][: len(LETTERS)]
     instants = [str(at) for at, _ in marks] + ["-1"] * (len(LETTERS) - len(marks))
-    yield from ("[*] slewline", f'[dumpfile] "{dump}"', f'[savefile] "{name}"', "[size] 1400 900")
+    yield from ("[*] slewline", f'[dumpfile] "{dump}"', f'[savefile] "{name}"', f"[size] {SIZE}")
     yield f"[timestart] {view.begin}"
     yield f"*{-log2(span * FRAME_PX / WAVES_PX):.6f} -1 {' '.join(instants)}"
     yield from (f"[markername] {letter}{text}" for letter, (_, text) in zip(LETTERS, marks, strict=False))

@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import count
 from pathlib import Path
+from struct import pack, unpack
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
@@ -273,8 +274,9 @@ def identifiers(variables: Iterable[Variable]) -> list[str]:
     ]
 
 
-def real(value: float) -> str:
+def real(bits: int) -> str:
     """A real as the file has it: exact, as short as can be."""
+    (value,) = unpack("<d", pack("<q", bits))
     return f"r{value!r}".removesuffix(".0")
 
 

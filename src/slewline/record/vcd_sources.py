@@ -110,24 +110,26 @@ class NetSource:
 
 
 class CurveSource:
-    """The value of a quantity, at every change."""
+    """The value of a quantity, at every change; as the 64 bits of the number, so that NaN equals itself."""
 
     def __init__(self, name: str, curve: Curve) -> None:
         self.curve, self.variables = curve, [Variable(name, "real", 64)]
 
-    def values_at(self, ps: int) -> list[float]:
+    def values_at(self, ps: int) -> list[int]:
         """The value at an instant."""
         import numpy as np
 
-        return [float(self.curve.at(np.array([ps], np.int64))[0])]
+        return [int(self.split(self.curve.at(np.array([ps], np.int64)))[0][0])]
 
     def changes(self, start: int, stop: int) -> Changes:
         """Every change."""
         return self.curve.changes(start, stop)
 
-    def split(self, values: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-        """As they are."""
-        return [values]
+    def split(self, values: NDArray[np.float64]) -> list[NDArray[np.int64]]:
+        """The values."""
+        import numpy as np
+
+        return [(values + 0.0).view(np.int64)]  # zero has no sign
 
 
 class TextSource:

@@ -60,7 +60,8 @@ class Guided(click.Command):
 )
 @click.option("--vcd-values", is_flag=True, help="With --vcd: also velocity, position, commands and findings.")
 @click.option("--layout", is_flag=True, help="With --vcd: layouts for GTKWave and Surfer beside it (.gtkw, .sucl).")
-@click.option("--plot", metavar="F.svg", help="Draw velocity and position (SVG or PNG).")
+@click.option("--plot", metavar="F.svg", help="Draw velocity and position (SVG, PNG or PDF).")
+@click.option("--dark", is_flag=True, help="The plot is light on dark.")
 def run_command(**options: Any) -> int:
     """Run a program on a virtual chip, or a bench file (BENCH.toml) with several chips and parts.
 
@@ -138,7 +139,7 @@ def lint_command(**options: Any) -> int:
 @click.option("--best", type=int, metavar="N", default=5, show_default=True, help="How many of the nearest to list.")
 @click.option("--table", is_flag=True, help="Print the ramp rate by rate, step by step, or cycle by cycle.")
 @JSON
-@click.option("--plot", metavar="F.svg", help="Draw velocity and position of the move (SVG or PNG).")
+@click.option("--plot", metavar="F.svg", help="Draw velocity and position of the move (SVG, PNG or PDF).")
 def ramp_command(**options: Any) -> int:
     """What a ramp of a chip does: its time, its steps, its acceleration, and which moves come to its rate.
 

@@ -16,7 +16,7 @@ from ..core.timebase import picoseconds, readable
 from ..errors import ProgramError, Timeout, TornJournal
 from ..record.layouts import layout_paths
 from ..record.vcd import unit_of
-from .files import STDIN, Outputs, chip_of, read_program, say_replaced
+from .files import PICTURES, STDIN, Outputs, chip_of, read_program, say_replaced
 from .transcript import Transcript, seconds
 
 if TYPE_CHECKING:
@@ -69,6 +69,7 @@ class Run:
     vcd_values: bool
     layout: bool
     plot: str | None
+    dark: bool
     torn: bool = False  # the journal that is replayed was cut off
 
     def perform(self) -> int:
@@ -79,7 +80,7 @@ class Run:
                 outputs.claim(path)
             for path in self.layouts:
                 outputs.claim(path)
-            outputs.claim(self.plot, (".svg", ".png"))
+            outputs.claim(self.plot, PICTURES)
             say_replaced(self.journal)
             try:
                 bench = self.replayed() if self.replay else self.furnished(outputs.partial(self.journal))
@@ -225,7 +226,7 @@ class Run:
         outputs.save(self.steps, bench.save_steps)
         outputs.save(self.vcd, lambda path: self.write_vcd(bench, path))
         outputs.written += self.layouts
-        outputs.save(self.plot, lambda path: bench.plot(path, pins=self.plotted(bench)))
+        outputs.save(self.plot, lambda path: bench.plot(path, pins=self.plotted(bench), dark=self.dark))
 
     def write_vcd(self, bench: Bench, path: str) -> None:
         """Write the waveform; what its unit hides is told on the standard error."""

@@ -23,6 +23,7 @@ class Instructions(Port):
 
     def do_absolute(self, position: int) -> None:
         self.axis1.load(position)
+        self.axis1.log.mark("command", f"A {position}")
         self.unset.discard("position")
 
     def do_bitset(self) -> None:

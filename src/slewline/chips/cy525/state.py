@@ -24,6 +24,7 @@ from ...core.train import OPEN, Playing, PulseView, StepTrain
 from ...errors import UsageError
 from ...language.dialects import Decoder
 from . import sheet
+from .ideal import Made
 
 if TYPE_CHECKING:
     from .motion import Motion
@@ -150,6 +151,11 @@ class State(Chip):
     def registers(self) -> dict[str, int]:
         """The manual's registers: number, slope, rate, firstrate, divisor, position."""
         return {**self.reg, "position": self.position}
+
+    def made(self, number: int) -> Made:
+        """The parameters of a motion of so many steps that begins now."""
+        reg = self.reg
+        return Made(self.crystal_hz, reg["firstrate"], reg["rate"], reg["slope"], reg["divisor"], number, self.law)
 
     @property
     def program(self) -> bytes:
