@@ -20,11 +20,14 @@ class Annotation(NamedTuple):
     text: str
 
 
+PACKAGES = {"vcd2fst": "gtkwave", "fst2vcd": "gtkwave", "xvfb-run": "xvfb"}  # if not of the program's own name
+
+
 def find(program: str) -> str:
     """Return the path of a program; where it is missing the test is skipped, in CI (`CI` is set) it fails."""
     path = shutil.which(program)
     if path is None:
-        reason = f"{program} is not installed; on Debian:  apt install {program}"
+        reason = f"{program} is not installed; on Debian:  apt install {PACKAGES.get(program, program)}"
         if os.environ.get("CI"):
             pytest.fail(f"{reason}\n.ci/run does it: this test must not be skipped in CI")
         pytest.skip(reason)
