@@ -58,3 +58,18 @@ def mc1451a():
     host.send("SET_2\nSET_POS -300\nSET_VEL 0x20000\nSET_ACC 0x800\nMULTI_UPDATE 3")
     bench.run("100 ms")
     return bench
+
+
+@pytest.fixture(scope="package")
+def encoder():
+    """An MC1151A-E whose shaft turns 300 counts forward and some back, as the axis does."""
+    bench = slewline.Bench()
+    x = bench.add("mc1151a-e", name="x")
+    bench.part("encoder", to=x, counts=400, steps=400)  # per revolution
+    host = bench.host(x)
+    bench.record()
+    host.send("SET_VEL 0x4000\nSET_ACC 256\nSET_POS 300\nUPDATE")
+    bench.run_until(x.reaches(250))
+    host.send("SET_POS 100\nUPDATE")
+    bench.run("600 ms")
+    return bench

@@ -101,6 +101,14 @@ def test_waveform_of_the_demo_is_read_in_samples_of_a_microsecond(options, downs
     assert [told.start for told in said] == (times[levels == 1] // UNIT_PS).tolist()[:-1]
 
 
+def test_counts_of_an_encoder_are_the_positions_of_its_shaft(encoder, tmp_path):
+    """The shaft has as many counts as the motor has steps.  The decoder tells of a count when the next one comes."""
+    said = sigrok(saved(encoder, tmp_path / "a.vcd"), "graycode:d0=quada1:d1=quadb1", "count")
+    positions = encoder["x"].steps().positions
+    assert max(positions) > 250 > min(positions[-10:])
+    assert [int(told.text) for told in said] == [0, *positions[:-1]]
+
+
 # ----------------------------------------------------------------------------------------------------------- line
 def test_serial_line_says_what_the_host_and_the_module_said(feed):
     heard = "".join(said.text for said in sigrok(feed, LINE, "rx-data")).replace("[0D]", "\r")
