@@ -7,7 +7,6 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from ..core.chip import Chip
-from ..core.net import Net
 from ..core.serial import RS232, Word, bit_clock
 from ..core.table import Limit
 from ..core.timebase import Time, picoseconds
@@ -99,7 +98,7 @@ class TimingDiagrams(Recording):
             UsageError: an edge that is none, or is not in the window.
             NotRecorded: a pin is not recorded.
         """
-        window = _Window(self, *self._recorded_window(self._chosen(None), start, stop))
+        window = _Window(self, *self._window_of(self._chosen(None), start, stop))
         return window.measure(between)
 
     def check_timing(
@@ -123,9 +122,6 @@ class TimingDiagrams(Recording):
         if name not in self.chips:
             raise UnknownName(f"chip {name!r}: allowed {', '.join(self.chips)}")
         return self.chips[name]
-
-    def _recorded_window(self, nets: dict[str, Net], start: Time | None, stop: Time | None) -> tuple[int, int]:
-        return self._window_of(nets, start, stop)
 
     def _diagram(
         self,
