@@ -36,7 +36,7 @@ class MotionStart:
     text: str
     rates: Mapping[str, float] = field(default_factory=dict)
     notes: Mapping[str, object] = field(default_factory=dict)
-    ideal: Ideal | None = None
+    ideal: Ideal | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
