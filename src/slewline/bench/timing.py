@@ -7,7 +7,6 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from ..core.chip import Chip
-from ..core.net import Net
 from ..core.serial import RS232, Word, bit_clock
 from ..core.table import Limit
 from ..core.timebase import Time, picoseconds
@@ -99,7 +98,7 @@ class TimingDiagrams(Recording):
             UsageError: an edge that is none, or is not in the window.
             NotRecorded: a pin is not recorded.
         """
-        window = _Window(self, *self._recorded_window(self._chosen(None), start, stop))
+        window = _Window(self, *self._window_of(self._chosen(None), start, stop))
         return window.measure(between)
 
     def check_timing(
@@ -123,9 +122,6 @@ class TimingDiagrams(Recording):
         if name not in self.chips:
             raise UnknownName(f"chip {name!r}: allowed {', '.join(self.chips)}")
         return self.chips[name]
-
-    def _recorded_window(self, nets: dict[str, Net], start: Time | None, stop: Time | None) -> tuple[int, int]:
-        return self._window_of(nets, start, stop)
 
     def _diagram(
         self,
@@ -183,10 +179,9 @@ class _Window:
 
     def _signal(self, name: str) -> Signal:
         """What a pin or bus did, by its full name."""
-        net = self.bench._net(name)
-        recorder = self.bench.recorder
-        since = max(self.start, recorder.since(net)) if self.reach else self.start
-        return Signal.of(net, recorder, since, self.stop)
+        probe, recorder = self.bench._chosen([name])[name], self.bench.recorder
+        since = max(self.start, recorder.since(probe)) if self.reach else self.start
+        return Signal.of(probe, recorder, since, self.stop)
 
     def _found(self, chip: Chip, limit: Limit):  # type: ignore[no-untyped-def]
         return intervals(limit, lambda pin: self.signal(f"{chip.name}.{pin}"))
@@ -276,8 +271,8 @@ class _Window:
         port, baud = chip.sheet.port, getattr(chip, "baud", 0)
         if port is None or not baud:
             return []
-        net = self.bench._net(name)
-        whole = Signal.of(net, self.bench.recorder, self.bench.recorder.since(net), self.stop)
+        probe, recorder = self.bench._chosen([name])[name], self.bench.recorder
+        whole = Signal.of(probe, recorder, recorder.since(probe), self.stop)
         word = Word(port.bits, port.parity, port.stop)
         found = characters(whole, bit_clock(baud, chip.name), word, RS232)
         return [Written(c.start_ps, c.end_ps, shown(c.byte), not c.good) for c in found if c.end_ps > self.start]
