@@ -348,6 +348,8 @@ def test_characters_stand_over_a_serial_line():
     later = labels(bench.timing_figure(["rxd"], begin + 2 * MS, begin + 4 * MS, decode=True))
     assert "o" in later
     assert "P" not in later
+    halves = labels(bench.timing_figure(["rxd"], begin + 500 * US, begin + 2 * MS, decode=True))
+    assert {"P", "o"} <= set(halves)  # the window cuts both
 
 
 def test_a_pin_that_is_measured_gets_a_lane():
