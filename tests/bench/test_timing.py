@@ -259,6 +259,18 @@ def test_a_measured_time_is_that_of_the_edges(run):
     assert (found.start, found.end) == (f"x.{first} changes", f"x.{second} falls")
 
 
+def test_an_edge_at_the_begin_and_at_the_end_of_the_window_belongs_to_it():
+    bench = recorded("cy525")
+    times, levels = bench.edges("x.pulse")
+    assert levels[:2].tolist() == [0, 1]
+    (found,) = bench.intervals([("pulse falls", "pulse rises")], int(times[0]), int(times[1]))
+    assert (found.start_ps, found.end_ps) == (times[0], times[1])
+    assert labels(bench.timing_figure(["pulse"], int(times[0]), int(times[1])))
+    for start, stop in ((times[0] + 1, times[1]), (times[0], times[1] - 1)):
+        with pytest.raises(UsageError, match="in the window"):
+            bench.intervals([("pulse falls", "pulse rises")], int(start), int(stop))
+
+
 def test_a_time_carries_the_limit_that_is_printed_for_it(run):
     part, bench = run
     edges = {
@@ -336,6 +348,8 @@ def test_characters_stand_over_a_serial_line():
     later = labels(bench.timing_figure(["rxd"], begin + 2 * MS, begin + 4 * MS, decode=True))
     assert "o" in later
     assert "P" not in later
+    halves = labels(bench.timing_figure(["rxd"], begin + 500 * US, begin + 2 * MS, decode=True))
+    assert {"P", "o"} <= set(halves)  # the window cuts both
 
 
 def test_a_pin_that_is_measured_gets_a_lane():

@@ -153,10 +153,26 @@ def test_characters_on_a_line_are_read_as_they_were_sent(rig, word, mark):
     rig.kernel.run(50 * US)
     rig.kernel.spawn(transmit(driver, clock, word, sent, mark), "host")
     rig.kernel.run(10**12)
-    read = characters(Signal.of(line, rig.recorder, 0, 10**12), clock, word, mark)
+    read = characters(Signal.of(line, rig.recorder, 0, 10**12), 10**12, clock, word, mark)
     assert bytes(character.byte for character in read) == sent
     assert all(character.good for character in read)
     assert [read[0].start_ps, read[-1].end_ps] == [50 * US, 50 * US + len(sent) * clock.ps(word.ticks)]
+
+
+def test_a_character_that_is_not_over_is_left_out(rig):
+    line, word = rig.net("x.line"), Word(7, "odd", 2)
+    driver, clock = rig.drivers["x.line"], bit_clock(9600, "x")
+    driver.drive(RS232)
+    rig.recorder.record(line)
+    rig.kernel.run(1)
+    rig.kernel.spawn(transmit(driver, clock, word, b"AB", RS232), "host")
+    rig.kernel.run(10**12)
+    length = clock.ps(word.ticks)
+    middle = 1 + length + clock.ps(8 + 16 * 9)  # of the first stop bit of the second character
+    for stop, expected in ((middle - 1, "A"), (middle, "AB")):
+        read = characters(Signal.of(line, rig.recorder, 0, stop), stop, clock, word, RS232)
+        assert "".join(shown(character.byte) for character in read) == expected
+        assert all(character.good for character in read)
 
 
 @pytest.mark.parametrize("fault", ["parity", "framing"])
@@ -171,7 +187,7 @@ def test_a_faulty_character_is_told_of(rig, fault):
     rig.kernel.run(10**11)
     rig.on(2 * 10**11, x_line=1)
     rig.on(2 * 10**11 + 20 * US, x_line=0)  # a spike, no start bit
-    (read,) = characters(Signal.of(line, rig.recorder, 0, 3 * 10**11), clock, word, RS232)
+    (read,) = characters(Signal.of(line, rig.recorder, 0, 3 * 10**11), 3 * 10**11, clock, word, RS232)
     assert (read.byte, read.parity_wrong, read.framing_wrong) == (65, fault == "parity", fault == "framing")
 
 

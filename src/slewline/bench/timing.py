@@ -179,10 +179,9 @@ class _Window:
 
     def _signal(self, name: str) -> Signal:
         """What a pin or bus did, by its full name."""
-        net = self.bench._net(name)
-        recorder = self.bench.recorder
-        since = max(self.start, recorder.since(net)) if self.reach else self.start
-        return Signal.of(net, recorder, since, self.stop)
+        probe, recorder = self.bench._chosen([name])[name], self.bench.recorder
+        since = max(self.start, recorder.since(probe)) if self.reach else self.start
+        return Signal.of(probe, recorder, since, self.stop)
 
     def _found(self, chip: Chip, limit: Limit):  # type: ignore[no-untyped-def]
         return intervals(limit, lambda pin: self.signal(f"{chip.name}.{pin}"))
@@ -265,18 +264,23 @@ class _Window:
         return Lane(name, label, signal, words, self._meaning(chip) if signal.bus else None)
 
     def _characters(self, chip: Chip, name: str) -> list[Written]:
-        """The characters on a serial line, from before the window on: a character may have begun there."""
+        """The characters on a serial line, also those that only begin or end in the window."""
         from ..record.characters import characters, shown
         from ..record.diagram import Word as Written
 
         port, baud = chip.sheet.port, getattr(chip, "baud", 0)
         if port is None or not baud:
             return []
-        net = self.bench._net(name)
-        whole = Signal.of(net, self.bench.recorder, self.bench.recorder.since(net), self.stop)
-        word = Word(port.bits, port.parity, port.stop)
-        found = characters(whole, bit_clock(baud, chip.name), word, RS232)
-        return [Written(c.start_ps, c.end_ps, shown(c.byte), not c.good) for c in found if c.end_ps > self.start]
+        word, clock = Word(port.bits, port.parity, port.stop), bit_clock(baud, chip.name)
+        probe, recorder = self.bench._chosen([name])[name], self.bench.recorder
+        stop = min(self.stop + clock.ps(word.ticks), self.bench.kernel.now)
+        whole = Signal.of(probe, recorder, recorder.since(probe), stop)
+        found = characters(whole, stop, clock, word, RS232)
+        return [
+            Written(c.start_ps, c.end_ps, shown(c.byte), not c.good)
+            for c in found
+            if c.end_ps > self.start and c.start_ps < self.stop
+        ]
 
     def _meaning(self, chip: Chip | None) -> Callable[[int, int], str]:
         """What a value of the bus means: a character, or the command that is written."""

@@ -11,10 +11,11 @@ if TYPE_CHECKING:
     from .intervals import Signal
 
 
-def characters(signal: Signal, clock: Clock, word: Word, mark: int) -> list[Character]:
-    """Return the characters whose start bit begins in a signal, which begins with the line at rest.
+def characters(signal: Signal, stop: int, clock: Clock, word: Word, mark: int) -> list[Character]:
+    """Return the characters in a signal, which begins with the line at rest.
 
     Args:
+        stop: the end of the signal (ps); a character that is not over by then, its last stop bits apart, is left out.
         clock: of sixteen times the baud rate.
         mark: the level at which the line rests.
     """
@@ -25,7 +26,7 @@ def characters(signal: Signal, clock: Clock, word: Word, mark: int) -> list[Char
     bits = 2 + word.bits + (word.parity != "none")  # with start bit and first stop bit
     middles = np.array([clock.ps(OVERSAMPLING // 2 + n * OVERSAMPLING) for n in range(bits)], np.int64)
     for start in times[signal.levels == 1 - mark].tolist():
-        if start < free:
+        if start < free or start + int(middles[-1]) > stop:
             continue
         seen = (signal.level_at(start + middles) == mark).astype(int).tolist()
         if seen[0]:

@@ -38,9 +38,10 @@ class Signal(NamedTuple):
 
     @classmethod
     def of(cls, probe: Probe, recorder: Recorder, start: int, stop: int) -> Signal:
-        """What a recorded net or pin did at start < t <= stop (ps)."""
-        times, levels = recorder.edges(probe, start + 1, stop)
-        return cls(times, levels, recorder.level_at(probe, start), width_of(probe) > 1)
+        """What a recorded net or pin did at start <= t <= stop (ps)."""
+        times, levels = recorder.edges(probe, start, stop)
+        before = max(start - 1, recorder.since(probe))
+        return cls(times, levels, recorder.level_at(probe, before), width_of(probe) > 1)
 
     def edges(self, change: str) -> NDArray[np.int64]:
         """Return the instants of a change: (n,) int64, ps, ascending."""
