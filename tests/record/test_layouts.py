@@ -19,7 +19,7 @@ VARIABLES = [
     Variable("x.finding", "string"),
     Variable("x.axis1.velocity", "real", 64),
 ]
-VIEW = View(100, 100 + 1130, [(150, "P 300"), (200, "late µs")])
+VIEW = View(100, 100 + 1150, [(150, "P 300"), (200, "late µs")])
 
 
 def by_pyvcd() -> str:
@@ -81,7 +81,7 @@ item_set_analog step
 item_set_height 4
 item_unfocus
 zoom_fit
-zoom_to 100 1230"""
+zoom_to 100 1250"""
     )
 
 

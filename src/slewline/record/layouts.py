@@ -2,7 +2,7 @@
 
     weld.vcd       the waveform
     weld.gtkw      for GTKWave: gtkwave weld.gtkw
-    weld.sucl      for Surfer: surfer -c weld.sucl weld.vcd
+    weld.sucl      for Surfer: surfer --command-file weld.sucl weld.vcd
 
 For Surfer it is a command file, of documented commands; its state files belong to one version.  A Surfer that does not
 know a command yet says so and goes on.  Names are relative, so that the folder can be moved.  The same run gives the
@@ -26,7 +26,9 @@ from .whole_file import WholeFile
 # What GTKWave calls trace flags: one bit each.
 HEX, RIGHT, BLANK, SIGNED, ASCII, STEP, STRETCH, GROUP, END = 2, 32, 512, 1024, 2048, 1 << 15, 1 << 17, 1 << 23, 1 << 24
 CURVE_ROWS = 3  # by so many rows a curve is higher than a pin
-SIZE, WAVES_PX = "1400 900", 1130  # GTKWave's window, and how much of its width the waves have
+# GTKWave's window, and a little more than the width of its waves: a view that would go beyond the end of the file
+# makes it begin at 0.
+SIZE, WAVES_PX = "1400 900", 1150
 FRAME_PX = 200  # at zoom z these show 2^-z units
 LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"  # of GTKWave's named markers
 DIGITS = "abcdefghijklmnop"  # in which Surfer counts the rows
