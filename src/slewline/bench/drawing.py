@@ -262,8 +262,9 @@ class Drawing(Recording):
     def _track(self, axis: OneAxis, zero: int, first: int, last: int, ideal: bool) -> Track:
         from ..record.panels import Track
 
-        motions = [motion for motion in axis.motions(0, first) if motion.time_ps < first][-1:]
-        motions += axis.motions(first, last)
+        motions = axis.motions(first, last)
+        if axis.motor.count(first + 1, motions[0].time_ps if motions else last):  # the one before was under way
+            motions = [motion for motion in axis.motions(0, first) if motion.time_ps < first][-1:] + motions
         ideals = ((motion, motion.ideal) for motion in motions) if ideal else ()
         return Track(
             self._name_of(axis),
