@@ -141,10 +141,13 @@ class Layout:
         self.panels = self._panels(curves)
 
     def _longest_rate(self) -> int:
-        """Letters of the longest name of a rate."""
-        motions = (motion for track in self.contents.tracks for motion in track.motions)
-        rates = {(name, -rate) for motion in motions for name, rate in motion.rates.items()}
-        return max((len(panels.rate_text([name], rate)) for name, rate in rates), default=0)
+        """Letters of the longest name of a rate, several names of one in a row."""
+        named: dict[float, list[str]] = {}
+        for motion in (motion for track in self.contents.tracks for motion in track.motions):
+            for name, rate in motion.rates.items():
+                if name not in named.setdefault(-rate, []):
+                    named[-rate].append(name)
+        return max((len(panels.rate_text(names, rate)) for rate, names in named.items()), default=0)
 
     def _names(self) -> list[str] | None:
         """Names of pins as they stand beside their lanes; None: they do not fit there."""
