@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from functools import partial
 from itertools import pairwise
 from random import Random
 
@@ -257,7 +258,7 @@ def test_chunks_end_with_whole_units_and_add_up(lively, unit, monkeypatch):
     asked = []
     edges = rig.recorder.edges
     monkeypatch.setattr(rig.recorder, "edges", lambda net, a, b: asked.append((a, b)) or edges(net, a, b))
-    found = list(chunks(rig.recorder, nets, 5, 1 << 62, unit))
+    found = list(chunks([partial(rig.recorder.edges, net) for net in nets], 5, 80_000_000, unit))
     assert [sum(len(chunk[n][0]) for chunk in found) for n in range(len(nets))] == [
         len(edges(net, 5, 80_000_000)[0]) for net in nets
     ]
