@@ -330,15 +330,15 @@ def moving_from_to(axis: OneAxis, start: int, stop: int) -> tuple[int, int] | No
 
 def differences(tracks: Sequence[Track]) -> Iterator[str]:
     """Yield what the ideals that are laid over tell: how far the motions of a track leave them at most."""
-    from ..record.style import number
+    from ..record.style import few
 
     for track in tracks:
         if track.ideals:
             position = max(abs(deviation.position) for _, deviation in track.ideals)
             velocity = max(abs(deviation.velocity) for _, deviation in track.ideals)
             whose = f"{track.name}: d" if len(tracks) > 1 else "D"
-            steps = f"{number(position, 3)} step{'s' * (position != 1)}"
-            yield f"{whose}otted: the ideal; position within {steps}, velocity within {number(velocity, 3)} steps/s"
+            steps = f"{few(position)} step{'s' * (position != 1)}"
+            yield f"{whose}otted: the ideal; position within {steps}, velocity within {few(velocity)} steps/s"
 
 
 def told(track: Track, words: Mapping[str, str]) -> str:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 FLAG_ROW, PHASE_ROW = 0.155, 0.155  # inches
-ROWS = 2  # of flags
+ROWS = 3  # of flags
 LETTER = 0.063  # inches, of a flag's text
 LINES = 24  # flags, above which only alarms have lines through the panels
 SIDE_BY_SIDE = 0.05  # inches that two flags need
@@ -23,12 +23,16 @@ URGENT = {"finding": 0, "limit": 1, "home": 2, "command": 3}
 
 @dataclass(frozen=True, slots=True)
 class Flag:
-    """A mark in its place: `at` in units of the time axis; row 0 is the lowest, None: there is no room for its text."""
+    """A mark in its place: `at` in units of the time axis; row 0 is the lowest, None: there is no room for its text.
+
+    One that is not `shown` would stand on the text of another.
+    """
 
     at: float
     kind: str
     text: str
     row: int | None
+    shown: bool = True
 
 
 def flags_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[Flag]:
@@ -59,7 +63,8 @@ def flags_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[Flag
         row = next(free, None) if text and need[1] <= last else None
         if row is not None:
             taken[row].append(need)
-        placed.append(Flag(at, kind, text, row))
+        free_at = row is not None or not any(a - 0.05 * per_inch < at < b for a, b in taken[0])
+        placed.append(Flag(at, kind, text, row, free_at))
     return placed
 
 
@@ -82,9 +87,10 @@ def draw_flags(panels: Sequence[Axes], flags: Sequence[Flag], colours: Palette, 
                 panel.axvline(flag.at, color=ink, linewidth=0.7, alpha=0.55, linestyle=(0, (1, 2)), zorder=1.4)
         high = (above + FLAG_ROW * (flag.row or 0)) * 72
         at = ("data", "axes fraction")
-        panels[0].annotate(
-            "▾", (flag.at, 1), (0, high - 0.5), at, "offset points", ha="center", va="bottom", fontsize=8, color=ink
-        )
+        if flag.shown:
+            panels[0].annotate(
+                "▾", (flag.at, 1), (0, high - 0.5), at, "offset points", ha="center", va="bottom", fontsize=8, color=ink
+            )
         if flag.row is not None:
             weight = "normal" if flag.kind == "command" else "bold"
             panels[0].annotate(
@@ -95,14 +101,12 @@ def draw_flags(panels: Sequence[Axes], flags: Sequence[Flag], colours: Palette, 
 
 # ------------------------------------------------------------------------------------------------------------- phases
 def phases_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[tuple[float, float, str]]:
-    """Return the phases in the window, in units of the time axis, if all tracks that have some have the same.
+    """Return the phases in the window, in units of the time axis, if all tracks have the same.
 
     Where most of them are too short for their names (in panels of so many inches), they would only be stripes: none.
     """
     several = {
-        tuple((begin - track.zero, end - track.zero, text) for begin, end, text in track.phases)
-        for track in tracks
-        if track.phases
+        tuple((begin - track.zero, end - track.zero, text) for begin, end, text in track.phases) for track in tracks
     }
     if len(several) != 1:
         return []
@@ -152,7 +156,7 @@ def draw_cursors(panels: Sequence[Axes], cursors: Sequence[int], axis: TimeAxis,
         for panel in panels:
             panel.axvline(at, color=colours.cursor, linewidth=0.9, zorder=3)
         panels[0].annotate(
-            str(number), (at, 1), (0, -1), ("data", "axes fraction"), "offset points", ha="center", va="top",
+            str(number), (at, 1), (0, -5), ("data", "axes fraction"), "offset points", ha="center", va="top",
             fontsize=7.5, weight="bold", color=colours.ground, zorder=4,
             bbox={"boxstyle": "round,pad=0.25", "facecolor": colours.cursor, "linewidth": 0},
         )  # fmt: skip

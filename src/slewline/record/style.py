@@ -148,6 +148,11 @@ def number(value: float, digits: int = 10) -> str:
     return f"{value:,.{digits}g}".replace(",", THIN_SPACE).replace("-", MINUS)
 
 
+def few(value: float) -> str:
+    """Return a number that is measured with three digits, or all that stand before its point."""
+    return number(round(value) if abs(value) >= 100 else value, 10 if abs(value) >= 100 else 3)
+
+
 def grouped(value: object) -> str:
     """Return a number as `number` does, and anything else as it is."""
     return number(value) if isinstance(value, int | float) else str(value)
