@@ -23,6 +23,7 @@ from typing import Any
 import chipset
 import cycles
 import numpy as np
+import pictures
 import serve
 from rows import Row, best, best_of, table, timed
 
@@ -342,7 +343,13 @@ def exchanging() -> list[Row]:
 
 
 WORKLOADS: dict[str, dict[str, Callable[[], list[Row]]]] = {
-    "CY525": {"plans": plans, "endless": endless, "dialogue": dialogue, "waveforms": waveforms},
+    "CY525": {
+        "plans": plans,
+        "endless": endless,
+        "dialogue": dialogue,
+        "waveforms": waveforms,
+        "pictures": pictures.pictures,
+    },
     "GS-C200S": {"exchanging": exchanging, "serving": serve.module_rows},
     "MC1451A family": {
         "trains": cycles.rows,

@@ -1,4 +1,4 @@
-"""Write the pages and the picture of the documentation that are made from the code.
+"""Write the pages of the documentation that are made from the code.
 
 python tools/describe_docs.py            write them
 python tools/describe_docs.py --check    fail where a committed one differs from what the code says
@@ -10,7 +10,6 @@ docs/reference/cli.md           commands and options
 docs/reference/control.md       the requests of the control port
 docs/reference/parts.md         what stands around a chip
 docs/reference/conformance_*.md facts and their tests
-docs/images/weld.svg            the first workpiece of `slewline demo`
 
 And one file that goes with the package: src/slewline/links/control.schema.json, the requests once more.
 """
@@ -21,7 +20,6 @@ import argparse
 import json
 import re
 import sys
-import tempfile
 from collections.abc import Iterable, Iterator
 from dataclasses import fields
 from functools import partial
@@ -31,7 +29,6 @@ from pathlib import Path
 import click
 
 import conformance
-import slewline
 from slewline.chips import PARTS, sheet_of
 from slewline.chips.cy525 import quirks as cy525_quirks
 from slewline.chips.cy525.firmware import Cy525
@@ -48,7 +45,6 @@ from slewline.language.describe import describe, line_table, table
 from slewline.language.lines import usage
 from slewline.links.requests import COMMON, NAMES, REQUESTS, Key, Request, schema
 from slewline.parts import KINDS, part_class
-from slewline.tools import demo
 from slewline.tools.commands import cli
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -57,7 +53,6 @@ RAMP_TIMES = (  # S, computed and measured milliseconds (CY525 manual, s.8)
     (1, 1299, 1350), (2, 1294, 1350), (10, 1254, 1250), (25, 1177, 1200), (50, 1050, 1050),
     (100, 795, 800), (150, 540, 550), (200, 285, 270), (225, 158, 150), (250, 30, 38),
 )  # fmt: skip
-NEAR = 0.15  # two numbers of a picture that differ by less (points) look the same
 
 
 # ----------------------------------------------------------------------------------------------------------- data sheet
@@ -304,33 +299,7 @@ def conformance_page(folder: str) -> str:
     return NOTE + conformance.page(conformance.tables()[folder], conformance.markers())
 
 
-# -------------------------------------------------------------------------------------------------------------- picture
-def picture() -> str:
-    """The first workpiece of the demo; one decimal is enough, and leaves a smaller file."""
-    bench = slewline.load(str(demo.HERE / demo.MACHINE))
-    bench.record(*demo.PINS)
-    bench.run_until_idle()
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "weld.svg")
-        bench.plot(
-            path,
-            "CY525: six welds on a workpiece, and back",
-            ["x.wait", "x.programmable_output", "x.slew"],
-            "0.9 s",
-            "3.7 s",
-        )
-        text = re.sub(r" <metadata>.*</metadata>\n", "", path.read_text("utf-8"), flags=re.DOTALL)
-        return re.sub(r"(\.\d)\d+", r"\1", text)
-
-
-def same_picture(one: str, two: str) -> bool:
-    """Do two SVG texts look the same?  The last digit of a number may depend on the machine, and with it ids."""
-    one, two = (re.sub(r"\b[mp][0-9a-f]{10}\b", "id", text) for text in (one, two))
-    number = re.compile(r"-?\d+\.\d+")
-    pairs = zip(number.findall(one), number.findall(two), strict=False)
-    return number.sub("", one) == number.sub("", two) and all(abs(float(a) - float(b)) < NEAR for a, b in pairs)
-
-
+# ---------------------------------------------------------------------------------------------------------------- pages
 FILES = {
     "reference/cy525.md": cy525_page,
     "reference/gs-c200.md": gs_c200_page,
@@ -340,7 +309,6 @@ FILES = {
     "../src/slewline/links/control.schema.json": control_schema,
     "reference/parts.md": parts_page,
     **{f"reference/conformance_{folder}.md": partial(conformance_page, folder) for folder in conformance.tables()},
-    "images/weld.svg": picture,
 }
 
 
@@ -350,8 +318,7 @@ def outdated() -> list[str]:
     for name, make in FILES.items():
         path = DOCS / name
         committed = path.read_text("utf-8") if path.exists() else ""
-        made = make()
-        if not (same_picture(committed, made) if path.suffix == ".svg" else committed == made):
+        if committed != make():
             found.append(name)
     return found
 

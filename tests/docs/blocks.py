@@ -6,6 +6,8 @@
     text      is written likewise (`; go.cy525`); without a name it is what the Python block before it printed
     console   `$ slewline ...` is called, and must print what follows; a line `...` stands for any lines
 
+A picture is compared with the file of its name that a block before it has written, see `pictures`.
+
 A block in another language fails: nothing on a page that is tested stays untried.
 """
 
@@ -26,6 +28,8 @@ from sybil.parsers.markdown import CodeBlockParser
 from sybil.parsers.markdown.lexers import FencedCodeBlockLexer
 
 from slewline.tools.main import invoke
+
+from .pictures import images
 
 ROOT = Path(__file__).parents[2]
 NAMED = re.compile(r"(?:#|;) ([\w/]+\.[\w-]+)\b.*\n")
@@ -77,8 +81,12 @@ def console(example: Example) -> str | None:
 
 def called(words: list[str]) -> str:
     """What a command prints."""
-    if words[0] == "make":  # not run here: it would set up an environment
-        assert re.search(rf"^{words[1]}:", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE)
+    if words[0] == "make":  # without what sets up an environment; what it prints is not shown
+        recipe = re.search(rf"^{words[1]}:.*\n\t(.*)", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE)
+        assert recipe, words
+        command = recipe[1].removeprefix("@.venv/bin/")
+        if command.startswith("slewline "):
+            called(shlex.split(command))
         return ""
     if words == [".", ".venv/bin/activate"]:
         return ""
@@ -107,21 +115,27 @@ def differs(shown: str, printed: str) -> str | None:
 
 
 EVALUATORS = {"python": python, "text": text, "toml": toml, "console": console}
-SYBIL = Sybil([CodeBlockParser(language, evaluate) for language, evaluate in EVALUATORS.items()])
+SYBIL = Sybil([images, *(CodeBlockParser(language, evaluate) for language, evaluate in EVALUATORS.items())])
 
 
 def run_page(path: Path, languages: tuple[str, ...] = tuple(EVALUATORS)) -> int:
-    """Run the blocks of a page in some languages; returns how many there were."""
+    """Run the blocks of a page in some languages, and compare its pictures; returns how many blocks there were."""
     document = SYBIL.parse(path)
     count = 0
     for example in document.examples():
-        if example.region.lexemes["arguments"] in languages:
+        language = language_of(example)
+        if language is None or language in languages:
             example.evaluate()
-            count += 1
+        count += language in languages
     return count
 
 
+def language_of(example: Example) -> str | None:
+    """The language of a block; None: a picture."""
+    return example.region.lexemes.get("arguments")
+
+
 def languages_of(path: Path) -> set[str]:
-    """The languages of all blocks of a page."""
+    """The languages of all blocks of a page, without the `{toctree}` and the like of the page itself."""
     document = SYBIL.parse(path)
-    return {region.lexemes["language"] for region in FencedCodeBlockLexer(r"[^\n]*")(document)}
+    return {region.lexemes["language"] for region in FencedCodeBlockLexer(r"\w[^\n]*")(document)}

@@ -1,4 +1,6 @@
-"""Write into the pages what their code prints now: `python -m tests.docs.refresh`.  Read what it changed.
+"""Write into the pages what their code prints and draws now: `python -m tests.docs.refresh [PAGE ...]`.
+
+Read what it changed, and look at the pictures.
 
 Where a page leaves lines out with `...`, as many lines before and behind it are kept as there were.
 """
@@ -8,11 +10,12 @@ from __future__ import annotations
 import os
 import re
 import shlex
+import sys
 import tempfile
 from pathlib import Path
 
-from . import blocks
-from .test_pages import TRIED
+from . import blocks, pictures
+from .test_pages import CODE, EXPLAINED, TRIED, without_page
 
 
 def renewed(shown: str, printed: str) -> str:
@@ -27,12 +30,17 @@ def renewed(shown: str, printed: str) -> str:
     return "".join(f"{line}\n" for line in new)
 
 
-def refresh(page: Path) -> None:
-    """Run a page, and write its outputs anew."""
+def refresh(page: Path, languages: tuple[str, ...]) -> None:
+    """Run a page, and write its outputs and pictures anew."""
     text = page.read_text("utf-8")
     document = blocks.SYBIL.parse(page)
     for example in document.examples():
-        shown, language = str(example.parsed), example.region.lexemes["arguments"]
+        shown, language = str(example.parsed), blocks.language_of(example)
+        if language is None:
+            pictures.renew(example)
+            continue
+        if language not in languages:
+            continue
         if language == "console":
             calls = [call.partition("\n") for call in re.split(r"^\$ ", shown, flags=re.MULTILINE)[1:]]
             new = "".join(
@@ -48,8 +56,11 @@ def refresh(page: Path) -> None:
 
 
 if __name__ == "__main__":
-    for page in TRIED:
+    pages = [Path(page).resolve() for page in sys.argv[1:]] or [*TRIED, *EXPLAINED]
+    for page in pages:
         with tempfile.TemporaryDirectory() as folder:
             os.chdir(folder)
-            refresh(page)
+            refresh(page, tuple(blocks.EVALUATORS) if page in TRIED else CODE)
             os.chdir(blocks.ROOT)
+    for left in without_page():
+        left.unlink()

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
+from . import pictures
 from .blocks import EVALUATORS, ROOT, languages_of, run_page
 
 TRIED = [
@@ -11,7 +14,9 @@ TRIED = [
     *sorted((ROOT / "docs/tutorial").glob("*.md")),
     *sorted((ROOT / "docs/howto").glob("*.md")),
 ]
-EXPLAINED = [*sorted((ROOT / "docs/explanation").glob("*.md")), ROOT / "docs/reference/api.md"]
+EXPLAINED = [ROOT / "docs/index.md", *sorted((ROOT / "docs/explanation").glob("*.md")), ROOT / "docs/reference/api.md"]
+CODE = ("python", "console")  # of these; their text is not printed by anything
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 
 def name(path):
@@ -29,7 +34,29 @@ def test_every_block_of_a_page_runs_and_prints_what_is_shown(page, tmp_path, mon
 def test_python_and_commands_on_the_other_pages_run(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert languages_of(page) <= {*EVALUATORS}
-    run_page(page, ("python", "console"))
+    run_page(page, CODE)
+
+
+def pictures_of(page):
+    return {(page.parent / found["target"]).resolve() for found in pictures.IMAGE.finditer(page.read_text("utf-8"))}
+
+
+def without_page():
+    """The files in docs/images that no page shows."""
+    return sorted({*(ROOT / "docs/images").iterdir()} - {path for page in PAGES for path in pictures_of(page)})
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_every_picture_stands_on_a_page_that_is_run_at_the_begin_of_a_line(page):
+    if page not in [*TRIED, *EXPLAINED]:
+        assert pictures_of(page) == set()
+    text = re.sub(r"```.*?```|`[^`\n]*`", "", page.read_text("utf-8"), flags=re.DOTALL)
+    assert len(re.findall(r"!\[|<img|<picture", text)) == len(pictures.IMAGE.findall(text))
+
+
+def test_every_picture_is_on_a_page_and_all_of_them_are_small():
+    assert without_page() == []
+    assert sum(path.stat().st_size for path in (ROOT / "docs/images").iterdir()) < 1_500_000
 
 
 def test_a_chip_of_ten_commands_takes_less_than_sixty_lines():

@@ -147,12 +147,13 @@ class Played:
         return {pin: (times.tolist(), levels.tolist()) for pin, (times, levels) in edges.items()}
 
     def state(self) -> dict[str, Any]:
-        """Registers, travel, every step, and what is told of the motions."""
+        """Registers, travel, every step, every change of velocity, and what is told of the motions."""
         steps = self.chip.steps()
         return {
             **self.chip.registers,
             "travel": self.chip.travel,
             "steps": (steps.times_ps.tolist(), steps.directions.tolist(), steps.positions.tolist()),
+            "velocities": [part.tolist() for part in self.chip.motor.velocities(0, self.bench.now_ps)],
             **told(self.chip),
         }
 

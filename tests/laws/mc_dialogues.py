@@ -355,7 +355,7 @@ class Talked(Played):
         return outputs(self.chip)
 
     def state(self) -> dict[str, Any]:
-        """Every axis: registers and steps; every word read; findings, in whatever words.
+        """Every axis: registers, steps and velocities; every word read; findings, in whatever words.
 
         What the encoder inputs find is told when somebody asks for their counts: later, or not at all before a reset.
         """
@@ -369,6 +369,7 @@ class Talked(Played):
                 f"{key} {number}": found for key, found in told(self.chip.axis(number)).items() if key != "phases"
             }
             state[f"steps {number}"] = steps.times_ps.tolist(), steps.directions.tolist(), steps.positions.tolist()
+            state[f"velocities {number}"] = [part.tolist() for part in axis.velocities(0, self.bench.now_ps)]
         found = [(found.time_ps, found.code) for found in self.chip.findings]
         state["findings"] = [pair for pair in found if not pair[1].startswith("encoder")]
         if self.chip.starts == 1:

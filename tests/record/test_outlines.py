@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import slewline
+from slewline.bench.script import run_script
 from slewline.core.timebase import Clock
 from slewline.core.train import PatternView, Playing, PulseView, StepTrain
 from slewline.record import outlines
@@ -103,13 +104,13 @@ def test_edges_in_a_stripe_are_a_band_from_the_first_to_the_last() -> None:
 @pytest.mark.parametrize("part", ["cy525", "gs-c200s", "mc1451a"])
 def test_the_pins_of_every_family_show_alike(part: str) -> None:
     bench = slewline.Bench()
-    x = bench.add(part, name="x")
+    straps = {"br0": 0, "br1": 0, "br2": 0, "chs": 0} if part == "gs-c200s" else None
+    x = bench.add(part, name="x", straps=straps)
     bench.record()
-    host = bench.host(x)
-    host.send({
-        "cy525": "A 0\rF 20\rR 100\rS 200\rZ 1\rN 900\r+\rG\r-\rG\r",
-        "gs-c200s": "S100\rT500\rR20\r+900\r-900\r",
-        "mc1451a": "SET_VEL 0x8000\nSET_ACC 0x400\nSET_POS 900\nUPDATE",
+    run_script(bench, bench.host(x), {
+        "cy525": "A 0\nF 20\nR 100\nS 200\nZ 1\nN 900\n+\nG\n-\nG\n",
+        "gs-c200s": "Po\nS100\nT500\nR20\n+900\n-900\nE\n",
+        "mc1451a": "SET_VEL 0x8000\nSET_ACC 0x400\nSET_POS 900\nUPDATE\n",
     }[part])  # fmt: skip
     bench.run("1500 ms")
     bands = 0

@@ -10,6 +10,7 @@ import pytest
 from vcd.reader import TokenKind, tokenize
 from vcd.writer import VCDWriter
 
+from slewline.core.net import Net
 from slewline.core.pin import Terminal
 from slewline.core.table import Pin
 from slewline.core.timebase import Clock
@@ -59,14 +60,14 @@ def small(rig):
 def test_small_file_to_the_byte(rig, tmp_path):
     small(rig)
     path = tmp_path / "small.vcd"
-    write_vcd(path, rig.nets, rig.recorder, 1_000, 12_000)
+    write_vcd(path, rig.nets, rig.recorder, 1_000, 12_000, buses="whole")
     assert path.read_bytes() == SMALL
     assert list(tmp_path.iterdir()) == [path]
 
 
 def test_window_ends_now_at_the_latest(rig, tmp_path):
     small(rig)
-    write_vcd(tmp_path / "a.vcd", rig.nets, rig.recorder, 1_000, 1 << 70)
+    write_vcd(tmp_path / "a.vcd", rig.nets, rig.recorder, 1_000, 1 << 70, buses="whole")
     assert (tmp_path / "a.vcd").read_bytes() == SMALL.replace(b"#12\n", b"#20\n")
 
 
@@ -106,9 +107,22 @@ def body(path) -> str:
 
 
 # --------------------------------------------------------------------------------------------------------- oracles
-def by_pyvcd(rig, start: int, stop: int, timescale: str) -> bytes:
+def shown(rig, buses: str) -> dict[str, Net | Terminal]:
+    """What the variables of the file are: of a bus every wire, each a pin of its own that is asked for alone."""
+    probes = {}
+    for name, net in rig.nets.items():
+        if net.width == 1 or buses != "bits":
+            probes[name] = net
+        if net.width == 8 and buses != "whole":
+            for bit in range(8):
+                probes[f"{name}{bit}"] = pin = Terminal("x", Pin(bit, f"db{bit}", "both", "bus"), net)
+                pin.bit = bit
+    return probes
+
+
+def by_pyvcd(rig, start: int, stop: int, timescale: str, buses: str = "bits") -> bytes:
     """What pyvcd writes for the same nets; it is told every change, one at a time."""
-    unit, nets = TIMESCALES[timescale], rig.nets
+    unit, nets = TIMESCALES[timescale], shown(rig, buses)
 
     def value(net, level):
         return "z" if level == FLOATING else level
@@ -160,16 +174,17 @@ def test_same_bytes_as_pyvcd(lively, tmp_path, seed, timescale):
     rig = lively(seed, events=80)
     rig.kernel.run(80_000_000)
     start = (0, 12_345_678)[seed % 2]
+    buses = ("bits", "whole", "both")[seed % 3]
     write_vcd(tmp_path / "a.vcd", rig.nets, rig.recorder, start, 70_000_000)
-    write_vcd(tmp_path / "b.vcd", rig.nets, rig.recorder, start, 70_000_000, timescale)
-    assert (tmp_path / "b.vcd").read_bytes() == by_pyvcd(rig, start, 70_000_000, timescale)
+    write_vcd(tmp_path / "b.vcd", rig.nets, rig.recorder, start, 70_000_000, timescale, buses=buses)
+    assert (tmp_path / "b.vcd").read_bytes() == by_pyvcd(rig, start, 70_000_000, timescale, buses)
     assert (tmp_path / "a.vcd").read_bytes() == by_pyvcd(rig, start, 70_000_000, "1 ns")
 
 
 def test_read_back_in_picoseconds_gives_the_recorded_edges(lively, tmp_path):
     rig = lively(11, events=80)
     rig.kernel.run(80_000_000)
-    write_vcd(tmp_path / "a.vcd", rig.nets, rig.recorder, 0, 80_000_000, "1 ps")
+    write_vcd(tmp_path / "a.vcd", rig.nets, rig.recorder, 0, 80_000_000, "1 ps", buses="whole")
     names, changes = read((tmp_path / "a.vcd").read_bytes())
     assert list(names.values()) == list(rig.nets)
     for name in rig.nets:
@@ -180,7 +195,7 @@ def test_read_back_in_picoseconds_gives_the_recorded_edges(lively, tmp_path):
 
 def test_pyvcd_can_read_it(rig, tmp_path):
     small(rig)
-    write_vcd(tmp_path / "a.vcd", rig.nets, rig.recorder, 0, 12_000)
+    write_vcd(tmp_path / "a.vcd", rig.nets, rig.recorder, 0, 12_000, buses="whole")
     with open(tmp_path / "a.vcd", "rb") as file:
         tokens = list(tokenize(file))
     assert [t.var.reference for t in tokens if t.kind is TokenKind.VAR] == ["slew", "db", "wait"]
@@ -263,7 +278,7 @@ def test_stream_that_comes_too_late_says_so_and_leaves_nothing(rig, tmp_path):
 
 def test_stream_may_be_closed_twice_and_asks_at_once(rig, tmp_path):
     small(rig)
-    with VcdStream(tmp_path / "a.vcd", rig.nets, rig.recorder, start=1_000) as stream:
+    with VcdStream(tmp_path / "a.vcd", rig.nets, rig.recorder, start=1_000, buses="whole") as stream:
         stream.write_until(12_000)
         stream.close()
         assert (tmp_path / "a.vcd").read_bytes() == SMALL
@@ -291,6 +306,12 @@ def test_errors_are_clear_and_leave_what_was_there(rig, tmp_path):
     cases = [
         (dict(timescale="2 ns"), UsageError, r"timescale '2 ns': allowed 1 ps, 10 ps, 100 ps, 1 ns, "),
         (dict(nets={}), UsageError, "no nets to write"),
+        (dict(buses="bytes"), UsageError, "buses 'bytes': allowed bits, whole, both"),
+        (
+            dict(nets={"x.slew": pin, "x.db": rig.nets["x.db"], "x.db3": pin}, buses="both"),
+            UsageError,
+            "'db3' is the nam",
+        ),
         (dict(nets={"x.run": other}), NotRecorded, "x.run is not recorded"),
         (dict(nets={"x.a b": pin}), UsageError, "no name for a VCD file"),
         (dict(nets={"x.": pin}), UsageError, "no name for a VCD file"),
@@ -306,12 +327,12 @@ def test_errors_are_clear_and_leave_what_was_there(rig, tmp_path):
     rig.recorder.record(pin)
     nets = {name: net for name, net in rig.nets.items() if name != "x.run"}
     for changed, error, message in cases:
-        arguments = dict(path=good, nets=nets, recorder=rig.recorder, start=0, stop=12_000) | changed
+        arguments = dict(path=good, nets=nets, recorder=rig.recorder, start=0, stop=12_000, buses="whole") | changed
         with pytest.raises(error, match=message):
             write_vcd(**arguments)
     assert good.read_text() == "precious"
     assert list(tmp_path.iterdir()) == [good]
-    write_vcd(good, nets, rig.recorder, 1_000, 12_000)
+    write_vcd(good, nets, rig.recorder, 1_000, 12_000, buses="whole")
     assert good.read_bytes() == SMALL
 
 

@@ -11,7 +11,7 @@ from slewline.chips.cy525.sheet import SHEET
 from slewline.language.assemble import assemble
 from slewline.tools.demo import HERE, MACHINE, PROGRAM
 
-FILES = ["weld.cy525", "weld.png", "weld.svg", "weld.toml", "weld.vcd"]
+FILES = ["weld.cy525", "weld.gtkw", "weld.png", "weld.sucl", "weld.svg", "weld.toml", "weld.vcd"]
 
 
 @pytest.fixture
@@ -36,8 +36,13 @@ def test_the_files_are_where_it_says(ran):
     assert all(f"build/demo/{name} " in ran.out for name in FILES)
     assert Path("build/demo/weld.png").read_bytes().startswith(b"\x89PNG")
     svg = Path("build/demo/weld.svg").read_text()
-    assert all(word in svg for word in ("R = 80", "F = 5", "S = 240", "N = 700", "x.programmable_output"))
-    assert "$scope module x" in Path("build/demo/weld.vcd").read_text()
+    assert all(word in svg for word in ("R = 80", "F = 5", "S = 240", "N = 700", ">output<"))
+    waveform = Path("build/demo/weld.vcd").read_text()
+    assert "$scope module x" in waveform
+    assert "$timescale 1 us" in waveform, "in nanoseconds PulseView would take a thousand times the samples"
+    assert not re.search(r"\$var wire (?!1 )", waveform), "libsigrok, and with it PulseView, refuses a file with a bus"
+    assert "x.velocity" in Path("build/demo/weld.gtkw").read_text()
+    assert "variable_add x.velocity" in Path("build/demo/weld.sucl").read_text()
 
 
 def test_the_machine_can_be_changed_and_run(ran, call):

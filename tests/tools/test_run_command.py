@@ -304,7 +304,55 @@ def test_a_waveform_has_all_pins_and_every_step(call, five):
     _, chip = by_hand(FIVE)
     pins = {row.name for row in chip.sheet.pins if row.way not in ("power", "none") and not row.name.startswith("db")}
     named = {line.split()[4] for line in text.splitlines() if line.startswith("$var")}
-    assert named == pins - {"clk15"} | {"db"}, "the bus in one; the clock only when it is asked for"
+    wires = {f"db{bit}" for bit in range(8)}
+    assert named == pins - {"clk15"} | wires, "the bus as its wires; the clock only when it is asked for"
+
+
+def variables(path: str) -> list[str]:
+    return [line.split()[4] for line in Path(path).read_text().splitlines() if line.startswith("$var")]
+
+
+def test_a_waveform_of_some_pins(call, five):
+    assert (
+        call("run", five, "--vcd", "x.vcd", "--pins", "pulse, cy525.db3,direction", "--timescale", "100 ns").status == 0
+    )
+    assert variables("x.vcd") == ["pulse", "db3", "direction"]
+    assert "$timescale 100 ns $end" in Path("x.vcd").read_text()
+
+
+def test_a_waveform_with_values_buses_and_layouts(call, five):
+    ran = call("run", five, "--vcd", "x.vcd", "--vcd-values", "--vcd-buses", "both", "--layout")
+    assert (ran.status, ran.err) == (0, "")
+    assert {"db", "db0", "velocity", "position", "command", "finding"} <= set(variables("x.vcd"))
+    assert all(f"wrote x.{ending}\n" in ran.out for ending in ("vcd", "gtkw", "sucl"))
+    assert '[dumpfile] "x.vcd"' in Path("x.gtkw").read_text()
+
+
+def test_what_a_timescale_hides_is_told(call, five):
+    ran = call("run", five, "--vcd", "x.vcd", "--pins", "pulse", "--timescale", "100 ms", "-q")
+    assert (ran.status, ran.out) == (0, "")
+    says = "10 changes of level are over within 100 ms and are not in the file; a finer --timescale shows them"
+    assert ran.err == f"slewline: x.vcd: {says}\n"
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ("--pins pulse", "--pins: goes with --vcd FILE"),
+        ("--vcd-values --layout", "--vcd-values, --layout: goes with --vcd FILE"),
+        ("--vcd x.vcd --timescale 5ns", "timescale '5ns': allowed 1 ps, 10 ps"),
+        ("--vcd x.vcd --pins a,,b", "give names of pins with commas between"),
+        ("--vcd x.vcd --pins puls", "has no pin 'puls'; its pins: "),
+        ("--vcd x.gtkw --layout", "the layout beside it would have the same name"),
+        ("--vcd x.vcd --layout --steps x.sucl", "x.sucl: this command uses that file already"),
+        ("--vcd x.vcd --vcd-buses bytes", "'bytes' is not one of"),
+    ],
+)
+def test_waveform_options_that_cannot_be(call, five, options, says):
+    ran = call("run", five, *options.split())
+    assert ran.status == 2
+    assert says in ran.err
+    assert not list(Path().glob("x.*"))
 
 
 def test_a_waveform_of_a_bench_has_what_the_file_records(call, bench):

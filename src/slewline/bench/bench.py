@@ -17,6 +17,7 @@ from ..core.pin import Condition
 from ..core.timebase import PS_PER_S, Seconds, Time, picoseconds, readable
 from ..errors import Timeout, UsageError
 from .furnishing import Furnished
+from .timing import TimingDiagrams
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
@@ -27,7 +28,7 @@ def _seen(_net: Net) -> None:
     """An observer that only makes promised edges instants."""
 
 
-class Bench(Furnished):
+class Bench(Furnished, TimingDiagrams):
     """Chips and what stands around them.
 
     Args:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ..core.axis import Mark
 from ..core.chip import Chip, OneAxis
-from ..core.timebase import Time, moment, picoseconds
+from ..core.timebase import Time, moment, picoseconds, readable
 from ..errors import UnknownName, UsageError
 from .recording import FilePath, Recording
 
@@ -148,20 +149,24 @@ class Drawing(Recording):
         first, last = self._picture(axes, pins, start, stop, benches, begins)
         tracks: list[Track] = []
         for name, bench in benches:
-            tracks += bench._tracks(axes, name, begins[name], first, last)
+            tracks += bench._tracks(axes, name, begins[name], first, last, ideal)
         zero = next(begins[name] for name, bench in benches if bench is self)
         return Contents(
-            title or ", ".join(f"{chip.name}: {chip.sheet.part.upper()}" for chip in self.chips.values()),
+            title or self._named(),
             tracks,
             self._traces(pins, first, last, zero),
             first,
             last,
-            notes=[*self._notes(tracks)],
+            notes=[*self._notes(tracks), *differences(tracks)],
             cursors=[picoseconds(cursor) for cursor in cursors],
             zero_is="from the begin of the motion on" if runs else "",
             marks=marks,
-            ideal=ideal,
         )
+
+    def _named(self) -> str:
+        """The chips and their parts."""
+        parts = [(chip.name, chip.sheet.part.upper()) for chip in self.chips.values()]
+        return parts[0][1] if len(parts) == 1 else ", ".join(f"{name}: {part}" for name, part in parts)
 
     def _picture(
         self,
@@ -192,7 +197,7 @@ class Drawing(Recording):
             last = min(end + around, longest) if last is None else last
         if last <= first:
             raise UsageError(
-                f"nothing to draw from {first} ps to {last} ps; let time pass with bench.run() before, "
+                f"nothing to draw from {readable(first)} to {readable(last)}; let time pass with bench.run() before, "
                 "or give start and stop that lie in the past"
             )
         return first, last
@@ -242,25 +247,30 @@ class Drawing(Recording):
             return chip.name
         return f"axis {number}" if len(self.chips) == 1 else f"{chip.name} axis {number}"
 
-    def _tracks(self, axes: Any, run: str, zero: int, start: int, stop: int) -> list[Track]:
+    def _tracks(self, axes: Any, run: str, zero: int, start: int, stop: int, ideal: bool) -> list[Track]:
         """What the axes did in a window of the picture, those that move; one, if none does."""
         first, last = max(start + zero, 0), min(stop + zero, self.kernel.now)
         chosen = self._axes(axes)
         if axes is None:
             chosen = [axis for axis in chosen if axis.motor.count(first, last)] or chosen[:1]
-        return [self._track(axis, run, len(chosen) > 1, zero, first, last) for axis in chosen]
+        tracks = [self._track(axis, zero, first, last, ideal) for axis in chosen]
+        if not run:
+            return tracks
+        return [replace(track, name=f"{run}, {track.name}" if len(tracks) > 1 else run) for track in tracks]
 
-    def _track(self, axis: OneAxis, run: str, several: bool, zero: int, first: int, last: int) -> Track:
+    def _track(self, axis: OneAxis, zero: int, first: int, last: int, ideal: bool) -> Track:
         from ..record.panels import Track
 
-        name = self._name_of(axis)
-        under_way = [motion for motion in axis.motions(0, first) if motion.time_ps < first][-1:]
+        motions = [motion for motion in axis.motions(0, first) if motion.time_ps < first][-1:]
+        motions += axis.motions(first, last)
+        ideals = [motion for motion in motions if motion.ideal is not None] if ideal else []
         return Track(
-            f"{run}, {name}" if run and several else run or name,
+            self._name_of(axis),
             axis.quantities(),
-            [*under_way, *axis.motions(first, last)],
+            motions,
             [*axis.marks(first, last), *self._findings(self._chip_of(axis), first, last)],
             axis.phases(first, last),
+            [(motion.ideal, axis.deviation(motion)) for motion in ideals if motion.ideal is not None],
             zero,
             self.kernel.now,
         )
@@ -298,7 +308,7 @@ class Drawing(Recording):
         instants = [moment(time) for time in ([times] if isinstance(times, str) else times)]
         for time, instant in zip([*times], instants, strict=False):
             if instant > self.kernel.now:
-                raise UsageError(f"{time!r} is still to come; it is {self.kernel.now} ps")
+                raise UsageError(f"{time!r} is still to come; it is {readable(self.kernel.now)}")
         return instants
 
 
@@ -316,6 +326,19 @@ def moving_from_to(axis: OneAxis, start: int, stop: int) -> tuple[int, int] | No
         if len(times) <= 500 or (after - before) * 2 > stop - start:
             return int(times[i]), after
         start, stop = before, after
+
+
+def differences(tracks: Sequence[Track]) -> Iterator[str]:
+    """Yield what the ideals that are laid over tell: how far the motions of a track leave them at most."""
+    from ..record.style import number
+
+    for track in tracks:
+        if track.ideals:
+            position = max(abs(deviation.position) for _, deviation in track.ideals)
+            velocity = max(abs(deviation.velocity) for _, deviation in track.ideals)
+            whose = f"{track.name}: d" if len(tracks) > 1 else "D"
+            steps = f"{number(position, 3)} step{'s' * (position != 1)}"
+            yield f"{whose}otted: the ideal; position within {steps}, velocity within {number(velocity, 3)} steps/s"
 
 
 def told(track: Track, words: Mapping[str, str]) -> str:

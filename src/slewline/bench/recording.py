@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,13 +12,15 @@ from ..core.kernel import Kernel
 from ..core.net import Bus, Net
 from ..core.pin import Terminal
 from ..core.timebase import Time, moment, picoseconds
-from ..errors import NotRecorded
+from ..errors import NotRecorded, UnknownName
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from ..record.recorder import Recorder
+    from ..record.recorder import Probe, Recorder
+    from ..record.vcd import VcdStream
+    from ..record.vcd_sources import Buses
 
 FilePath = str | Path
 SLICE_PS = 100_000_000_000  # while a VCD file is streamed, time passes in slices of 100 ms
@@ -32,7 +34,7 @@ class Recording:
 
     def __init__(self, kernel: Kernel) -> None:
         self.kernel = kernel
-        self.recorded: dict[str, Net] = {}
+        self.recorded: dict[str, Net | Terminal] = {}
         self._recorder: Recorder | None = None
         self._streams: list[Any] = []
 
@@ -63,9 +65,20 @@ class Recording:
         """
         keep_ps = None if keep is None else picoseconds(keep)
         for name in pins or self._all_pins():
-            net = self._net(name)
-            self.recorder.record(net, keep_ps)
-            self.recorded[name] = net
+            probe = self._probe(name)
+            self.recorder.record(probe, keep_ps)
+            self.recorded[name] = probe
+
+    def _probe(self, name: str) -> Net | Terminal:
+        """The net of a pin; of a pin that is a wire of a bus, the pin."""
+        net = self._net(name)
+        if not isinstance(net, Bus):
+            return net
+        try:
+            pin = self.pin(name)
+        except UnknownName:  # the bus itself
+            return net
+        return net if pin.bit is None else pin
 
     def _all_pins(self) -> Iterator[str]:
         for chip in self.chips.values():
@@ -85,24 +98,30 @@ class Recording:
             self.kernel.now if stop is None else min(moment(stop), self.kernel.now),
         )
 
-    def _window_of(self, nets: dict[str, Net], start: Time | None, stop: Time | None) -> tuple[int, int]:
+    def _window_of(self, nets: Mapping[str, Net | Terminal], start: Time | None, stop: Time | None) -> tuple[int, int]:
         """A window that recorded nets can be asked about: without `start`, as far back as all of them go."""
         first, last = self._window(start, stop)
         return (
             max((self.recorder.since(net) for net in nets.values()), default=first) if start is None else first
         ), last
 
-    def _chosen(self, pins: Iterable[str] | None) -> dict[str, Net]:
+    def _chosen(self, pins: Iterable[str] | None) -> dict[str, Net | Terminal]:
         if pins is None:
             if not self.recorded:
                 raise NotRecorded("nothing is recorded; call bench.record() before time passes")
             return dict(self.recorded)
-        names = list(pins)
-        for name in names:
-            if name not in self.recorded:
-                self._net(name)  # UnknownName if there is no such pin
-                raise NotRecorded(f"{name} is not recorded; call bench.record({name!r}) before time passes")
-        return {name: self.recorded[name] for name in names}
+        return {name: self.recorded[name] if name in self.recorded else self._recorded_wire(name) for name in pins}
+
+    def _recorded_wire(self, name: str) -> Net | Terminal:
+        """A wire of a bus that is recorded as a whole.
+
+        Raises:
+            UnknownName: there is no such pin.
+            NotRecorded: nobody records it.
+        """
+        if (wire := self._probe(name)) is not self._net(name) and self._net(name) in self.recorded.values():
+            return wire
+        raise NotRecorded(f"{name} is not recorded; call bench.record({name!r}) before time passes")
 
     def edges(
         self, pin: str, start: Time | None = None, stop: Time | None = None
@@ -122,12 +141,60 @@ class Recording:
         start: Time | None = None,
         stop: Time | None = None,
         timescale: str = "1 ns",
-    ) -> None:
-        """Write recorded pins as a VCD file; an existing file is replaced whole or not at all."""
+        *,
+        buses: Buses = "bits",
+        values: bool = False,
+        layout: bool = False,
+    ) -> int:
+        """Write recorded pins as a VCD file; an existing file is replaced whole or not at all.
+
+        Args:
+            path: the file.
+            pins: names such as "x.slew"; all that are recorded by default.
+            start, stop: the window; by default as far as all of them are recorded, up to now.
+            timescale: the unit of its times, 1, 10 or 100 ps to s; they are rounded down.
+            buses: "bits": a bus is written as its wires, which every viewer reads; "whole", as PulseView does not;
+                "both".
+            values: with velocity and position of the axes (acceleration and jerk where the part has them) as reals,
+                with the commands that began their motions and with the findings as strings.
+            layout: write layouts for GTKWave and Surfer beside the file, with its name and .gtkw, .sucl.
+
+        Returns:
+            How many changes of level are not in the file, because the level changed again within the same unit.
+
+        Raises:
+            UsageError: an unknown timescale or kind of buses, nothing to write, or a path that cannot be written.
+            NotRecorded: a pin is not recorded, or not that far back.
+            UnknownName: there is no such pin.
+        """
         from ..record.vcd import write_vcd
 
         nets = self._chosen(pins)
-        write_vcd(path, nets, self.recorder, *self._window_of(nets, start, stop), timescale)
+        first, last = self._window_of(nets, start, stop)
+        options = self._vcd_options(path, nets, buses, values, layout)
+        stream = write_vcd(path, nets, self.recorder, first, last, timescale, **options)
+        if layout:
+            self._save_layouts(stream)
+        return stream.lost
+
+    def _vcd_options(
+        self, path: FilePath, nets: Mapping[str, Probe], buses: Buses, values: bool, layout: bool
+    ) -> dict[str, Any]:
+        from .waveforms import chips_of, comments_of, values_of
+
+        if layout:
+            from ..record.layouts import layout_paths
+
+            layout_paths(path)
+        chips = chips_of(self.chips, nets)
+        return {"buses": buses, "values": values_of(chips) if values else (), "comments": comments_of(chips, values)}
+
+    def _save_layouts(self, stream: VcdStream) -> None:
+        from ..record.layouts import save_layouts
+        from .waveforms import chips_of, view_of
+
+        chips = chips_of(self.chips, stream.nets)
+        save_layouts(stream.path, stream.variables, view_of(chips, *stream.window, stream.unit))
 
     def save_csv(
         self, path: FilePath, pins: Sequence[str] | None = None, start: Time | None = None, stop: Time | None = None
@@ -152,16 +219,32 @@ class Recording:
                 yield chip, number, chip.axis(number)
 
     @contextmanager
-    def stream_vcd(self, path: FilePath, pins: Sequence[str] | None = None, timescale: str = "1 ns") -> Iterator[None]:
-        """Write recorded pins to a VCD file while time passes, so that a long window needs no memory."""
+    def stream_vcd(
+        self,
+        path: FilePath,
+        pins: Sequence[str] | None = None,
+        timescale: str = "1 ns",
+        *,
+        buses: Buses = "bits",
+        values: bool = False,
+        layout: bool = False,
+    ) -> Iterator[VcdStream]:
+        """Write recorded pins to a VCD file while time passes, so that a long window needs no memory.
+
+        The arguments are those of `save_vcd`.  What the `with` statement gives has `lost`, what `save_vcd` returns.
+        """
         from ..record.vcd import VcdStream
 
-        stream = VcdStream(path, self._chosen(pins), self.recorder, timescale)
+        nets = self._chosen(pins)
+        options = self._vcd_options(path, nets, buses, values, layout)
+        stream = VcdStream(path, nets, self.recorder, timescale, **options)
         self._streams.append(stream)
         try:
             with stream:
-                yield
+                yield stream
                 stream.write_until(self.kernel.now)
+            if layout:
+                self._save_layouts(stream)
         finally:
             self._streams.remove(stream)
 

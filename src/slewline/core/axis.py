@@ -257,12 +257,14 @@ class Axis:
         import numpy as np
 
         at = self._instants(times)
-        order = np.argsort(at, axis=None, kind="stable")
+        ends = (int(at.min()), int(at.max())) if at.size else (0, 0)
+        first, last = (max(bisect_right(self.past, ps, key=_start) - 1, 0) for ps in ends)
+        order = np.argsort(at, axis=None, kind="stable") if last > first else slice(None)
         instants = at.ravel()[order]
         since, offsets = np.array(self.offsets, np.int64).T
         found = offsets[np.maximum(np.searchsorted(since, instants, side="right") - 1, 0)]
-        for number, group in _groups(instants, [stretch.start for stretch in self.past]):
-            stretch = self.past[number]
+        for number, group in _groups(instants, [stretch.start for stretch in self.past[first : last + 1]]):
+            stretch = self.past[first + number]
             found[group] += stretch.count
             if stretch.playing is not None and stretch.counts:
                 found[group] += stretch.counts * stretch.playing.begun_many(instants[group])

@@ -114,10 +114,10 @@ class Position(Quantity):
     def changes(self, start: int, stop: int) -> Outline:
         import numpy as np
 
-        steps, loads = self.axis.steps(start + 1, stop), self.axis.loads(start, stop)
-        times = np.concatenate([[start], steps.times_ps, np.array(loads, np.int64)])
-        times = np.unique(times)
-        return self._broken(times, self.axis.unwrapped_at(times), loads)
+        axis = self.axis
+        steps, loads = axis.steps(start + 1, stop), axis.loads(start, stop)
+        times = np.unique(np.concatenate([[start], steps.times_ps, np.array(loads, np.int64)]))
+        return self._broken(times, axis.unwrapped_at(times), times, loads)
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
         import numpy as np
@@ -130,12 +130,13 @@ class Position(Quantity):
         times = np.unique(np.concatenate([turns, turns - 1, edges, edges - 1, [stop]]))
         times = times[times >= start]
         unwrapped = axis.unwrapped_at(times)
-        wraps = self._wraps(times, unwrapped, turns)
-        if wraps:
-            around = np.array(wraps + [wrap - 1 for wrap in wraps])
+        wraps = np.array(self._wraps(times, unwrapped, turns), np.int64)
+        if len(wraps):
+            around = np.concatenate([wraps, wraps - 1])
             times, first = np.unique(np.append(times, around), return_index=True)
             unwrapped = np.append(unwrapped, axis.unwrapped_at(around))[first]
-        return thinned(self._broken(times, unwrapped, axis.loads(start, stop)), start, stop, columns)
+        outline = self._broken(times, unwrapped, np.append(wraps, turns), axis.loads(start, stop))
+        return thinned(outline, start, stop, columns)
 
     def _wraps(self, times: NDArray[np.int64], unwrapped: NDArray[np.int64], turns: NDArray[np.int64]) -> list[int]:
         """The first and the last wrap between two instants each, all turns being among them."""
@@ -151,17 +152,20 @@ class Position(Quantity):
             out += [axis.reached(end * axis.modulus - (b < a), int(times[n])) for end in ends]
         return out
 
-    def _broken(self, times: NDArray[np.int64], unwrapped: NDArray[np.int64], loads: list[int]) -> Outline:
-        """The register at ascending instants: what changes, and breaks at loads and wraps."""
+    def _broken(
+        self, times: NDArray[np.int64], unwrapped: NDArray[np.int64], steps: NDArray[np.int64], loads: list[int]
+    ) -> Outline:
+        """The register at ascending instants: what changes, and a break where it is loaded, or wraps at one of `steps`,
+        each of which follows an instant just before it."""
         import numpy as np
 
-        values = self.axis.low + unwrapped % self.axis.modulus
-        rise = np.diff(values, prepend=values[:1])
-        changed = rise != 0
-        broken = changed & ((np.abs(rise) > self.axis.modulus // 2) | np.isin(times, loads))
-        changed[0] = True
+        rounds, values = np.divmod(unwrapped, self.axis.modulus)
+        changed = np.append(True, values[1:] != values[:-1])
+        wrapped = np.append(False, rounds[1:] != rounds[:-1]) & np.isin(times, steps)
+        broken = changed & (wrapped | np.isin(times, loads))
+        broken[0] = False
         points = np.repeat(np.flatnonzero(changed), 1 + broken[changed])
-        out = values[points].astype(np.float64)
+        out = (self.axis.low + values[points]).astype(np.float64)
         out[np.flatnonzero(broken[points])[::2]] = np.nan
         return Outline(times[points], out)
 

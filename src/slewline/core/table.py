@@ -218,6 +218,47 @@ class Timing:
         return int(self.us * self.mhz + 0.5)
 
 
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """A time between two edges that the data sheet prints: at least, typically, at most so long, in ps.
+
+    An edge is a pin (or the data bus) and how it changes: "falls", "rises", "changes", and of a bus "appears" and
+    "vanishes", where something begins or ceases to drive it.  What counts is an `end` with no other `end` since the
+    last `start`: of two strobes within a selection the first one ends a set-up time, the second one begins a hold time.
+    A start and an end at one instant are 0 apart; but where only what is typical is printed, the end comes first.  An
+    interval counts only if the pins have the levels of `given` at its end.
+
+    `mhz` is the crystal that the time is printed for; 0: it holds with every crystal.  `keeper` must see to it: the
+    "part" itself, or the "host" and whatever else drives its inputs.  `symbol` is what the sheet calls it.
+    """
+
+    start: str
+    end: str
+    says: str
+    where: str
+    least: int | None = None
+    typical: int | None = None
+    most: int | None = None
+    symbol: str = ""
+    mhz: int = 0
+    keeper: Literal["part", "host"] = "part"
+    given: tuple[tuple[str, int], ...] = ()
+    trust: Trust = "stated"
+
+    def at(self, crystal_hz: int) -> tuple[int | None, int | None, int | None]:
+        """Return at least, typically, at most with a crystal, in ps, rounded in favour of who keeps it."""
+        if not self.mhz:
+            return self.least, self.typical, self.most
+        up, down = self.mhz * 10**6, crystal_hz
+        least, typical = (None if ps is None else ps * up // down for ps in (self.least, self.typical))
+        return least, typical, None if self.most is None else -(-self.most * up // down)
+
+    @property
+    def edges(self) -> str:
+        """The two edges, in words."""
+        return f"{self.start} to {self.end}"
+
+
 class Table(Sequence[Row]):
     """The command rows of a part, looked up by form or by the byte that stands for them."""
 
@@ -328,6 +369,7 @@ class Sheet:
     crystal_high_hz: int = 0
     registers: tuple[Register, ...] = ()
     times: Mapping[str, Timing] = field(default_factory=dict)
+    limits: tuple[Limit, ...] = ()
     buffer_bytes: int = 0
     buffer_where: str = ""
     verify_bytes: Mapping[int, int] = field(default_factory=dict)

@@ -28,7 +28,8 @@ def describe(sheet: Sheet, command: str | None = None) -> str:
         return describe_command(sheet, command)
     port = _port(sheet.port) if sheet.port is not None else ""
     words = _words(sheet.packets) if sheet.packets is not None else ""
-    parts = [_head(sheet), _commands(sheet), port, words, _pins(sheet), _wires(sheet), _registers(sheet), _times(sheet)]
+    tables = (_pins, _wires, _registers, _times, _printed)
+    parts = [_head(sheet), _commands(sheet), port, words, *(write(sheet) for write in tables)]
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
@@ -376,6 +377,21 @@ def _times(sheet: Sheet) -> str:
     ]
     note = "Trust: *stated* by the manual, *derived* from what it states, or *chosen* where it is silent."
     return f"## Times\n\n{table(heads, rows)}\n\n{note}" if rows else ""
+
+
+def _printed(sheet: Sheet) -> str:
+    clocks: tuple[str, ...] = ("at MHz",) if sheet.crystal_high_hz else ()
+    heads = ("", "time", "from", "to", "min. µs", "typ. µs", "max. µs", *clocks, "kept by", "manual", "trust")
+    rows = [
+        (
+            *(limit.symbol, limit.says, f"`{limit.start}`", f"`{limit.end}`"),
+            *("" if ps is None else f"{ps / 10**6:.10g}" for ps in (limit.least, limit.typical, limit.most)),
+            *(*(limit.mhz or "any" for _ in clocks), limit.keeper, limit.where, limit.trust),
+        )
+        for limit in sheet.limits
+    ]
+    note = "What `bench.check_timing()` checks. From the last such edge; with another crystal, scaled."
+    return f"## Limits\n\n{table(heads, rows)}\n\n{note}" if rows else ""
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

@@ -11,12 +11,13 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from io import StringIO
 from pathlib import Path
 from typing import Any
 
 from ..core.axis import Steps
-from .recorder import FLOATING, Probe, Recorder, chunks
+from .recorder import FLOATING, Probe, Recorder, chunks, net_of
 from .whole_file import WholeFile
 
 ROWS = 1 << 16  # how many lines are made at a time
@@ -36,7 +37,8 @@ def save_edges(path: str | Path, nets: Mapping[str, Probe], recorder: Recorder, 
     names = sorted(nets)
     with WholeFile(path) as file:
         file.write(_lines([("time_ps", "net", "level")]))
-        for chunk in chunks(recorder, [nets[name] for name in names], start, stop):
+        stop = min(stop, *(net_of(net).kernel.seen for net in nets.values())) if nets else start - 1
+        for chunk in chunks([partial(recorder.edges, nets[name]) for name in names], start, stop):
             times = np.concatenate([times for times, _ in chunk])
             levels = np.concatenate([levels for _, levels in chunk])
             which = np.repeat(np.arange(len(chunk)), [len(times) for times, _ in chunk])

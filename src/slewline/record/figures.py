@@ -32,8 +32,9 @@ if TYPE_CHECKING:
 # inches
 HEIGHTS = {"velocity": 2.3, "position": 1.45}
 OTHER_HEIGHT = 1.15
-GAP, HEADING, EDGE, BOTTOM, LINE, LETTER = 0.10, 0.24, 0.16, 0.50, 0.165, 0.0665
+GAP, HEADING, EDGE, BOTTOM, LINE, LETTER = 0.10, 0.27, 0.16, 0.50, 0.165, 0.0665
 MARGIN = 0.006  # of the window, left free at its ends
+LEFT, MOST_LEFT, NARROW_LEFT, BESIDE = 0.92, 1.4, 0.62, 0.1
 NARROW = 6.0  # a picture that is narrower has less beside its panels
 
 
@@ -50,7 +51,6 @@ class Contents:
     cursors: Sequence[int] = ()
     zero_is: str = ""  # what instant 0 is, if it is not that of the bench
     marks: bool = True
-    ideal: bool = False
 
 
 @cache
@@ -126,13 +126,13 @@ class Layout:
         self.contents, self.width = contents, width
         self.narrow = width < NARROW
         self.axis = TimeAxis(contents.start, contents.stop, 0 if contents.zero_is else None, contents.zero_is)
-        self.left = 0.62 if self.narrow else 1.0
+        self.names = self._names()
+        self.left = NARROW_LEFT if self.narrow else max(LEFT, BESIDE + LETTER * self._longest_name())
         self.right = 0.2 if self.narrow else max(0.2, 0.14 + 0.0615 * self._longest_rate())
         self.across = width - self.left - self.right
         curves = panels.curves_of(contents.tracks, self.axis, panels.columns_of(self.across))
         self.flags = marks.flags_of(contents.tracks, self.axis, self.across) if contents.marks else []
         self.phases = marks.phases_of(contents.tracks, self.axis, self.across) if curves else []
-        self.names = self._names()
         letters = int((width - 2 * EDGE) / LETTER)
         self.notes = [line for note in contents.notes for line in wrap(note, letters)]
         self.title = wrap(contents.title, int((width - 2 * EDGE) / 0.1)) or [""]
@@ -147,9 +147,16 @@ class Layout:
 
     def _names(self) -> list[str] | None:
         """Names of pins as they stand beside their lanes; None: they do not fit there."""
-        fitting = [lanes.wrapped(trace.name, int((self.left - 0.1) / 0.066)) for trace in self.contents.traces]
-        names = [name for name in fitting if name is not None]
-        return names if len(names) == len(fitting) else None
+        least, most = (NARROW_LEFT, NARROW_LEFT) if self.narrow else (LEFT, MOST_LEFT)
+        for letters in range(int((least - BESIDE) / LETTER), int((most - BESIDE) / LETTER) + 1):
+            names = [lanes.wrapped(trace.name, letters) for trace in self.contents.traces]
+            if None not in names:
+                return [name for name in names if name is not None]
+        return None
+
+    def _longest_name(self) -> int:
+        """Letters of the longest line of these names."""
+        return max((len(line) for name in self.names or () for line in name.split("\n")), default=0)
 
     def _legend(self) -> list[list[tuple[float, int, str]]]:
         """Rows of entries: where, number of the track, name.  A single track needs none."""
@@ -240,7 +247,7 @@ def _make_panels(paper: Paper, layout: Layout, colours: Palette) -> list[Axes]:
         made[-1].tick_params(length=0, labelbottom=last, labelsize=8.5 if not layout.narrow else 8)
         made[-1].spines["bottom"].set_visible(last)
         if panel.heading:
-            above = (panel.above - HEADING - (GAP if len(made) > 1 else 0) + 0.05) * 72
+            above = (panel.above - HEADING - (GAP if len(made) > 1 else 0) + 0.08) * 72
             made[-1].set_title(
                 panel.heading, loc="left", fontsize=9, color=colours.ink, pad=above, y=1.0,
                 x=-(layout.left - EDGE) / layout.across,
@@ -268,13 +275,13 @@ def _draw(made: Sequence[Axes], layout: Layout, colours: Palette, whole: bool) -
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
     contents, axis = layout.contents, layout.axis
-    several = len(contents.tracks) > 1
+    several, beside = len(contents.tracks) > 1, whole and not layout.narrow
     for axes, panel in zip(made, layout.panels, strict=False):
         if panel.curves:
-            panels.draw_curves(axes, panel.curves, axis, colours, panel.height, several)
+            panels.draw_curves(axes, panel.curves, axis, colours, panel.height, several, beside)
             if panel.curves[0].quantity.name == "velocity":
-                panels.draw_rates(axes, panel.curves, axis, colours, panel.height, whole and not layout.narrow)
-            if contents.ideal:
+                panels.draw_rates(axes, panel.curves, axis, colours, panel.height, beside)
+            if any(curve.track.ideals for curve in panel.curves):
                 panels.draw_ideals(axes, panel.curves, axis, colours)
         else:
             lanes.draw_lanes(axes, contents.traces, axis, colours, layout.names)

@@ -38,15 +38,19 @@ def edges(recorder: Recorder, probe: Probe, start: int, stop: int) -> Edges:
     def first_ones(promise: Any, after: int, end: int) -> tuple[list[int], list[Any]]:
         times: list[int] = []
         levels: list[Any] = []
+        before = promise.level(after)
         time = promise.after(after)
         while time is not None and time <= end:
             stripe = bisect_right(begins, time) - 1
             last = min(begins[stripe + 1] - 1, end) if stripe + 1 < STRIPES else end
             enough, at_last = len(times) + DENSE + 1, promise.level(last)
             while time is not None and time <= last:
-                times.append(time)
-                levels.append(promise.level(time))
-                if len(times) >= enough and levels[-1] == at_last:  # what follows finds the level that it changes
+                level = promise.level(time)
+                if level != before:
+                    times.append(time)
+                    levels.append(level)
+                    before = level
+                if len(times) >= enough and level == at_last:  # what follows finds the level that it changes
                     cut.add(stripe)
                     time = last
                 time = promise.after(time)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ..core.axis import Mark, MotionStart
+from ..core.ideal import Deviation, Ideal
 from ..core.quantity import Outline, Quantity
 from .style import DASHES, Palette, TimeAxis, number
 
@@ -33,6 +34,7 @@ class Track:
         motions: those in the window, with the rates that were in force.
         marks: what happened, findings included.
         phases: stretches with a label, begin and end in ps.
+        ideals: what is laid over the motions, and how far they leave it.
         zero: the instant of the run that is 0 in the picture, ps.
         until: the last instant that is known, ps.
     """
@@ -42,6 +44,7 @@ class Track:
     motions: Sequence[MotionStart] = ()
     marks: Sequence[Mark] = ()
     phases: Sequence[tuple[int, int, str]] = ()
+    ideals: Sequence[tuple[Ideal, Deviation]] = ()
     zero: int = 0
     until: int = 1 << 62
 
@@ -138,23 +141,26 @@ def _power(curves: Sequence[Curve]) -> int:
 
 # ------------------------------------------------------------------------------------------------------------ drawing
 def draw_curves(
-    panel: Axes, curves: Sequence[Curve], axis: TimeAxis, colours: Palette, height: float, several: bool
+    panel: Axes, curves: Sequence[Curve], axis: TimeAxis, colours: Palette, height: float, several: bool, beside: bool
 ) -> None:
     """Draw the curves of a panel, that of the first track on top.
 
     Args:
         height: of the panel, inches.
         several: there are several tracks in the picture: lines and colours tell them apart.
+        beside: names of rates stand beside the panel, not over their lines.
     """
     for curve in reversed(curves):
         _draw_curve(panel, curve, axis, colours, several, filled=len(curves) == 1)
-    low, high = _limits(curves, axis, height)
+    low, high = _limits(curves, axis, 0.0 if beside else RATE_HEIGHT / height)
     panel.set_ylim(low, high)
     for curve in curves:
         _tell_outside(panel, curve, axis, colours, low, high)
     if low <= 0 <= high and curves[0].from_zero:
         panel.axhline(0, color=colours.edge, linewidth=0.8, zorder=1)
-    _draw_scale(panel, _power(curves), height)
+    _draw_scale(panel, _power(curves), height, whole=high - low >= 2 or curves[0].reach == (0, 0))
+    if curves[0].quantity.name == "velocity" and all(curve.reach == (0, 0) for curve in curves):
+        panel.text(0.5, 0.5, "no motion", transform=panel.transAxes, ha="center", va="center", color=colours.soft)
 
 
 def _draw_curve(panel: Axes, curve: Curve, axis: TimeAxis, colours: Palette, several: bool, filled: bool) -> None:
@@ -178,12 +184,16 @@ def _draw_curve(panel: Axes, curve: Curve, axis: TimeAxis, colours: Palette, sev
         panel.fill_between(times, values, step="post" if held else None, color=color, alpha=0.10, linewidth=0)
 
 
-def _limits(curves: Sequence[Curve], axis: TimeAxis, height: float) -> tuple[float, float]:
-    """The values at the lower and the upper end of a panel: the curves, the rates beside them, and some room."""
+def _limits(curves: Sequence[Curve], axis: TimeAxis, above: float) -> tuple[float, float]:
+    """The values at the lower and the upper end of a panel: the curves, the rates beside them, and some room.
+
+    `above` is the share of the panel that a name over the highest rate takes.
+    """
     low, high = min(curve.reach[0] for curve in curves), max(curve.reach[1] for curve in curves)
     if curves[0].quantity.name == "velocity":
         rates = [rate for curve in curves for _, rate, _, _ in rates_of(curve, axis)]
         low, high = min([low, *rates]), max([high, *rates])
+        high += above * (high - low) * (max(rates, default=low) == high)
     if low == high:
         return (low - 1, high + 1) if not curves[0].from_zero else (low - (low < 0), high + 1)
     room = 0.08 * (high - low)
@@ -204,10 +214,10 @@ def _tell_outside(panel: Axes, curve: Curve, axis: TimeAxis, colours: Palette, l
         )  # fmt: skip
 
 
-def _draw_scale(panel: Axes, power: int, height: float) -> None:
+def _draw_scale(panel: Axes, power: int, height: float, whole: bool) -> None:
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-    panel.yaxis.set_major_locator(MaxNLocator(max(2, round(height / 0.4)), steps=[1, 2, 5, 10]))
+    panel.yaxis.set_major_locator(MaxNLocator(max(2, round(height / 0.38)), steps=[1, 2, 5, 10], integer=whole))
     panel.yaxis.set_major_formatter(FuncFormatter(lambda value, _: number(value / 10**power)))
 
 
@@ -317,7 +327,7 @@ def _write_over(
             text = ", ".join(names[rate])
             panel.annotate(
                 text, (begins[rate], rate), (2, 1.5), "data", "offset points", va="bottom", fontsize=7.5,
-                color=colours.soft,
+                color=colours.soft, bbox={"facecolor": colours.ground, "alpha": 0.7, "linewidth": 0, "pad": 0.5},
             )  # fmt: skip
 
 
@@ -328,17 +338,15 @@ def draw_ideals(panel: Axes, curves: Sequence[Curve], axis: TimeAxis, colours: P
 
     for curve in curves:
         start, stop = curve.track.window(axis)
-        for motion in curve.track.motions:
-            if motion.ideal is None or curve.quantity.name not in ("velocity", "position"):
+        for ideal, _ in curve.track.ideals:
+            first, last = max(ideal.start, start), min(ideal.stop, stop)
+            if curve.quantity.name not in ("velocity", "position") or first >= last:
                 continue
-            first, last = max(motion.ideal.start, start), min(motion.ideal.stop, stop)
-            if first >= last:
-                continue
-            times = np.union1d(np.linspace(first, last, IDEAL_POINTS).astype(np.int64), motion.ideal.bends)
+            times = np.union1d(np.linspace(first, last, IDEAL_POINTS).astype(np.int64), ideal.bends)
             times = times[(first <= times) & (times <= last)]
-            law = motion.ideal.velocities if curve.quantity.name == "velocity" else motion.ideal.positions
+            law = ideal.velocities if curve.quantity.name == "velocity" else ideal.positions
             at = axis.scaled(times - curve.track.zero)
-            panel.plot(at, law(times), color=colours.ink, linewidth=0.9, linestyle=(0, (3, 2)), zorder=2.5)
+            panel.plot(at, law(times), color=colours.ink, linewidth=0.9, linestyle=(0, (1, 1)), zorder=2.5)
 
 
 def columns_of(width: float) -> int:

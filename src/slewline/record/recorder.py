@@ -16,7 +16,7 @@ from __future__ import annotations
 import sys
 from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from ..core.net import Bus, Net
 from ..core.pin import Terminal
@@ -27,11 +27,24 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    Levels: TypeAlias = NDArray[np.int8] | NDArray[np.int16]
+    Levels: TypeAlias = NDArray[np.int8] | NDArray[np.int16] | NDArray[np.int32]
     Edges: TypeAlias = tuple[NDArray[np.int64], Levels]
 
 Expand: TypeAlias = Callable[[Any, int, int], tuple[Any, Any]]  # a promise, start, stop: times and levels
-Probe: TypeAlias = Net | Terminal  # what can be asked about: a net, or a pin (also one wire of a bus)
+
+
+class Wires(NamedTuple):
+    """A bus of which every wire is asked for: its levels are 256 times the driven wires, plus those that are high."""
+
+    net: Net
+
+    @property
+    def name(self) -> str:
+        """The name of the bus."""
+        return self.net.name
+
+
+Probe: TypeAlias = Net | Terminal | Wires  # what can be asked about: a net, or a pin (also one wire of a bus)
 
 FLOATING = -1
 TRIM_FROM = 1024  # entries; shorter logs are not worth trimming
@@ -145,25 +158,29 @@ class Recorder:
         return log
 
 
-def chunks(recorder: Recorder, probes: Sequence[Probe], start: int, stop: int, unit: int = 1) -> Iterator[list[Edges]]:
-    """The edges of several nets at start <= t <= stop, in consecutive windows: one array would not hold an hour.
+def chunks(expand: Sequence[Callable[[int, int], Any]], start: int, stop: int, unit: int = 1) -> Iterator[list[Any]]:
+    """What changes at start <= t <= stop, in consecutive windows: one array would not hold an hour.
 
     The length of a window follows the density of what came before.  All but the last end with a whole `unit` (ps).
+
+    Args:
+        expand: functions of a window (start, stop), such as the edges of a net; each returns times and values.
+        start, stop: ps; nothing after the last committed instant.
+        unit: ps.
     """
     length = FIRST_CHUNK_PS
-    stop = min(stop, max((net_of(probe).kernel.seen for probe in probes), default=start - 1))
     while start <= stop:
         last = min(stop, -(-(start + length) // unit) * unit - 1)
-        edges = [recorder.edges(probe, start, last) for probe in probes]
-        yield edges
-        found = max(sum(len(times) for times, _ in edges), 1)
+        changes = [expanded(start, last) for expanded in expand]
+        yield changes
+        found = max(sum(len(times) for times, _ in changes), 1)
         length = max(min(length * CHUNK_EDGES // found, 4 * length, LONGEST_CHUNK_PS), 1)
         start = last + 1
 
 
 def net_of(probe: Probe) -> Net:
     """The net of a pin, or the net itself."""
-    return probe.net if isinstance(probe, Terminal) else probe
+    return probe if isinstance(probe, Net) else probe.net
 
 
 def width_of(probe: Probe) -> int:
@@ -198,6 +215,8 @@ def _code(probe: Probe, level: Any) -> int:
     if not isinstance(net, Bus):
         return int(level)
     mask, value = level
+    if isinstance(probe, Wires):
+        return int(mask << 8 | value & mask)
     if isinstance(probe, Terminal) and probe.bit is not None:
         return int(value) >> probe.bit & 1 if mask >> probe.bit & 1 else FLOATING
     return int(value | ~mask) & 0xFF
@@ -207,7 +226,7 @@ def _columns(probe: Probe, times: Any, levels: Any) -> Edges:
     """Two lists, or the two arrays of a promise, as edges."""
     import numpy as np
 
-    dtype: Any = np.int8 if width_of(probe) == 1 else np.int16
+    dtype: Any = np.int8 if width_of(probe) == 1 else np.int32 if isinstance(probe, Wires) else np.int16
     if isinstance(levels, list):
         codes = {level: _code(probe, level) for level in set(levels)}
         levels = [codes[level] for level in levels]

@@ -1,48 +1,63 @@
-"""Value change dumps (IEEE 1364), for GTKWave, PulseView and their like.
+"""Value change dumps (IEEE 1364), for GTKWave, PulseView, Surfer and their like.
 
-    #1200            time, in units of the timescale
-    0!               one wire: level and identifier
-    b1010 "          a bus
+    #1200                  time, in units of the timescale
+    0!                     one wire: level and identifier
+    b1010 "                a bus as a whole
+    r5978.26 #             a real: a velocity
+    sP\\x20300 $            a string: the command that began a motion
 
-Times are rounded down to the timescale.  Of several changes of a net inside one unit the last one counts; a glitch
-that is over within its unit is not in the file.  Changes of one instant stand under one time.  The same run gives the
-same bytes, whether written at once or in parts.
+Times are rounded down to the timescale.  Of several changes of a variable inside one unit the last one counts; a glitch
+that is over within its unit is not in the file, and is counted as lost.  Changes of one instant stand under one time.
+The same run gives the same bytes, whether written at once or in parts.
 
-Lines are made by table: every change is one number, time and code in one, so that one sort puts them in order; digits
-come out of a table four at a time; the lines of a chunk are one matrix of bytes, from which a mask cuts what is not
-needed (a time that was said already, the padding of short values).
+A file of wires is read by everybody.  libsigrok 0.5.2 refuses a file with a bus in it, so a bus is written as its
+wires unless somebody asks for it; it skips reals in silence and strings with a warning each.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from functools import cache
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import count
 from pathlib import Path
+from struct import pack, unpack
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from ..core.timebase import UNITS, readable
 from ..errors import UsageError
-from .recorder import Probe, Recorder, chunks, net_of, real_edges, width_of
+from .recorder import Probe, Recorder, chunks, net_of, real_edges
+from .vcd_lines import Table
+from .vcd_sources import Buses, NetSource, Source, Variable
 from .whole_file import WholeFile
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from .recorder import Edges
+    from .vcd_sources import Changes
 
 TIMESCALES = {f"{n} {unit}": n * UNITS[unit] for unit in ("ps", "ns", "us", "ms", "s") for n in (1, 10, 100)}
-BLOCK_ROWS = 1 << 14  # rows that the processor's cache holds
 ID_FIRST, ID_COUNT = 33, 94  # identifiers are made of the printable characters
+# A reader that skips a string takes its identifier for the next thing in the file: these begin with nothing of that.
+MISREAD = frozenset("#$01xXzZuUwWlLhH-bBrRsSpP")
+ESCAPES = str.maketrans({" ": "\\x20", "\\": "\\\\", "\t": "\\t", "\n": "\\n", "\r": "\\r"})
 
 
 class VcdStream:
     """A VCD file that grows with virtual time: `write_until` appends what has happened since the last call.
 
-    `nets` maps names to recorded nets or pins; dots make scopes, so that "x.slew" is variable slew in scope x.  The
-    file begins with the levels at `start` (ps; None: now) and is put in place by `close`.  As a context manager it
-    closes, or discards when the block raises.
+    The file begins with the values at `start` and is put in place by `close`.  As a context manager it closes, or
+    discards when the block raises.
+
+    Args:
+        path: the file.
+        nets: names of recorded nets or pins; dots make scopes, so that "x.slew" is variable slew in scope x.
+        recorder: that recorded them.
+        timescale: one of TIMESCALES.
+        start: ps; None: now.
+        buses: "bits": a bus as its wires; "whole": as one variable; "both".
+        values: what stands in the file beside the nets: quantities and texts.
+        comments: said at the head of the file.
 
     Raises:
         UsageError: an unknown timescale, no nets, names that do not fit a VCD file, or a path that cannot be written.
@@ -56,34 +71,50 @@ class VcdStream:
         recorder: Recorder,
         timescale: str = "1 ns",
         start: int | None = None,
+        buses: Buses = "bits",
+        values: Sequence[Source] = (),
+        comments: Iterable[str] = (),
     ) -> None:
-        if timescale not in TIMESCALES:
-            raise UsageError(f"timescale {timescale!r}: allowed {', '.join(TIMESCALES)}")
+        self.path, self.nets, self.unit = Path(path), list(nets), unit_of(timescale)
         if not nets:
             raise UsageError(f"{path}: no nets to write; name at least one")
-        self._probes, self._recorder, self._unit = list(nets.values()), recorder, TIMESCALES[timescale]
-        self._kernel = net_of(self._probes[0]).kernel
-        self._reached = self._kernel.seen if start is None else start
-        for probe in self._probes:
-            recorder.level_at(probe, self._reached)
-        self._table = Table([width_of(probe) for probe in self._probes])
-        self._header = _header(nets, timescale)
-        self._levels: list[int] = []  # the last ones written; none before the first unit is over
-        self._said = self._reached // self._unit  # the last time written, in units
-        self._next = (self._said + 1) * self._unit  # from this instant on, nothing is written yet
+        self._kernel = net_of(next(iter(nets.values()))).kernel
+        self._start = self._reached = self._kernel.seen if start is None else start
+        self._sources = [*(NetSource(recorder, name, probe, buses) for name, probe in nets.items()), *values]
+        for source in self._sources:
+            source.values_at(self._reached)
+        self.variables = [variable for source in self._sources for variable in source.variables]
+        self._ids = identifiers(self.variables)
+        self._header = _header(self.variables, self._ids, timescale, comments)
+        self._first: list[int] = []  # of every wire, the code of its level 0
+        texts: list[str] = []
+        for variable, name in zip(self.variables, self._ids, strict=True):
+            self._first.append(len(texts) + 1)  # FLOATING, which is -1, comes first
+            texts += _levels(variable, name)
+        self._table = Table(texts)
+        self._now: list[Any] = []  # the values written last; none before the first unit is over
+        self._said = self._reached // self.unit  # the last time written, in units
+        self._next = (self._said + 1) * self.unit  # from this instant on, nothing is written yet
+        self.lost = 0
+        """How many changes of wires are not in the file, because others followed in the same unit."""
         self._file = WholeFile(path)
+
+    @property
+    def window(self) -> tuple[int, int]:
+        """From when until when the file tells, ps."""
+        return self._start, self._reached
 
     def write_until(self, ps: int) -> None:
         """Append the changes up to an instant; what lies in a unit that is not over stays back for the next call."""
         self._reached = max(self._reached, min(ps, self._kernel.seen))
-        over = (self._reached + 1) // self._unit * self._unit
+        over = (self._reached + 1) // self.unit * self.unit
         if over >= self._next:
             self._append(over - 1)
 
     def close(self) -> None:
         """Append what stayed back and, as the end, the instant of the last call; put the file in place."""
         self._append(self._reached)
-        end = self._reached // self._unit
+        end = self._reached // self.unit
         if end > self._said:
             self._file.write(b"#%d\n" % end)
             self._said = end
@@ -94,41 +125,84 @@ class VcdStream:
         self._file.discard()
 
     def _append(self, stop: int) -> None:
-        if not self._levels:
+        if not self._now:
             self._begin(min(self._next - 1, stop))
-        for edges in chunks(self._recorder, self._probes, self._next, stop, self._unit):
-            units, codes = self._merged(edges)
+        for changes in chunks([source.changes for source in self._sources], self._next, stop, self.unit):
+            table, units, codes = self._merged(changes)
             if len(units):
-                self._file.write(self._table.lines(units, codes))
+                self._file.write(table.lines(units, codes))
                 self._said = int(units[-1])
         self._next = max(self._next, stop + 1)
 
     def _begin(self, ps: int) -> None:
-        self._levels = [self._recorder.level_at(probe, ps) for probe in self._probes]
-        dump = "".join(self._table.change(net, level) for net, level in enumerate(self._levels))
-        self._file.write(f"{self._header}#{self._said}\n$dumpvars\n{dump}$end\n".encode())
+        """The head of the file; the values are those at the end of the first unit."""
+        self._now = [value for source in self._sources for value in source.values_at(self._start)]
+        if ps > self._start:
+            self._settled([source.changes(self._start + 1, ps) for source in self._sources])
+        dump = "".join(map(self._line, range(len(self._now)), self._now))
+        self._file.write(f"{self._header}#{self._said}\n$dumpvars\n{dump}$end\n".encode("ascii"))
 
-    def _merged(self, chunk: list[Edges]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Times in units and codes of all changes of a chunk, by time, then in the order of the nets."""
+    def _line(self, number: int, value: Any) -> str:
+        kind = self.variables[number].kind
+        if kind == "wire":
+            return self._table.texts[self._first[number] + int(value)]
+        return f"{real(value) if kind == 'real' else string(value)} {self._ids[number]}\n"
+
+    def _settled(self, changes: list[Changes]) -> list[tuple[NDArray[np.int64], Any]]:
+        """Of every variable the units in which it changes, and its value at the end of each."""
+        settled: list[tuple[NDArray[np.int64], Any]] = []
+        for source, (times, values) in zip(self._sources, changes, strict=True):
+            for column in source.split(values):
+                number = len(settled)
+                if self.variables[number].kind == "string":
+                    units, column = _joined(times // self.unit, column)
+                else:
+                    units, column, lost = self._last(times, column, number, len(source.variables) > 1)
+                    self.lost += lost if self.variables[number].kind == "wire" else 0
+                if len(units):
+                    self._now[number] = column[-1]
+                settled.append((units, column))
+        return settled
+
+    def _last(
+        self, times: NDArray[np.int64], values: NDArray[Any], number: int, shared: bool
+    ) -> tuple[NDArray[np.int64], NDArray[Any], int]:
+        """The last changes of the units, and how many others there are; `shared`: not all times are changes."""
+        before = self._now[number]
+        if shared:
+            times, values = real_edges(times, values, before)
+        units, kept = real_edges(times // self.unit, values, before)
+        return units, kept, len(times) - len(units)
+
+    def _merged(self, changes: list[Changes]) -> tuple[Table, NDArray[np.int64], NDArray[np.int64]]:
+        """A table of lines; units and codes of all changes of a chunk, by time, then in the order of the file."""
         import numpy as np
 
-        base, bits = self._next // self._unit, self._table.bits
+        more: list[str] = []
+        marks: list[tuple[NDArray[np.int64], NDArray[np.int64]]] = []
+        for number, (units, values) in enumerate(self._settled(changes)):
+            if not len(units):
+                continue
+            if self.variables[number].kind == "wire":
+                marks.append((units, values + np.int64(self._first[number])))
+            else:
+                texts, which = np.unique(values, return_inverse=True)
+                marks.append((units, which + (len(self._table.texts) + len(more))))
+                more += [self._line(number, value) for value in texts.tolist()]
+        table = self._table.with_more(more)
+        base = min((int(units[0]) for units, _ in marks), default=0)
         keys = [np.empty(0, np.int64)]
-        for net, (times, levels) in enumerate(chunk):
-            units, levels = real_edges(times // self._unit, levels, self._levels[net])
-            if len(units):
-                self._levels[net] = int(levels[-1])
-                key = units - base
-                key <<= bits
-                key += levels
-                key += self._table.first[net]
-                keys.append(key)
+        for units, codes in marks:
+            key = units - base
+            key <<= table.bits
+            key += codes
+            keys.append(key)
         merged = np.concatenate(keys)
-        merged.sort(kind="stable")  # a few ascending rows, one a net: merging them is much faster than sorting
-        codes = merged & ((1 << bits) - 1)
-        merged >>= bits
+        merged.sort(kind="stable")  # a few ascending rows, one a variable: merging them is much faster than sorting
+        codes = merged & ((1 << table.bits) - 1)
+        merged >>= table.bits
         merged += base
-        return merged, codes
+        return table, merged, codes
 
     def __enter__(self) -> VcdStream:
         return self
@@ -144,19 +218,41 @@ class VcdStream:
 
 
 def write_vcd(
-    path: str | Path, nets: Mapping[str, Probe], recorder: Recorder, start: int, stop: int, timescale: str = "1 ns"
-) -> None:
-    """Write what some nets did at start <= t <= stop (ps, as far as the last committed instant) to a VCD file.
+    path: str | Path,
+    nets: Mapping[str, Probe],
+    recorder: Recorder,
+    start: int,
+    stop: int,
+    timescale: str = "1 ns",
+    **options: Any,
+) -> VcdStream:
+    """Write what happened at start <= t <= stop (ps, as far as the last committed instant) to a VCD file.
 
-    The window is expanded in pieces, so a long one needs no more memory than a short one.
+    The window is expanded in pieces, so a long one needs no more memory than a short one.  `options` and what is raised
+    are those of VcdStream.
+
+    Returns:
+        The stream, closed: `lost` says how many changes the timescale hides.
 
     Raises:
-        UsageError, NotRecorded: as VcdStream does; or the window ends before it begins.
+        UsageError: the window ends before it begins.
     """
     if stop < start:
         raise UsageError(f"{path}: the window ends at {readable(stop)}, before it begins at {readable(start)}")
-    with VcdStream(path, nets, recorder, timescale, start) as stream:
+    with VcdStream(path, nets, recorder, timescale, start, **options) as stream:
         stream.write_until(stop)
+    return stream
+
+
+def unit_of(timescale: str) -> int:
+    """The picoseconds of a timescale.
+
+    Raises:
+        UsageError: a VCD file has no such timescale.
+    """
+    if timescale not in TIMESCALES:
+        raise UsageError(f"timescale {timescale!r}: allowed {', '.join(TIMESCALES)}")
+    return TIMESCALES[timescale]
 
 
 def identifier(number: int) -> str:
@@ -170,24 +266,70 @@ def identifier(number: int) -> str:
         number -= 1
 
 
-def _header(nets: Mapping[str, Probe], timescale: str) -> str:
+def identifiers(variables: Iterable[Variable]) -> list[str]:
+    """The short names of all variables; those of strings look like nothing else in the file."""
+    names = map(identifier, count())
+    return [
+        next(name for name in names if variable.kind != "string" or name[0] not in MISREAD) for variable in variables
+    ]
+
+
+def real(bits: int) -> str:
+    """A real as the file has it: exact, as short as can be."""
+    (value,) = unpack("<d", pack("<q", bits))
+    return f"r{value!r}".removesuffix(".0")
+
+
+def string(text: str) -> str:
+    """A text as the file has it: ASCII in one word; viewers show \\x20 as a blank."""
+    return "s" + ascii_of(text.translate(ESCAPES))
+
+
+def ascii_of(text: str) -> str:
+    """A text in printable ASCII."""
+    return "".join(letter if " " <= letter <= "~" else "?" for letter in text.replace("µ", "u"))
+
+
+def _joined(units: NDArray[np.int64], texts: Sequence[str]) -> tuple[NDArray[np.int64], list[str]]:
+    """Texts of one unit in one: none is lost."""
+    import numpy as np
+
+    together: dict[int, str] = {}
+    for unit, text in zip(units.tolist(), texts, strict=True):
+        together[unit] = f"{together[unit]}; {text}" if unit in together else text
+    return np.array(list(together), np.int64), list(together.values())
+
+
+def _levels(variable: Variable, name: str) -> list[str]:
+    """The lines of all levels that a wire or bus can have, floating first; of others none."""
+    if variable.kind != "wire":
+        return []
+    if variable.size == 1:
+        return [f"{level}{name}\n" for level in "z01"]
+    return [f"bz {name}\n", *(f"b{level:b} {name}\n" for level in range(1 << variable.size))]
+
+
+def _header(variables: Iterable[Variable], names: Iterable[str], timescale: str, comments: Iterable[str]) -> str:
     """Everything up to $enddefinitions.  No date: the same run gives the same bytes."""
     tree: dict[str, Any] = {}
-    for number, (name, probe) in enumerate(nets.items()):
-        *scopes, variable = name.split(".") if "." in name else ("slewline", name)
+    for variable, identifier in zip(variables, names, strict=True):
+        name = variable.name
+        *scopes, last = name.split(".") if "." in name else ("slewline", name)
         level = tree
         for scope in scopes:
             level = level.setdefault(scope, {})
             if not isinstance(level, dict):
                 raise UsageError(f"{name!r}: {scope!r} is the name of a variable in the file and cannot be a scope too")
-        if not all(part and part.isascii() and part.isprintable() and " " not in part for part in (*scopes, variable)):
+        if not all(part and part.isascii() and part.isprintable() and " " not in part for part in (*scopes, last)):
             raise UsageError(
                 f"{name!r}: no name for a VCD file; use printable ASCII without blanks, dots between scopes"
             )
-        if variable in level:
-            raise UsageError(f"{name!r}: {variable!r} is the name of a scope in the file and cannot be a variable too")
-        level[variable] = f"$var wire {width_of(probe)} {identifier(number)} {variable} $end\n"
-    return f"$timescale {timescale} $end\n$version slewline $end\n{_scopes(tree)}$enddefinitions $end\n"
+        if last in level:
+            what = "scope" if isinstance(level[last], dict) else "variable"
+            raise UsageError(f"{name!r}: {last!r} is the name of a {what} in the file and cannot be a variable too")
+        level[last] = f"$var {variable.kind} {variable.size} {identifier} {last} $end\n"
+    said = "".join(f"$comment {ascii_of(comment)} $end\n" for comment in comments)
+    return f"$timescale {timescale} $end\n$version slewline $end\n{said}{_scopes(tree)}$enddefinitions $end\n"
 
 
 def _scopes(tree: dict[str, Any]) -> str:
@@ -195,118 +337,3 @@ def _scopes(tree: dict[str, Any]) -> str:
         what if isinstance(what, str) else f"$scope module {name} $end\n{_scopes(what)}$upscope $end\n"
         for name, what in tree.items()
     )
-
-
-# --------------------------------------------------------------------------------------------------- lines by table
-class Table:
-    """The lines of all changes there can be, by code; the code of a change is `first` of its net plus level."""
-
-    def __init__(self, widths: Sequence[int]) -> None:
-        import numpy as np
-
-        self.first: list[int] = []
-        self._texts: list[str] = []
-        for number, width in enumerate(widths):
-            name = identifier(number)
-            self.first.append(len(self._texts) + 1)  # FLOATING, which is -1, comes first
-            if width == 1:
-                self._texts += [f"{level}{name}\n" for level in "z01"]
-            else:
-                self._texts += [f"bz {name}\n", *(f"b{level:b} {name}\n" for level in range(1 << width))]
-        self.bits = len(self._texts).bit_length()
-        self._lengths = np.array([len(text) for text in self._texts])
-        width = int(self._lengths.max())
-        self._even = bool((self._lengths == width).all())
-        # "\n" in front: a time ends with it, and so the commonest row is a whole number of 4-byte words
-        padded = "".join("\n" + text.ljust(width) for text in self._texts)
-        self._rows = np.frombuffer(padded.encode(), np.uint8).reshape(-1, width + 1)
-
-    def change(self, net: int, level: int) -> str:
-        """The line of one change."""
-        return self._texts[self.first[net] + level]
-
-    def lines(self, units: NDArray[np.int64], codes: NDArray[np.int64]) -> bytes:
-        """The lines of changes, each instant named once.
-
-        Args:
-            units: (n,) int64, times in units of the file, ascending.
-            codes: (n,) int64.
-        """
-        import numpy as np
-
-        named = np.append(True, units[1:] != units[:-1])
-        parts = []
-        begin = 0
-        while begin < len(units):  # rows of equal width: times of equally many digits
-            digits = len(str(units[begin]))
-            end = min(int(np.searchsorted(units, 10**digits)), begin + BLOCK_ROWS)
-            parts.append(self._block(units[begin:end], codes[begin:end], named[begin:end], digits))
-            begin = end
-        return b"".join(parts)
-
-    def _block(
-        self, units: NDArray[np.int64], codes: NDArray[np.int64], named: NDArray[np.bool_], digits: int
-    ) -> bytes:
-        import numpy as np
-
-        width = self._rows.shape[1]
-        rows = np.empty((len(units), 1 + digits + width), np.uint8)
-        _put_times(rows, units, digits)
-        if width == 4:
-            _words(rows, 1 + digits)[:] = self._rows.view(np.uint32)[:, 0][codes]
-        else:
-            rows[:, 1 + digits :] = self._rows[codes]
-        repeated = np.flatnonzero(~named)
-        if self._even and 16 * len(repeated) < len(rows):  # a few times to cut out
-            return _without(rows, repeated, digits + 2)
-        needed = _needed(digits, width - 1).take(named * width + self._lengths[codes], axis=0)
-        return bytes(rows[needed].data)
-
-
-@cache
-def _needed(digits: int, longest: int) -> NDArray[np.bool_]:
-    """Which bytes of a row are needed, for changes of 0 to `longest` bytes: first without the time, then with it."""
-    import numpy as np
-
-    column = np.arange(digits + 2 + longest)
-    lengths = np.arange(longest + 1)[:, None]
-    change = (column >= digits + 2) & (column < digits + 2 + lengths)
-    return np.concatenate([change, change | (column < digits + 2)])
-
-
-def _without(rows: NDArray[np.uint8], shorter: NDArray[np.intp], head: int) -> bytes:
-    """All bytes of the rows but the first `head` of some."""
-    flat = rows.ravel().data
-    begins = (shorter * rows.shape[1]).tolist()
-    return b"".join(flat[a:b] for a, b in zip([0, *(n + head for n in begins)], [*begins, len(flat)], strict=True))
-
-
-def _words(rows: NDArray[np.uint8], column: int) -> NDArray[np.uint32]:
-    """Four columns of a matrix of bytes, seen as one of words: (n,) uint32."""
-    import numpy as np
-
-    words: NDArray[np.uint32] = rows[:, column : column + 4].view(np.uint32)[:, 0]
-    return words
-
-
-def _put_times(rows: NDArray[np.uint8], units: NDArray[np.int64], digits: int) -> None:
-    """Write "#" and the digits of the times into the first columns of the rows."""
-    fours, lead = divmod(digits, 4)
-    words = []
-    for _ in range(fours):
-        upper = units // 10_000
-        words.append(_digits(4)[units - upper * 10_000])
-        units = upper
-    # "#" and the odd digits fill a word, if need be with rubbish that what follows writes over
-    words.append(_digits(lead, "#")[units])
-    for number, word in enumerate(reversed(words)):
-        _words(rows, max(lead + 4 * number - 3, 0))[:] = word
-
-
-@cache
-def _digits(count: int, sign: str = "") -> NDArray[np.uint32]:
-    """The numbers of `count` digits behind a sign, as words of four characters: (10**count,) uint32."""
-    import numpy as np
-
-    numbers = [f"{number:0{count}d}" if count else "" for number in range(10**count)]
-    return np.frombuffer("".join((sign + number).ljust(4) for number in numbers).encode(), np.uint32)

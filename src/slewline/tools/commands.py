@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from .options import Drive, Frequency, Setting, Strap, TimeWithUnit
+from .options import Drive, Frequency, Names, Setting, Strap, TimeWithUnit
 
 EXIT = "Exit status: 0 all is well, 1 a problem was found or time ran out, 2 wrong use."
 CHIP = click.option("--chip", metavar="CHIP", help="The part; else the ending of FILE says it, as .cy525 does.")
@@ -50,7 +50,16 @@ class Guided(click.Command):
 @click.option("--anywhere", is_flag=True, help="The bench file may name files outside its own folder.")
 @click.option("--json", metavar="F", is_flag=False, flag_value="-", help="Write the result as JSON; - prints it.")
 @click.option("--steps", metavar="F.csv", help="Write every step: time_ps, chip, axis, direction, position.")
-@click.option("--vcd", metavar="F", help="Write all pins as a VCD file.")
+@click.option("--vcd", metavar="F", help="Write all pins as a VCD file, for waveform viewers.")
+@click.option("--pins", type=Names(), help="With --vcd: only these pins, such as pulse,direction or x.slew,y.slew.")
+@click.option("--timescale", help="With --vcd: the unit of its times, such as '1 us'; 1 ns by default.")
+@click.option(
+    "--vcd-buses",
+    type=click.Choice(["bits", "whole", "both"]),
+    help="With --vcd: a bus as its wires, which every viewer reads (the default), as a whole, or both.",
+)
+@click.option("--vcd-values", is_flag=True, help="With --vcd: also velocity, position, commands and findings.")
+@click.option("--layout", is_flag=True, help="With --vcd: layouts for GTKWave and Surfer beside it (.gtkw, .sucl).")
 @click.option("--plot", metavar="F.svg", help="Draw velocity and position (SVG, PNG or PDF).")
 @click.option("--dark", is_flag=True, help="The plot is light on dark.")
 def run_command(**options: Any) -> int:

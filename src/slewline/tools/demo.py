@@ -10,6 +10,7 @@ import click
 
 from ..core.timebase import readable
 from ..errors import UsageError
+from ..record.layouts import layout_paths
 from .files import Outputs
 from .transcript import seconds
 
@@ -21,6 +22,16 @@ HERE = Path(__file__).parent
 MACHINE, PROGRAM = "weld.toml", "weld.cy525"
 TITLE = "CY525: six welds on each of two workpieces"
 AROUND_PS = 10**11  # what the plot shows before the first workpiece and after the end
+TIMESCALE = "1 us"  # no pulse is shorter; PulseView takes a sample for every unit
+SAYS = (
+    "the machine",
+    "its program",
+    "velocity, position and pins",
+    "the same",
+    "all pins, velocity and position, for a waveform viewer such as PulseView",
+    "the same in order, for GTKWave",
+    "the same in order, for Surfer",
+)
 PINS = ("x.wait", "x.dowhile", "x.run", "x.programmable_output", "x.slew")
 
 
@@ -32,6 +43,8 @@ def demo(output: str) -> int:
     outputs = Outputs([])
     pictures = [outputs.claim(str(folder / f"weld{ending}")) for ending in (".svg", ".png")]
     waveform = outputs.claim(str(folder / "weld.vcd"))
+    assert waveform is not None
+    layouts = [outputs.claim(str(layout)) for layout in layout_paths(waveform)]
     for name in (MACHINE, PROGRAM):
         outputs.write_bytes(str(folder / name), (HERE / name).read_bytes())
 
@@ -45,9 +58,9 @@ def demo(output: str) -> int:
     bench.run(AROUND_PS)
     for picture in pictures:
         outputs.save(picture, lambda path: bench.plot(path, TITLE, PINS, start=show.started - AROUND_PS))
-    outputs.save(waveform, bench.save_vcd)
-    says = ("the machine", "its program", "velocity, position and pins", "the same", "all pins, for a waveform viewer")
-    for path, text in zip(outputs.written, says, strict=True):
+    outputs.save(waveform, lambda path: bench.save_vcd(path, timescale=TIMESCALE, values=True, layout=True))
+    outputs.written += [str(layout) for layout in layouts]
+    for path, text in zip(outputs.written, SAYS, strict=True):
         click.echo(f"{path:<{len(str(folder)) + 12}}  {text}")
     click.echo(f"\nChange the machine or the program, then: slewline run {folder / MACHINE}")
     return 0

@@ -56,6 +56,23 @@ class Drive(click.ParamType[tuple[str, int, int]]):
             self.fail(str(error), param, ctx)
 
 
+class Names(click.ParamType[tuple[str, ...]]):
+    """Names with commas between."""
+
+    name = "a,b,c"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, ...]:
+        """The names."""
+        if isinstance(value, tuple):
+            return value
+        names = tuple(name.strip() for name in value.split(","))
+        if not all(re.fullmatch(r"\w+(?:\.\w+)?", name) for name in names):
+            self.fail(
+                f"{value!r}: give names of pins with commas between, such as 'pulse,slew' or 'x.slew'", param, ctx
+            )
+        return names
+
+
 class Strap(click.ParamType[tuple[str, int]]):
     """pin=level."""
 

@@ -14,6 +14,8 @@ import click
 from ..chips import sheet_of
 from ..core.timebase import picoseconds, readable
 from ..errors import ProgramError, Timeout, TornJournal
+from ..record.layouts import layout_paths
+from ..record.vcd import unit_of
 from .files import PICTURES, STDIN, Outputs, chip_of, read_program, say_replaced
 from .transcript import Transcript, seconds
 
@@ -23,9 +25,12 @@ if TYPE_CHECKING:
     from ..core.chip import Chip, Finding
     from ..core.table import Sheet
     from ..parts.part import Part
+    from ..record.vcd_sources import Buses
 
 TIMEOUT = "60 s"
 PLOTTED = ("run", "programmable_output", "slew", "motion_complete", "mov", "ramp", "uo1", "uo2", "uo3", "hostintrpt")
+DEFAULT_BUSES: Buses = "bits"
+OF_VCD = ("pins", "timescale", "vcd_buses", "vcd_values", "layout")
 COLOURS = {"finding": "red", "motion": "green", "host": "cyan"}
 
 
@@ -58,6 +63,11 @@ class Run:
     json: str | None
     steps: str | None
     vcd: str | None
+    pins: tuple[str, ...] | None
+    timescale: str | None
+    vcd_buses: Buses | None
+    vcd_values: bool
+    layout: bool
     plot: str | None
     dark: bool
     torn: bool = False  # the journal that is replayed was cut off
@@ -67,6 +77,8 @@ class Run:
         self.check_options()
         with Outputs(path for path in (self.file, self.replay) if path) as outputs:
             for path in (self.json, self.steps, self.vcd, self.journal):
+                outputs.claim(path)
+            for path in self.layouts:
                 outputs.claim(path)
             outputs.claim(self.plot, PICTURES)
             say_replaced(self.journal)
@@ -85,6 +97,12 @@ class Run:
         self.quiet = self.quiet or self.json == STDIN
         if (self.file is None) == (self.replay is None):
             raise click.UsageError("give a program, a bench file, or --replay JOURNAL; and only one of them")
+        if self.vcd is None:
+            given = [f"--{name.replace('_', '-')}" for name in OF_VCD if getattr(self, name) not in (None, False)]
+            if given:
+                raise click.UsageError(f"{', '.join(given)}: goes with --vcd FILE")
+        elif self.timescale is not None:
+            unit_of(self.timescale)
         names = ("chip", "crystal", "strap", "until", "timeout", "drive", "journal")
         given = [name for name in names if getattr(self, name) not in (None, ())]
         if self.replay is not None and given:
@@ -100,6 +118,11 @@ class Run:
     def is_bench(self) -> bool:
         """Is the file a bench file?"""
         return self.file is not None and self.file.lower().endswith(".toml")
+
+    @property
+    def layouts(self) -> list[str]:
+        """The files beside the waveform."""
+        return [str(path) for path in layout_paths(self.vcd)] if self.vcd is not None and self.layout else []
 
     # ------------------------------------------------------------------------------------------------------ furnishing
     def furnished(self, journal: str | None) -> Bench:
@@ -139,7 +162,9 @@ class Run:
             raise Refused(f"{self.file or self.replay}: no chip on the bench, so there is nothing to run")
         for pin, level, at in self.drive:
             bench.pin(self.full_name(bench, pin)).drive(level, f"{at} ps" if at else None)
-        if self.vcd and not bench.recorded:
+        if self.vcd and self.pins:
+            bench.record(*(name for pin in self.pins if (name := self.full_name(bench, pin)) not in bench.recorded))
+        elif self.vcd and not bench.recorded:
             bench.record()
         if self.plot:
             bench.record(*self.plotted(bench))
@@ -199,8 +224,18 @@ class Run:
         if self.json:
             outputs.write(self.json, as_json(bench, ended, self.is_bench or len(bench.chips) != 1))
         outputs.save(self.steps, bench.save_steps)
-        outputs.save(self.vcd, bench.save_vcd)
+        outputs.save(self.vcd, lambda path: self.write_vcd(bench, path))
+        outputs.written += self.layouts
         outputs.save(self.plot, lambda path: bench.plot(path, pins=self.plotted(bench), dark=self.dark))
+
+    def write_vcd(self, bench: Bench, path: str) -> None:
+        """Write the waveform; what its unit hides is told on the standard error."""
+        pins = None if self.pins is None else [self.full_name(bench, pin) for pin in self.pins]
+        timescale, buses = self.timescale or "1 ns", self.vcd_buses or DEFAULT_BUSES
+        lost = bench.save_vcd(path, pins, timescale=timescale, buses=buses, values=self.vcd_values, layout=self.layout)
+        if lost:
+            what = f"{path}: {lost} changes of level are over within {timescale} and are not in the file"
+            click.echo(f"slewline: {what}; a finer --timescale shows them", err=True)
 
     def conclude(self, bench: Bench, ended: str, outputs: Outputs) -> None:
         """Say how it ended."""

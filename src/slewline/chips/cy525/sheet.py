@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
-from ...core.table import Arg, Pin, Register, Row, Sheet, Table, Timing
+from ...core.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing
 
 BUFFER_BYTES = 60  # s.5; the 48 of s.6 belongs to the CY512
 LABELS = "ABCDE"  # s.3
@@ -129,6 +129,21 @@ TIMES = MappingProxyType({
     "slew_blink": _T(10, 11, "SLEW high when the zero rate is taken", "s.7", "chosen"),
 })
 # fmt: on
+NS, US = 1000, 1_000_000  # ps
+# fmt: off
+LIMITS = (  # what the manual prints, between edges; the step period is that of the highest rate of Table VII
+    Limit("reset falls", "reset rises", "RESET low while running", "s.9", least=15 * US, mhz=6, keeper="host"),
+    Limit("io_request falls", "ready rises", "a byte without further work", "s.7, fig. 7.3", typical=200 * US, mhz=11),
+    Limit("ready falls", "run falls", "the end of X taken to RUN low", "s.7, fig. 7.5", typical=150 * US, mhz=11),
+    Limit("run falls", "programmable_output rises", "a program that begins with B", "s.7, fig. 7.6", typical=60 * US, mhz=11),
+    Limit("pulse rises", "pulse falls", "PULSE high between two steps", "s.3 item 6", least=2500 * NS, mhz=11),
+    Limit("pulse falls", "pulse falls", "a step, at 9675 steps/s", "T.VII", least=103_359 * NS, mhz=11, trust="derived"),
+    Limit("motion_complete falls", "ready rises", "end of motion to READY", "s.11, fig. 11.4", typical=30 * US, mhz=6),
+    Limit("motion_complete rises", "io_select falls", "I/O SELECT low again behind a read-out in motion", "s.6", most=50 * US, mhz=11, keeper="host", given=(("ready", 0),)),
+    Limit("clk15 falls", "clk15 rises", "CLK/15 low", "T.I", least=300 * NS),
+    Limit("clk15 rises", "clk15 falls", "CLK/15 high", "T.I", least=300 * NS),
+)
+# fmt: on
 POWER_UP_RESET_PS = 10_000_000_000  # 10 ms whatever the crystal (s.9)
 POWER_UP_RC_PS = 71_355_817_782  # 50 kOhm and 1 uF from 0 to 3.8 V of 5 V: RC * ln(5 / 1.2) (s.9, fig. 9.1)
 
@@ -196,6 +211,7 @@ SHEET = Sheet(
     commands=COMMANDS,
     registers=REGISTERS,
     times=TIMES,
+    limits=LIMITS,
     buffer_bytes=BUFFER_BYTES,
     buffer_where="s.5",
     verify_bytes=VERIFY_BYTES,

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from types import MappingProxyType
 
-from ...core.table import Arg, Pin, Port, Register, Row, Sheet, Table, Timing
+from ...core.table import Arg, Limit, Pin, Port, Register, Row, Sheet, Table, Timing
 
 LOCATIONS = 119
 RATE_UNIT = 10  # steps/s; of S and T
@@ -166,6 +166,13 @@ TIMES = MappingProxyType({
     "release": _T(5, PICOSECONDS, "ENABLE high to the step that it held", "pin 24", "chosen"),
     "eeprom": _T(1_200_000, PICOSECONDS, "M with a full memory: 119 bytes and a check byte, 10 ms each", "command M", "chosen"),
 })
+US = PICOSECONDS  # ps
+_EC = "electrical characteristics"
+LIMITS = (
+    Limit("clock falls", "clock rises", "CLOCK low", f"pin 28; {_EC}", typical=17 * US // 10, most=5 * US, symbol="tcpw"),
+    Limit("reset falls", "reset rises", "RESET low", f"pin 27; {_EC}", typical=400 * US, most=500 * US, symbol="trpw"),
+    Limit("clock falls", "clock falls", "a step, at 10000 steps/s", "motion characteristics", least=100 * US, trust="derived"),
+)
 # fmt: on
 TENTH_PS = 10**11  # the unit of D
 
@@ -191,6 +198,7 @@ def _sheet(part: str, rows: tuple[Row, ...], foreign: tuple[str, ...]) -> Sheet:
         commands=Table(*ROWS, *rows),
         registers=REGISTERS,
         times=TIMES,
+        limits=LIMITS,
         buffer_bytes=LOCATIONS,
         buffer_where="program storage area",
         suffix=f".{part}",

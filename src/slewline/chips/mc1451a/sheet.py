@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
-from ...core.table import Arg, Bits, Packets, Pin, Register, Row, Sheet, Table, Timing, Way
+from ...core.table import Arg, Bits, Limit, Packets, Pin, Register, Row, Sheet, Table, Timing, Way
 
 CRYSTAL_HZ = 25_000_000
 CYCLE_TICKS = 8192
@@ -106,6 +106,12 @@ def _pins(axes: int, encoder: bool) -> tuple[Pin, ...]:
         for pin in PINS
         if (encoder or pin.where != _ENC) and not (pin.name[:-1] in PER_AXIS and int(pin.name[-1]) > axes)
     )
+
+
+def _limits(pins: Sequence[Pin]) -> tuple[Limit, ...]:
+    """The limits between edges that a part has pins for."""
+    names = {pin.name for pin in pins} | {"hostdata"}
+    return tuple(limit for limit in LIMITS if names >= {limit.start.split()[0], limit.end.split()[0]})
 
 
 def _wired(pins: Sequence[Pin]) -> tuple[tuple[str, ...], ...]:
@@ -308,6 +314,34 @@ TIMES = MappingProxyType({
     "dwell": Timing(0.8, MHZ, "shortest state of an encoder: 1.25 Mcounts/s", _AC),
     "clkout": Timing(CLKOUT_TICKS / MHZ, MHZ, "period of CLKOUT", _AC),
 })
+# The clock's own times (t4, t5) and that from stable power to reset have no edge on a pin; the index of t3 has no pin.
+NS, US = 1000, 1_000_000  # ps
+_WRITE, _READ = (("hostwrite", 0), ("hostslct", 0)), (("hostread", 0), ("hostslct", 0))
+LIMITS = (
+    Limit("reset falls", "reset rises", "~RESET low", _AC, least=US, keeper="host"),
+    Limit("hostwrite rises", "hostslct rises", "~HostSlct hold, write", _AC, least=15 * NS, most=2000 * NS, symbol="t6", keeper="host"),
+    Limit("hostread rises", "hostslct rises", "~HostSlct hold, read", _AC, least=15 * NS, most=2000 * NS, symbol="t6", keeper="host"),
+    Limit("hostslct falls", "hostwrite falls", "~HostSlct set-up, write", _AC, least=10 * NS, symbol="t7", keeper="host", given=(("hostslct", 0),)),
+    Limit("hostread falls", "hostslct falls", "~HostSlct behind ~HostRead", _AC, most=20 * NS, symbol="t7", keeper="host", given=(("hostread", 0),)),
+    Limit("hostcmd changes", "hostwrite falls", "HostCmd set-up, write", _AC, least=10 * NS, symbol="t8", keeper="host", given=(("hostslct", 0),)),
+    Limit("hostread falls", "hostcmd changes", "HostCmd behind ~HostRead", _AC, most=20 * NS, symbol="t8", keeper="host", given=_READ),
+    Limit("hostwrite rises", "hostcmd changes", "HostCmd hold, write", _AC, least=25 * NS, symbol="t9", keeper="host"),
+    Limit("hostread rises", "hostcmd changes", "HostCmd hold, read", _AC, least=25 * NS, symbol="t9", keeper="host"),
+    Limit("hostread falls", "hostdata appears", "read data access", _AC, most=50 * NS, symbol="t10", given=_READ),
+    Limit("hostread rises", "hostdata changes", "read data hold", _AC, least=10 * NS, symbol="t11"),
+    Limit("hostread rises", "hostdata vanishes", "~HostRead high to Hi-Z", _AC, most=50 * NS, symbol="t12"),
+    Limit("hostwrite rises", "hostrdy falls", "HostRdy delay, write", _AC, most=70 * NS, symbol="t13"),
+    Limit("hostread rises", "hostrdy falls", "HostRdy delay, read", _AC, most=70 * NS, symbol="t13"),
+    Limit("hostrdy falls", "hostrdy rises", "busy to ready", "pin descriptions", typical=82_500 * NS, mhz=MHZ),
+    Limit("hostwrite falls", "hostwrite rises", "~HostWrite low", _AC, least=50 * NS, symbol="t14", keeper="host", given=(("hostslct", 0),)),
+    Limit("hostdata changes", "hostwrite rises", "write data set-up", _AC, least=35 * NS, symbol="t15", keeper="host", given=(("hostslct", 0),)),
+    Limit("hostwrite rises", "hostdata changes", "write data hold", _AC, least=30 * NS, symbol="t16", keeper="host"),
+    Limit("hostread rises", "hostread falls", "read recovery", _AC, least=60 * NS, symbol="t17", keeper="host", given=_READ),
+    Limit("hostwrite rises", "hostwrite falls", "write recovery", _AC, least=60 * NS, symbol="t18", keeper="host", given=_WRITE),
+    *(Limit(f"quad{one}{n} changes", f"quad{one}{n} changes", f"axis {n}: a level of encoder channel {one.upper()}", _AC, least=1600 * NS, symbol="t1", keeper="host") for n in range(1, 5) for one in "ab"),
+    *(Limit(f"quad{one}{n} changes", f"quad{two}{n} changes", f"axis {n}: a state of the encoder", _AC, least=800 * NS, symbol="t2", keeper="host") for n in range(1, 5) for one, two in ("ab", "ba")),
+    *(Limit(f"home{n} changes", f"home{n} changes", f"axis {n}: a level of ~HOME that is seen", "encoder position feedback", least=480 * NS, keeper="host") for n in range(1, 5)),
+)
 # fmt: on
 POWER_UP_RESET_PS = 250_000_000_000  # 0.25 s of stable power before the end of reset, whatever the clock
 NOTES = MappingProxyType(
@@ -344,6 +378,7 @@ def _sheet(axes: int, encoder: bool) -> Sheet:
         commands=rows,
         registers=REGISTERS,
         times=TIMES,
+        limits=_limits(pins),
         suffix=f".{part}",
         notes=NOTES,
         packets=Packets(

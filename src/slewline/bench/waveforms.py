@@ -1,0 +1,88 @@
+"""What a waveform file of a bench has beside the pins: what the axes do, what is said of it, and how it is laid out."""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from operator import attrgetter
+from typing import TYPE_CHECKING
+
+from ..core.axis import Axis
+from ..core.chip import Chip, OneAxis
+
+if TYPE_CHECKING:
+    from ..record.layouts import View
+    from ..record.vcd_sources import Source
+
+_time = attrgetter("time_ps")
+MOST_MARKS = 26  # that a viewer names
+AROUND = 50  # before and after the motion, a layout shows a fiftieth of it
+APART = 30  # marks are so far apart that their names can be read: a thirtieth of what is shown
+
+
+def chips_of(chips: Mapping[str, Chip], names: Iterable[str]) -> list[Chip]:
+    """The chips that some pins belong to."""
+    owners = {name.split(".")[0] for name in names}
+    return [chip for name, chip in chips.items() if name in owners]
+
+
+def axes_of(chip: Chip) -> Iterator[tuple[str, OneAxis]]:
+    """The axes of a chip, by the scope that they have in the file: that of the chip if it has only one."""
+    for number in range(1, chip.sheet.axes + 1):
+        yield chip.name if chip.sheet.axes == 1 else f"{chip.name}.axis{number}", chip.axis(number)
+
+
+def values_of(chips: Iterable[Chip]) -> list[Source]:
+    """Of every axis the command that began its motion, and its quantities; of every chip its findings."""
+    from ..record.vcd_sources import CurveSource, TextSource
+
+    sources: list[Source] = []
+    for chip in chips:
+        sources.append(TextSource(f"{chip.name}.finding", partial(_findings, chip)))
+        for scope, axis in axes_of(chip):
+            sources.append(TextSource(f"{scope}.command", partial(_commands, axis.motor)))
+            sources += [CurveSource(f"{scope}.{quantity.name}", quantity) for quantity in axis.quantities()]
+    return sources
+
+
+def comments_of(chips: Iterable[Chip], values: bool) -> Iterator[str]:
+    """What the head of the file says: the parts, and the units of the quantities."""
+    for chip in chips:
+        yield f"{chip.name}: {chip.sheet.part.upper()}, {chip.crystal_hz} Hz"
+        for scope, axis in axes_of(chip) if values else ():
+            yield from (f"{scope}.{quantity.name} in {quantity.unit}" for quantity in axis.quantities())
+
+
+def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> View:
+    """What a viewer shows first of a window in ps: the motion, or all of it if nothing moves, with marks."""
+    from ..record.layouts import View
+    from .drawing import moving_from_to
+
+    axes = [axis for chip in chips for _, axis in axes_of(chip)]
+    spans = [span for axis in axes if (span := moving_from_to(axis, start, stop)) is not None]
+    begin, end = (min(a for a, _ in spans), max(b for _, b in spans)) if spans else (start, stop)
+    around = (end - begin) // AROUND
+    begin, end = max(begin - around, start), min(end + around, stop)
+    found = [(ps, text.split(":")[0]) for chip in chips for ps, text in _findings(chip, start, stop)]
+    begun = [at for axis in axes for at in _commands(axis.motor, start, stop)]
+    marks = _apart([*sorted(found), *sorted(begun)], (end - begin) // APART)
+    return View(begin // unit, end // unit, [(ps // unit, text) for ps, text in marks])
+
+
+def _apart(marks: Iterable[tuple[int, str]], distance: int) -> list[tuple[int, str]]:
+    """Marks by time, the first of them first of all; those that come too near to another one are left out."""
+    kept: list[tuple[int, str]] = []
+    for mark in marks:
+        if len(kept) < MOST_MARKS and all(abs(mark[0] - other) > distance for other, _ in kept):
+            kept.append(mark)
+    return sorted(kept)
+
+
+def _findings(chip: Chip, start: int, stop: int) -> list[tuple[int, str]]:
+    first, end = bisect_left(chip.findings, start, key=_time), bisect_right(chip.findings, stop, key=_time)
+    return [(found.time_ps, f"{found.code}: {found.text}") for found in chip.findings[first:end]]
+
+
+def _commands(axis: Axis, start: int, stop: int) -> list[tuple[int, str]]:
+    return [(motion.time_ps, motion.text) for motion in axis.motions(start, stop)]

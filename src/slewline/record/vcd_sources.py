@@ -1,0 +1,160 @@
+"""What stands in a value change dump: variables, and the sources from which their changes come.
+
+A source is expanded once a chunk and may feed several variables: a bus feeds its wires.
+
+    net "x.slew"         x.slew                   wire      0, 1, z
+    bus "x.db"           x.db0 ... x.db7          wires     0, 1, z where nothing drives
+    quantity             x.velocity               real      exact; a staircase
+    texts                x.command, x.finding     string    from its instant to the next
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol, TypeAlias
+
+from ..core.net import Bus
+from ..core.pin import Terminal
+from ..errors import UsageError
+from .recorder import FLOATING, Probe, Recorder, Wires, net_of
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Changes: TypeAlias = tuple[NDArray[np.int64], Any]  # (n,) ps, ascending; n values
+
+Kind: TypeAlias = Literal["wire", "real", "string"]
+Buses: TypeAlias = Literal["bits", "whole", "both"]
+BUSES = ("bits", "whole", "both")
+
+
+class Variable(NamedTuple):
+    """A variable of the file.  Dots in the name make scopes.  A wire of a bus knows the name of that."""
+
+    name: str
+    kind: Kind = "wire"
+    size: int = 1
+    bus: str = ""
+
+
+class Curve(Protocol):
+    """Something that has a value at every instant, as `slewline.core.quantity.Quantity`."""
+
+    def at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Values at instants of the past."""
+
+    def changes(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Every change at start <= t <= stop; the first point is at start."""
+
+
+class Source(Protocol):
+    """Where the changes of some variables come from."""
+
+    variables: list[Variable]
+
+    def values_at(self, ps: int) -> list[Any]:
+        """The value of every variable at an instant."""
+
+    def changes(self, start: int, stop: int) -> Changes:
+        """What changes at start <= t <= stop, for all variables in one."""
+
+    def split(self, values: Any) -> list[Any]:
+        """The values of every variable."""
+
+
+class NetSource:
+    """A net or a pin; a bus as its wires, as a whole, or both.
+
+    Raises:
+        UsageError: `buses` is none of these.
+    """
+
+    def __init__(self, recorder: Recorder, name: str, probe: Probe, buses: Buses = "bits") -> None:
+        if buses not in BUSES:
+            raise UsageError(f"buses {buses!r}: allowed {', '.join(BUSES)}")
+        self.recorder, self.probe = recorder, probe
+        self.wires = isinstance(net_of(probe), Bus) and not (isinstance(probe, Terminal) and probe.bit is not None)
+        self.whole = buses != "bits"
+        self.bits = range(net_of(probe).width if buses != "whole" else 0)
+        self.variables = [Variable(name)]
+        if self.wires:
+            self.probe = Wires(net_of(probe))
+            whole = [Variable(name, size=net_of(probe).width)] if self.whole else []
+            self.variables = whole + [Variable(f"{name}{bit}", bus=name) for bit in self.bits]
+
+    def values_at(self, ps: int) -> list[int]:
+        """Levels at an instant.
+
+        Raises:
+            NotRecorded: the net is not recorded, or no longer that far back.
+        """
+        import numpy as np
+
+        return [int(levels[0]) for levels in self.split(np.array([self.recorder.level_at(self.probe, ps)]))]
+
+    def changes(self, start: int, stop: int) -> Changes:
+        """Edges; of a bus, whenever one of its wires changes."""
+        return self.recorder.edges(self.probe, start, stop)
+
+    def split(self, values: NDArray[Any]) -> list[NDArray[Any]]:
+        """Levels of every variable."""
+        import numpy as np
+
+        if not self.wires:
+            return [values]
+        floating = values == FLOATING
+        driven, high = values >> 8, values & 0xFF
+        whole = [np.where(floating, FLOATING, high | ~driven & 0xFF)] if self.whole else []
+        return whole + [np.where(floating | (driven >> bit & 1 == 0), FLOATING, high >> bit & 1) for bit in self.bits]
+
+
+class CurveSource:
+    """The value of a quantity, at every change; as the 64 bits of the number, so that NaN equals itself."""
+
+    def __init__(self, name: str, curve: Curve) -> None:
+        self.curve, self.variables = curve, [Variable(name, "real", 64)]
+
+    def values_at(self, ps: int) -> list[int]:
+        """The value at an instant."""
+        import numpy as np
+
+        return [int(self.split(self.curve.at(np.array([ps], np.int64)))[0][0])]
+
+    def changes(self, start: int, stop: int) -> Changes:
+        """Every change."""
+        return self.curve.changes(start, stop)
+
+    def split(self, values: NDArray[np.float64]) -> list[NDArray[np.int64]]:
+        """The values."""
+        import numpy as np
+
+        return [(values + 0.0).view(np.int64)]  # zero has no sign
+
+
+class TextSource:
+    """Texts that come now and then; each holds until the next.
+
+    Args:
+        name: of the variable.
+        texts: (ps, text) of what came at start <= t <= stop, in order.
+    """
+
+    def __init__(self, name: str, texts: Callable[[int, int], Sequence[tuple[int, str]]]) -> None:
+        self.texts, self.variables = texts, [Variable(name, "string")]
+
+    def values_at(self, ps: int) -> list[str]:
+        """The last text."""
+        told = self.texts(0, ps)
+        return [told[-1][1] if told else ""]
+
+    def changes(self, start: int, stop: int) -> Changes:
+        """Every text."""
+        import numpy as np
+
+        told = self.texts(start, stop)
+        return np.array([ps for ps, _ in told], np.int64), [text for _, text in told]
+
+    def split(self, values: list[str]) -> list[list[str]]:
+        """As they are."""
+        return [values]

@@ -1,0 +1,390 @@
+"""Timing diagrams of a bench, and the times that the data sheets print, checked on recorded runs."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import slewline
+from slewline.chips import PARTS, sheet_of
+from slewline.errors import NotRecorded, UnknownName, UsageError
+
+NS, US, MS = 1000, 10**6, 10**9
+BUSES = {"cy525": "db", "mc1451a-e": "hostdata"}
+
+
+def cy525() -> slewline.Bench:
+    """A program, a move with a read-out on the fly, a reset."""
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x")
+    host = bench.host(x)
+    bench.record()
+    bench.record("x.clk15")
+    bench.run("1 ms")
+    host.send("C\rE\rB\rC\r0\rQX\r")
+    bench.run_until_idle()
+    host.send("A 0\rF 20\rR 127\rS 255\rN 40\rG\r")
+    bench.run_until(x.reaches(10))
+    host.read_position()
+    bench.run_until_idle()
+    x.pin("reset").pulse(0, "9 us")
+    bench.run("1 ms")
+    return bench
+
+
+def gs_c200s() -> slewline.Bench:
+    """A short program, run once, and the counter cleared."""
+    bench = slewline.Bench()
+    x = bench.add("gs-c200s", name="x", straps={"br0": 0, "br1": 0, "br2": 0})
+    host = bench.host(x)
+    bench.record()
+    for line in ("Po", "S100", "T1000", "R3", "+20", "E"):
+        host.ask(line)
+    bench.run_until_idle()
+    host.ask("I1")
+    bench.run("5 ms")
+    return bench
+
+
+def mc1451a() -> slewline.Bench:
+    """Packets, then strobes by hand; the encoder inputs and HOME of all axes; a reset."""
+    bench = slewline.Bench()
+    x = bench.add("mc1451a-e", name="x")
+    host = bench.host(x)
+    bench.record()
+    host.command("SET_POS", 12345)
+    host.query("GET_POS")
+    for axis in range(1, 5):
+        for pin in (f"quada{axis}", f"quadb{axis}"):
+            x.pin(pin).drive(1)
+            bench.run("800 ns")
+        for pin in (f"quada{axis}", f"quadb{axis}"):
+            x.pin(pin).drive(0)
+            bench.run("800 ns")
+        x.pin(f"home{axis}").pulse(0, "480 ns")
+        bench.run("1 us")
+    x.pin("reset").pulse(0, "1 us")
+    bench.run("10 us")
+    return bench
+
+
+RUNS = {"cy525": cy525, "gs-c200s": gs_c200s, "mc1451a-e": mc1451a}
+NOT_THERE = {("mc1451a-e", "hostread falls", "hostslct falls"), ("mc1451a-e", "hostread falls", "hostcmd changes")}
+# ^ of a host that selects behind its strobe: see the strobes by hand below
+
+
+@cache
+def recorded(part: str) -> slewline.Bench:
+    """The bench of a part behind its run; nobody lets time pass on it any more."""
+    return RUNS[part]()
+
+
+@pytest.fixture(params=RUNS)
+def run(request):
+    return request.param, recorded(request.param)
+
+
+# ------------------------------------------------------------------------------------------------------ printed limits
+@pytest.mark.parametrize("part", PARTS)
+def test_every_limit_is_between_pins_of_the_part(part):
+    sheet = sheet_of(part)
+    names = {pin.name: pin for pin in sheet.pins if pin.way in ("in", "out", "both")}
+    for limit in sheet.limits:
+        assert limit.least or limit.typical or limit.most
+        assert limit.where
+        assert limit.says
+        for edge in (limit.start, limit.end, *(f"{pin} falls" for pin, level in limit.given if level in (0, 1))):
+            pin, change = edge.split()
+            if pin == sheet.bus:
+                assert change in ("changes", "appears", "vanishes")
+            else:
+                assert pin in names, edge
+                assert change in ("falls", "rises", "changes")
+        least, most = limit.least or 0, limit.most or limit.typical or 10**12
+        assert least <= (limit.typical or most) <= most
+        driver = names.get(limit.end.split()[0])
+        if driver is not None:
+            assert (limit.keeper == "host") == (driver.way == "in")
+    assert len({(limit.start, limit.end) for limit in sheet.limits}) == len(sheet.limits)
+
+
+def test_every_limit_occurs_in_a_recorded_run_and_is_kept(run):
+    part, bench = run
+    table = bench.check_timing()
+    assert len(table) == len(sheet_of(part).limits)
+    unseen = {(part, row.bound.limit.start, row.bound.limit.end) for row in table if not row.count}
+    assert unseen == {which for which in NOT_THERE if which[0] == part}
+    assert table.violated == ()
+    assert "VIOLATED" not in str(table)
+
+
+@pytest.mark.parametrize("part", ["gs-c200", "mc1151a", "mc1251a-e"])
+def test_what_the_sister_parts_have(part):
+    expected = {"gs-c200": 3, "mc1151a": 21, "mc1251a-e": 30}
+    assert len(sheet_of(part).limits) == expected[part]
+
+
+def test_what_was_measured_is_what_the_edges_say(run):
+    part, bench = run
+    checked = 0
+    for row in bench.check_timing():
+        limit = row.bound.limit
+        if limit.given or limit.start.split()[1] not in ("falls", "rises") or limit.start == limit.end:
+            continue
+        first, second = (edge.split() for edge in (limit.start, limit.end))
+        if first[0] != second[0]:
+            continue
+        times, levels = bench.edges(f"x.{first[0]}")
+        widths = np.diff(times)[levels[:-1] == (first[1] == "rises")]
+        assert (row.count, row.shortest_ps, row.longest_ps) == (len(widths), widths.min(), widths.max())
+        checked += 1
+    assert checked == {"cy525": 4, "gs-c200s": 2, "mc1451a-e": 2}[part]
+
+
+@pytest.mark.parametrize("crystal", ["6 MHz", "11 MHz"])
+@pytest.mark.parametrize(("short", "kept"), [(0, True), (1, False)])
+def test_a_reset_of_a_cy525_may_be_too_short(crystal, short, kept):
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x", crystal=crystal)
+    bench.record()
+    bench.run("1 ms")
+    least = {"6 MHz": 15 * US, "11 MHz": 8_181_818}[crystal]
+    x.pin("reset").pulse(0, f"{least - short} ps")
+    bench.run("1 ms")
+    row = next(row for row in bench.check_timing() if row.bound.limit.start == "reset falls")
+    assert (row.kept, row.violations) == (kept, () if kept else (MS,))
+
+
+# the instants (ns) at which a byte is written: the port selected, HostCmd, data, the strobe, and all taken back
+WRITE = {"hostslct": (0, 190), "hostcmd": (0, 190), "hostdata0": (0, 190), "hostwrite": (30, 110)}
+READ = {"hostslct": (0, 190), "hostread": (30, 110)}
+
+
+def strobes(*operations: dict[str, tuple[int, int]]) -> set[str]:
+    """The symbols of what operations, one slice apart, violate."""
+    bench = slewline.Bench()
+    x = bench.add("mc1451a", name="x")
+    bench.record()
+    for pin in ("hostslct", "hostwrite", "hostread"):
+        x.pin(pin).drive(1)
+    x.pin("hostcmd").drive(0)
+    bench.run("10 ms")
+    for operation in operations:
+        changes = sorted((at, pin, end) for pin, ends in operation.items() for end, at in enumerate(ends))
+        begin = bench.now_ps
+        for at, pin, end in changes:
+            bench.run_to(begin + at * NS)
+            if pin == "hostdata0":
+                x.pin(pin).release() if end else x.pin(pin).drive(1)
+            else:
+                x.pin(pin).drive(end ^ (pin == "hostcmd"))
+        bench.run("100 us")
+    return {row.bound.limit.symbol for row in bench.check_timing().violated}
+
+
+@pytest.mark.fact("PMD-HOST-11")
+@pytest.mark.parametrize(
+    ("symbol", "pin", "end", "kept", "violated"),
+    [
+        ("t7", "hostslct", 0, 20, 21),
+        ("t8", "hostcmd", 0, 20, 21),
+        ("t14", "hostwrite", 1, 80, 79),
+        ("t15", "hostdata0", 0, 75, 76),
+        ("t16", "hostdata0", 1, 140, 139),
+        ("t9", "hostcmd", 1, 135, 134),
+        ("t6", "hostslct", 1, 125, 124),
+        ("t6", "hostslct", 1, 2110, 2111),
+    ],
+)
+def test_a_host_that_is_too_fast_or_too_late_is_found(symbol, pin, end, kept, violated):
+    def write(at):
+        ends = list(WRITE[pin])
+        ends[end] = at
+        return {**WRITE, pin: tuple(ends)}
+
+    assert strobes(WRITE) == strobes(write(kept)) == set()
+    assert strobes(write(violated)) == {symbol}
+
+
+def test_a_host_that_reads_may_select_the_port_behind_its_strobe():
+    late = {**READ, "hostslct": (50, 190)}
+    assert strobes(WRITE, READ) == strobes(WRITE, late) == set()
+    assert strobes(WRITE, {**late, "hostslct": (51, 190)}) == {"t7"}
+
+
+def test_limits_without_recorded_pins_are_named():
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x")
+    with pytest.raises(NotRecorded):
+        bench.check_timing()
+    bench.record("x.pulse")
+    host = bench.host(x)
+    host.send("N 3\rG\r")
+    bench.run_until_idle()
+    found = {row.bound.limit.start: row.verdict for row in bench.check_timing(["x"])}
+    assert found["pulse rises"] == "kept"
+    assert found["reset falls"] == "reset not recorded"
+    with pytest.raises(UnknownName, match="allowed x"):
+        bench.check_timing(["y"])
+
+
+def test_a_window_and_pins_recorded_at_different_times():
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x")
+    bench.record("x.reset")
+    bench.run("1 ms")
+    x.pin("reset").pulse(0, "1 us")
+    bench.run("1 ms")
+    bench.record("x.pulse")
+    bench.run("1 ms")
+    assert [row.bound.limit.start for row in bench.check_timing().violated] == ["reset falls"]
+    assert bench.check_timing(start="2 ms").violated == ()
+    assert bench.check_timing(stop="0.5 ms").violated == ()
+
+
+# ------------------------------------------------------------------------------------------------------------ intervals
+def test_a_measured_time_is_that_of_the_edges(run):
+    part, bench = run
+    first, second = {"cy525": ("ready", "pulse"), "gs-c200s": ("rdy", "clock"), "mc1451a-e": ("hostwrite", "hostrdy")}[
+        part
+    ]
+    (found,) = bench.intervals([(f"{first} changes 2", f"{second} falls 2")])
+    begin = bench.edges(f"x.{first}")[0][1]
+    times, levels = bench.edges(f"x.{second}")
+    falls = times[(levels == 0) & (times >= begin)]
+    assert (found.start_ps, found.end_ps) == (begin, falls[1])
+    assert found.ps == falls[1] - begin
+    assert (found.start, found.end) == (f"x.{first} changes", f"x.{second} falls")
+
+
+def test_an_edge_at_the_begin_and_at_the_end_of_the_window_belongs_to_it():
+    bench = recorded("cy525")
+    times, levels = bench.edges("x.pulse")
+    assert levels[:2].tolist() == [0, 1]
+    (found,) = bench.intervals([("pulse falls", "pulse rises")], int(times[0]), int(times[1]))
+    assert (found.start_ps, found.end_ps) == (times[0], times[1])
+    assert labels(bench.timing_figure(["pulse"], int(times[0]), int(times[1])))
+    for start, stop in ((times[0] + 1, times[1]), (times[0], times[1] - 1)):
+        with pytest.raises(UsageError, match="in the window"):
+            bench.intervals([("pulse falls", "pulse rises")], int(start), int(stop))
+
+
+def test_a_time_carries_the_limit_that_is_printed_for_it(run):
+    part, bench = run
+    edges = {
+        "cy525": ("pulse rises", "pulse falls"),
+        "gs-c200s": ("clock falls", "clock rises"),
+        "mc1451a-e": ("x.hostread falls", "x.hostdata appears"),
+    }[part]
+    (found,) = bench.intervals([edges])
+    says = {"cy525": "t = 2.545455 µs (min. 2.5 µs: kept)", "mc1451a-e": "t10 = 40 ns (max. 50 ns: kept)"}
+    assert str(found) == says.get(part, "tcpw = 1.7 µs (typ. 1.7 µs, max. 5 µs: kept)")
+    (other,) = bench.intervals([(edges[0], f"{edges[1]} 2")])
+    assert other.bounds == ()  # from an edge to the one after the next is another time
+    assert other.kept is None
+
+
+def test_a_symbol_stands_for_the_time_that_is_nearest_to_its_limit():
+    bench = recorded("mc1451a-e")
+    (found,) = bench.intervals(["t18"])
+    assert (found.ps, found.kept, found.symbol) == (80 * NS, True, "t18")
+    assert [each.start for each in bench.intervals(["t13"])] == ["x.hostwrite rises", "x.hostread rises"]
+    with pytest.raises(UsageError, match="no such time is printed; the symbols: t6, t7"):
+        bench.intervals(["t99"])
+    with pytest.raises(UsageError, match="does not occur in the window"):
+        bench.intervals(["t18"], stop="1 ms")
+
+
+@pytest.mark.parametrize(
+    ("between", "says"),
+    [
+        ([("pulse falls", "run falls 9")], "no run falls 9 behind pulse falls"),
+        ([("run falls 9", "pulse falls")], "there is no run falls 9 in the window"),
+        ([("pulse falls",)], "expected two edges"),
+        ("t14", "expected a list"),
+        ([("pulse drops", "run falls")], "write a pin, how it changes"),
+        ([("db falls", "run falls")], "a bus changes"),
+    ],
+)
+def test_what_cannot_be_measured_is_said(between, says):
+    bench = recorded("cy525")
+    with pytest.raises(UsageError, match=says):
+        bench.intervals(between)
+
+
+# ------------------------------------------------------------------------------------------------------------- pictures
+def labels(figure) -> list[str]:
+    return [text.get_text() for text in figure.axes[0].texts if text.get_text()]
+
+
+def test_lanes_have_the_names_of_the_data_sheet():
+    bench = recorded("cy525")
+    shown = labels(bench.timing_figure(["io_request", "x.ready", "db"], "1 ms", "1.2 ms", names={"db": "DATA"}))
+    assert [text for text in shown if text in ("/I/O REQUEST", "READY", "DATA", "/READY", "DB")] == [
+        "/I/O REQUEST",
+        "READY",
+        "DATA",
+    ]
+    assert "43 'C'" in shown
+
+
+def test_a_written_command_has_its_name():
+    bench = recorded("mc1451a-e")
+    first = int(bench.edges("x.hostwrite")[0][0])
+    pins = ["hostcmd", "hostwrite", "hostdata"]
+    shown = labels(bench.timing_figure(pins, first - 100 * NS, first + US))
+    assert "SET_POS" in " ".join(shown)
+    words = labels(bench.timing_figure(pins, first + 50 * US, first + 100 * US))
+    assert "SET_" not in " ".join(words)
+
+
+def test_characters_stand_over_a_serial_line():
+    bench = recorded("gs-c200s")
+    shown = labels(bench.timing_figure(["rxd", "txd"], stop="20 ms", decode=True))
+    assert "".join(shown).startswith("x: GS-C200SRXDPo")
+    begin = int(bench.edges("x.rxd")[0][0])
+    later = labels(bench.timing_figure(["rxd"], begin + 2 * MS, begin + 4 * MS, decode=True))
+    assert "o" in later
+    assert "P" not in later
+    halves = labels(bench.timing_figure(["rxd"], begin + 500 * US, begin + 2 * MS, decode=True))
+    assert {"P", "o"} <= set(halves)  # the window cuts both
+
+
+def test_a_pin_that_is_measured_gets_a_lane():
+    bench = recorded("cy525")
+    shown = labels(bench.timing_figure(["ready"], between=[("pulse rises", "pulse falls")], quiet="0 s"))
+    assert "/PULSE" in shown
+
+
+def test_the_file_is_written_and_the_times_are_returned(tmp_path, run):
+    part, bench = run
+    pin = {"cy525": "pulse", "gs-c200s": "clock", "mc1451a-e": "hostwrite"}[part]
+    times = bench.timing(
+        tmp_path / "a.svg", [pin], between=[(f"{pin} falls", f"{pin} rises")], title="Widths", dark=True
+    )
+    assert times == bench.intervals([(f"{pin} falls", f"{pin} rises")])
+    text = (tmp_path / "a.svg").read_text("utf-8")
+    assert "<title>Widths</title>" in text
+    assert f"From x.{pin} falls to x.{pin} rises: {times[0]}." in text
+    with pytest.raises(UsageError, match="allowed are file names"):
+        bench.timing(tmp_path / "a.txt")
+    assert [path.name for path in tmp_path.iterdir()] == ["a.svg"]
+
+
+def test_names_that_are_not_recorded_or_not_clear_are_refused():
+    bench = slewline.Bench()
+    for name in "xy":
+        bench.add("cy525", name=name)
+    with pytest.raises(NotRecorded):
+        bench.timing_figure(["x.ready"])
+    bench.record("x.ready", "y.ready", "y.run")
+    bench.run("1 ms")
+    assert "y: /RUN" in labels(bench.timing_figure(["run", "x.ready"]))
+    with pytest.raises(UsageError, match=r"x\.ready and y\.ready"):
+        bench.timing_figure(["ready"])
+    with pytest.raises(NotRecorded, match=r"x\.run is not recorded"):
+        bench.timing_figure(["x.run"])
+    with pytest.raises(UnknownName):
+        bench.timing_figure(["nonsense"])

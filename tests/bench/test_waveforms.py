@@ -1,0 +1,206 @@
+"""Waveform files of benches: what the axes do beside the pins, wires of buses, layouts, streams."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from vcd.reader import TokenKind, tokenize
+
+import slewline
+from slewline.errors import NotRecorded, UnknownName
+
+US = 1_000_000
+
+
+@pytest.fixture
+def cy525():
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x", crystal="11 MHz")
+    bench.record()
+    bench.host(x).send("A 0\rF 10\rR 80\rS 240\rZ 1\rN 300\r+\rG\r-\rN 200\rG\rQQ\r")
+    bench.run_until_idle()
+    bench.run("5 ms")
+    return bench
+
+
+def read(path) -> dict[str, tuple[list[int], list[object]]]:
+    """Units and values of every variable, as pyvcd reads them."""
+    names: dict[str, str] = {}
+    found: dict[str, tuple[list[int], list[object]]] = {}
+    now, scopes = -1, []
+    with open(path, "rb") as file:
+        for token in tokenize(file):
+            if token.kind is TokenKind.SCOPE:
+                scopes.append(token.scope.ident)
+            elif token.kind is TokenKind.UPSCOPE:
+                scopes.pop()
+            elif token.kind is TokenKind.VAR:
+                names[token.var.id_code] = name = ".".join([*scopes, token.var.reference])
+                found[name] = [], []
+            elif token.kind is TokenKind.CHANGE_TIME:
+                now = token.time_change
+            elif hasattr(token.data, "id_code"):
+                times, values = found[names[token.data.id_code]]
+                times.append(now)
+                values.append(token.data.value)
+    return found
+
+
+def at(times, values, instants):
+    """The values at some instants, where every value holds until the next."""
+    return np.array(values)[np.searchsorted(times, instants, side="right") - 1]
+
+
+def test_position_and_velocity_are_those_of_the_axis_at_a_thousand_instants(cy525, tmp_path):
+    x = cy525["x"]
+    cy525.save_vcd(tmp_path / "a.vcd", ["x.slew"], timescale="1 ps", values=True)
+    found = read(tmp_path / "a.vcd")
+    assert list(found) == ["x.slew", "x.finding", "x.command", "x.velocity", "x.position"]
+    instants = np.random.default_rng(1).integers(0, cy525.now_ps, 1000)
+    assert (at(*found["x.position"], instants) == x.position_at(instants)).all()
+    velocity = x.quantities()[0]
+    assert velocity.name == "velocity"
+    assert (at(*found["x.velocity"], instants) == velocity.at(instants)).all()
+    assert set(found["x.position"][0]) >= set(x.steps().times_ps.tolist()), "every step"
+
+
+def test_commands_and_findings_are_texts_at_their_instants(cy525, tmp_path):
+    cy525.save_vcd(tmp_path / "a.vcd", ["x.slew"], timescale="1 us", values=True)
+    found = read(tmp_path / "a.vcd")
+    motions = [(motion.time_ps // US, motion.text) for motion in cy525["x"].motions()]
+    assert len(motions) == 2
+    assert list(zip(*found["x.command"], strict=True)) == [(0, ""), *motions]
+    findings = [(f.time_ps // US, f"{f.code}: {f.text}".replace(" ", "\\x20")) for f in cy525.findings]
+    assert len(findings) == 3
+    assert list(zip(*found["x.finding"], strict=True)) == [(0, ""), *findings]
+
+
+def test_a_file_says_which_parts_and_units(cy525, tmp_path):
+    cy525.save_vcd(tmp_path / "a.vcd", ["x.slew"])
+    assert "$comment x: CY525, 11000000 Hz $end\n$scope" in (tmp_path / "a.vcd").read_text()
+    cy525.save_vcd(tmp_path / "a.vcd", ["x.slew"], values=True)
+    assert "$comment x.velocity in steps/s $end\n" in (tmp_path / "a.vcd").read_text()
+
+
+def test_axes_of_a_chip_have_scopes_of_their_own(tmp_path):
+    bench = slewline.Bench()
+    bench.add("mc1251a", name="m")
+    bench.record("m.pulse1")
+    bench.run("1 ms")
+    bench.save_vcd(tmp_path / "a.vcd", values=True, layout=True)
+    names = list(read(tmp_path / "a.vcd"))
+    assert [name for name in names if name.endswith("position")] == ["m.axis1.position", "m.axis2.position"]
+    assert names[:2] == ["m.pulse1", "m.finding"]
+    layout = (tmp_path / "a.gtkw").read_text()
+    assert all(name in layout for name in names)
+
+
+def test_only_chips_whose_pins_are_in_the_file_have_values(tmp_path):
+    bench = slewline.Bench()
+    for name in "xy":
+        bench.add("cy525", name=name)
+    bench.record()
+    bench.run("1 ms")
+    bench.save_vcd(tmp_path / "a.vcd", pins=["y.slew"], values=True)
+    assert list(read(tmp_path / "a.vcd")) == ["y.slew", "y.finding", "y.command", "y.velocity", "y.position"]
+
+
+# --------------------------------------------------------------------------------------------------------- buses
+def test_a_bus_is_its_wires_and_they_are_named_as_the_pins(cy525, tmp_path):
+    cy525.save_vcd(tmp_path / "a.vcd", ["x.db"], timescale="1 ps")
+    found = read(tmp_path / "a.vcd")
+    assert list(found) == [f"x.db{bit}" for bit in range(8)]
+    times, levels = cy525.edges("x.db")
+    assert len(times) > 40
+    for bit in range(8):
+        assert cy525["x"].pin(f"db{bit}").bit == bit
+        assert at(*found[f"x.db{bit}"], times).tolist() == [
+            "z" if v < 0 else str(v >> bit & 1) for v in levels.tolist()
+        ]
+    cy525.save_vcd(tmp_path / "b.vcd", ["x.db"], timescale="1 ps", buses="whole")
+    assert list(read(tmp_path / "b.vcd")) == ["x.db"]
+
+
+def test_a_wire_of_a_recorded_bus_can_be_asked_for(cy525, tmp_path):
+    cy525.save_vcd(tmp_path / "a.vcd", ["x.db3", "x.pulse"])
+    assert list(read(tmp_path / "a.vcd")) == ["x.db3", "x.pulse"]
+    times, levels = cy525.edges("x.db3")
+    assert set(levels.tolist()) == {-1, 0, 1}
+    whole = dict(zip(*(column.tolist() for column in cy525.edges("x.db")), strict=True))
+    assert [(whole[ps] >> 3 & 1) if whole[ps] >= 0 else -1 for ps in times.tolist()] == levels.tolist()
+
+
+def test_a_wire_can_be_recorded_alone(tmp_path):
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x")
+    bench.record("x.db0")
+    with pytest.raises(NotRecorded, match=r"x\.db is not recorded"):
+        bench.edges("x.db")
+    bench.host(x).send("A 1\r")
+    bench.run_until_idle()
+    assert set(bench.edges("x.db0")[1].tolist()) == {-1, 0, 1}
+    with pytest.raises(UnknownName, match="no pin 'db9'"):
+        bench.save_vcd(tmp_path / "a.vcd", ["x.db9"])
+
+
+# --------------------------------------------------------------------------------------------- layouts and streams
+def test_a_layout_shows_the_motion_and_marks_what_happened(cy525, tmp_path):
+    cy525.save_vcd(tmp_path / "a.vcd", ["x.pulse", "x.db"], timescale="1 us", values=True, layout=True)
+    lines = (tmp_path / "a.gtkw").read_text().splitlines()
+    steps = cy525["x"].steps().times_ps // US
+    (start,) = (int(line.split()[1]) for line in lines if line.startswith("[timestart]"))
+    assert steps[0] - 5_000 < start < steps[0]
+    first, second = cy525["x"].motions()
+    marks = [line.removeprefix("[markername] ") for line in lines if line.startswith("[markername]")]
+    assert marks == [f"A{first.text}", f"B{second.text}", "Cquit-outside-entry"], "the others are too near"
+    (zoom,) = (line.split() for line in lines if line.startswith("*"))
+    assert zoom[2:6] == [
+        str(first.time_ps // US),
+        str(second.time_ps // US),
+        str(cy525.findings[0].time_ps // US),
+        "-1",
+    ]
+    shown = [line.split()[1] for line in (tmp_path / "a.sucl").read_text().splitlines() if "variable_add" in line]
+    assert sorted(shown) == sorted(read(tmp_path / "a.vcd"))
+
+
+def test_the_same_run_gives_the_same_bytes(cy525, tmp_path):
+    folders = [tmp_path / "a", tmp_path / "b"]
+    for folder in folders:
+        folder.mkdir()
+        cy525.save_vcd(folder / "w.vcd", values=True, layout=True)
+    one, two = ([path.read_bytes() for path in sorted(folder.iterdir())] for folder in folders)
+    assert len(one) == 3
+    assert one == two
+
+
+def test_a_stream_is_the_file_that_is_saved(tmp_path):
+    files = []
+    for streamed in (True, False):
+        bench = slewline.Bench()
+        x = bench.add("cy525", name="x")
+        bench.record(keep="150 ms" if streamed else None)
+        options = {"timescale": "10 us", "buses": "both", "values": True, "layout": True}
+        bench.host(x).send("A 0\rF 10\rR 80\rS 240\rN 300\rG\rQQ\r")
+        path = tmp_path / f"{streamed}" / "w.vcd"
+        path.parent.mkdir()
+        if streamed:
+            with bench.stream_vcd(path, **options) as stream:
+                bench.run("0.4 s")
+            lost = stream.lost
+        else:
+            bench.run("0.4 s")
+            assert bench.save_vcd(path, **options) == lost > 500
+        files.append([each.read_text() for each in sorted(path.parent.iterdir())])
+    assert files[0] == files[1]
+    assert len(files[0]) == 3
+
+
+def test_what_a_unit_hides_is_told(cy525, tmp_path):
+    assert cy525.save_vcd(tmp_path / "a.vcd", ["x.pulse"], timescale="1 us") == 0
+    times, levels = cy525.edges("x.pulse")
+    units = times // (10 * US)
+    within = int((units[1:] == units[:-1]).sum())
+    assert (len(times), levels.tolist()) == (1000, [0, 1] * 500)
+    assert 500 > within > 300, "PULSE is high for 2.5 us"
+    assert cy525.save_vcd(tmp_path / "a.vcd", ["x.pulse"], timescale="10 us") == 2 * within

@@ -1,0 +1,167 @@
+"""Timing diagrams: where everything stands, and what is drawn."""
+
+from __future__ import annotations
+
+from itertools import combinations, pairwise
+
+import numpy as np
+import pytest
+
+from slewline.core.table import Limit
+from slewline.errors import UsageError
+from slewline.record.diagram import Diagram, Lane, Layout, Scale, Word
+from slewline.record.intervals import Bound, Interval, Signal
+from slewline.record.pictures import save
+from slewline.record.timing import draw
+
+US, MS = 10**6, 10**9
+
+
+def lane(name: str, *times: int, level: int = 1, levels=None, bus: bool = False, **more) -> Lane:
+    levels = [(level + n + 1) % 2 for n in range(len(times))] if levels is None else levels
+    return Lane(f"x.{name}", name, Signal(np.array(times, np.int64), np.array(levels, np.int16), level, bus), **more)
+
+
+def texts(figure) -> list[str]:
+    return [text.get_text() for text in figure.axes[0].texts if text.get_text()]
+
+
+def bursts(**more) -> Diagram:
+    times = [*range(10 * US, 20 * US, US), *range(10 * MS, 10 * MS + 10 * US, US)]
+    return Diagram("Two bursts", 0, 20 * MS, [lane("a", *times)], **more)
+
+
+# --------------------------------------------------------------------------------------------------------------- scale
+def test_time_is_linear_where_nothing_is_quiet():
+    scale = Scale(Diagram("", 0, 100, [lane("a", 20, 40, 60, 80)]), 1, 9)
+    assert scale.cuts == []
+    assert scale([0, 50, 100]).tolist() == [1, 5, 9]
+
+
+def test_long_quiet_stretches_are_cut_short_and_nothing_else():
+    scale = Scale(bursts(), 0, 8)
+    assert len(scale.cuts) == 3
+    places = scale([*range(10 * US, 20 * US, US)])
+    apart = np.diff(places)
+    assert np.allclose(apart, US / scale.ps_per_inch)  # as everywhere outside of the cuts
+    assert apart[0] > 0.1
+    assert all(begin > 0 and end - begin > 9 * MS for begin, end in scale.cuts[1:])
+    assert scale([0, 20 * MS]).tolist() == [0, 8]
+
+
+def test_how_long_a_stretch_must_be_can_be_chosen():
+    assert Scale(bursts(quiet=0), 0, 8).cuts == []
+    assert len(Scale(bursts(quiet=5 * MS), 0, 8).cuts) == 2
+
+
+def test_order_is_kept_everywhere():
+    scale = Scale(bursts(), 0, 8)
+    assert (np.diff(scale(np.linspace(0, 20 * MS, 5000).astype(np.int64))) >= 0).all()
+
+
+def test_a_character_is_not_cut():
+    words = [Word(1 * MS, 9 * MS, "A")]
+    scale = Scale(Diagram("", 0, 100 * MS, [lane("a", 1 * MS, 2 * MS, 3 * MS, words=words)], quiet=8 * MS + 1), 0, 8)
+    assert all(begin >= 9 * MS for begin, _ in scale.cuts)
+
+
+# -------------------------------------------------------------------------------------------------------------- layout
+def test_arrows_and_their_texts_do_not_overlap():
+    times = list(range(US, 40 * US, US))
+    intervals = [Interval("x.a falls", "x.a rises", a, b) for a, b in combinations(times[::6], 2)]
+    diagram = Diagram("", 0, 41 * US, [lane("a", *times)], intervals)
+    layout = Layout.of(diagram, Scale(diagram, 1, 9))
+    assert len(layout.arrows) == len(intervals) == 21
+    rows: dict[int, list[tuple[float, float]]] = {}
+    for arrow in layout.arrows:
+        ends = [arrow.first, arrow.second]
+        wide = len(arrow.text) * 0.06
+        if arrow.beside:
+            ends += [arrow.place + (wide if arrow.beside == "right" else -wide)]
+        rows.setdefault(arrow.row, []).append((min(ends), max(ends)))
+    assert len(rows) > 3
+    for extents in rows.values():
+        assert all(a[1] <= b[0] for a, b in pairwise(sorted(extents)))
+    assert layout.height > 0.2 * len(rows)
+
+
+def test_an_arrow_stands_under_the_lower_one_of_its_lanes():
+    lanes = [lane("a", 10), lane("b", 20), lane("c", 30)]
+    diagram = Diagram("", 0, 40, lanes, [Interval("x.b falls", "x.a falls", 10, 20), Interval("x.c", "x.c", 1, 2)])
+    layout = Layout.of(diagram, Scale(diagram, 1, 9))
+    assert sorted(arrow.under for arrow in layout.arrows) == [1, 2]
+    assert layout.feet == tuple(sorted(layout.feet, reverse=True))
+
+
+# ------------------------------------------------------------------------------------------------------------- drawing
+def test_levels_cross_the_middle_at_the_instants_of_their_edges():
+    diagram = Diagram("", 0, 100, [lane("a", 20, 60)])
+    line = draw(diagram).axes[0].lines[0]
+    across, up = line.get_xdata(), line.get_ydata()
+    middle = (up.min() + up.max()) / 2
+    crossings = [
+        a + (b - a) * (middle - c) / (d - c) for (a, c), (b, d) in pairwise(zip(across, up, strict=True)) if c != d
+    ]
+    left = 0.16 + 0.012 * 8.5 + 0.08
+    scale = Scale(diagram, left, 9.6 - 0.28)
+    assert crossings == pytest.approx(scale([20, 60]).tolist())
+
+
+def test_what_floats_is_a_line_in_the_middle():
+    line = draw(Diagram("", 0, 100, [lane("a", 50, levels=[-1], level=0)])).axes[0].lines[0]
+    low, high = line.get_ydata()[0], line.get_ydata()[-1]
+    assert high - low == pytest.approx(0.1)
+
+
+def test_a_bus_shows_its_values_and_what_they_mean():
+    bus = lane("db", 20, 60, levels=[0x45, -1], level=-1, bus=True, says=lambda value, end: f"'{chr(value)}' {end}")
+    assert "45 'E' 60" in texts(draw(Diagram("", 0, 100, [bus])))
+    narrow = lane("db", 20, 21, 60, levels=[0x45, 0x46, -1], level=-1, bus=True)
+    shown = texts(draw(Diagram("", 0, 100, [narrow])))
+    assert "46" in shown
+    assert "45" not in shown
+
+
+def test_dense_edges_are_a_band():
+    axes = draw(Diagram("", 0, 10 * MS, [lane("a", *range(MS, 9 * MS, US), level=0)])).axes[0]
+    (band,) = axes.patches
+    assert len(axes.lines[0].get_xdata()) < 20
+    corners = band.get_xy()[:, 0]
+    assert 6 < corners.max() - corners.min() < 8
+
+
+def test_times_at_arrows_say_what_is_printed_and_are_coloured():
+    limit = Limit("a falls", "b falls", "", "", least=50 * US, symbol="t1")
+    for last, says, dark in (
+        (60, "t1 = 50 µs  (min. 50 µs: kept)", False),
+        (59, "t1 = 49 µs  (min. 50 µs: violated)", True),
+    ):
+        arrow = Interval("x.a falls", "x.b falls", 10 * US, last * US, (Bound.of(limit, 1),))
+        diagram = Diagram("", 0, 100 * US, [lane("a", 10 * US), lane("b", last * US)], [arrow], [arrow])
+        shown = [text for text in draw(diagram, dark=dark).axes[0].texts if text.get_text() == says]
+        assert [text.get_color() for text in shown] == ["#ff7b72" if dark else "#0b7a4b"]
+        assert says.split("  ")[0] in " ".join(texts(draw(diagram, width="phone")))
+
+
+def test_a_picture_tells_of_what_it_leaves_out():
+    shown = texts(draw(bursts()))
+    assert "9.98 ms" in shown
+    assert any("at a zigzag time is cut short" in text for text in shown)
+    assert any("Time in ms" in text for text in texts(draw(bursts(quiet=0))))
+
+
+def test_the_same_diagram_gives_the_same_bytes_again(tmp_path):
+    diagram = bursts(measured=[Interval("x.a falls", "x.a rises", 10 * US, 11 * US)])
+    for suffix in ("svg", "png"):
+        for number in (1, 2):
+            save(draw(diagram), tmp_path / f"{number}.{suffix}", diagram.title, diagram.description)
+        assert (tmp_path / f"1.{suffix}").read_bytes() == (tmp_path / f"2.{suffix}").read_bytes()
+    svg = (tmp_path / "1.svg").read_text("utf-8")
+    assert "<title>Two bursts</title>" in svg
+    assert "<desc>Timing diagram of a, from 0 ps to 20 ms. From x.a falls to x.a rises: t = 1 µs.</desc>" in svg
+
+
+@pytest.mark.parametrize("diagram", [Diagram("", 5, 5, [lane("a")]), Diagram("", 0, 5, [])])
+def test_nothing_cannot_be_drawn(diagram):
+    with pytest.raises(UsageError, match="nothing to draw"):
+        draw(diagram)
