@@ -23,6 +23,7 @@ from typing import Any
 import chipset
 import cycles
 import numpy as np
+import pictures
 import reading
 import serve
 from rows import Row, best, best_of, table, timed
@@ -349,6 +350,7 @@ WORKLOADS: dict[str, dict[str, Callable[[], list[Row]]]] = {
         "dialogue": dialogue,
         "waveforms": waveforms,
         "reading": reading.rows,
+        "pictures": pictures.pictures,
     },
     "GS-C200S": {"exchanging": exchanging, "serving": serve.module_rows},
     "MC1451A family": {

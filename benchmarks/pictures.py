@@ -1,0 +1,87 @@
+"""Pictures: what is drawn, and how long that takes, as ratios to matplotlib drawing one line of 900 points."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+from rows import Row, best
+
+import slewline
+from slewline.core.axis import Axis
+from slewline.core.quantity import Position, Velocity
+from slewline.core.train import Playing, StepTrain
+from slewline.record import outlines
+
+BOUND = "matplotlib: some 50 ticks and 100 texts, and the PNG of 1.3 million pixels"
+
+
+def line() -> float:
+    """Seconds for a bare figure of one line of 900 points, as PNG."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    def drawn() -> None:
+        figure = Figure(figsize=(9.6, 6.5), dpi=144)
+        FigureCanvasAgg(figure)
+        figure.add_subplot().plot(np.arange(900), np.arange(900) % 7)
+        figure.savefig(io.BytesIO(), format="png", dpi=144)
+
+    return best(drawn, 3)
+
+
+def moved(commands: str, until: str | None) -> tuple[slewline.Bench, Velocity, Position]:
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x")
+    bench.record("x.pulse", "x.slew", "x.phase1")
+    bench.host(x).send(f"A 0\rF 20\rR 127\rS 200\rZ 1\r{commands}")
+    if until is None:
+        bench.run_until_idle("60 s")
+    else:
+        bench.run(until)
+    return bench, Velocity(x.motor), Position(x.motor)
+
+
+def drawn(bench: slewline.Bench, velocity: Velocity, position: Position) -> float:
+    """Seconds for all points of a picture: velocity, position and the recorded pins."""
+    now = bench.now_ps
+
+    def points() -> None:
+        velocity.outline(0, now, 900), position.outline(0, now, 900)
+        for net in bench.recorded.values():
+            outlines.edges(bench.recorder, net, 0, now)
+
+    return best(points, 3)
+
+
+def looping(bench: slewline.Bench, axis: Axis) -> None:
+    """An hour of 12,000 moves of 250 runs, to and fro."""
+    runs = [(2000 + 10 * abs(125 - k), 2) for k in range(250)]
+    clock = bench["x"].clock
+    for n in range(12_000):
+        bench.run_to(bench.now_ps + 300_000_000_000 - bench.now_ps % 300_000_000_000)
+        axis.follow(Playing(StepTrain(clock, clock.ticks_from(bench.now_ps), runs)), 1 if n % 2 else -1)
+
+
+def pictures() -> list[Row]:
+    """A long move and an hour: their points, and whole pictures."""
+    bare = line()
+    long, hour = moved("N 60000\r+\rG\r", None), moved("N 60000\rH\rG\r", "1 h")
+    assert len(long[0]["x"].steps()) == 60_000 and hour[0]["x"].travel > 34_000_000
+    to_and_fro = moved("", "1 ms")
+    looping(to_and_fro[0], to_and_fro[0]["x"].motor)
+    assert to_and_fro[0]["x"].motor.count(0, to_and_fro[0].now_ps) == 11_999 * 500 + 1
+
+    def row(name: str, seconds: float, goal: float, bound: str) -> Row:
+        return Row(name, seconds / bare, "x a bare line", goal, False, f"{bound} ({seconds * 1e3:.0f} ms)")
+
+    def picture(bench: slewline.Bench) -> float:
+        return best(lambda: bench.figure().savefig(io.BytesIO(), format="png"), 3)
+
+    return [
+        row("60,000 steps: points of a picture", drawn(*long), 0.2, "a bisection a column, 250 runs"),
+        row("figure of 60,000 steps", picture(long[0]), 5, BOUND),
+        row("an hour at 9,675 steps/s: points", drawn(*hour), 0.5, "900 columns, 531 wraps, 600 questions a pin"),
+        row("the same: figure", picture(hour[0]), 8, BOUND),
+        row("an hour of 12,000 moves: points", drawn(*to_and_fro), 10, "some 30 us a move, in Python"),
+    ]
