@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import Any
 
+import numpy as np
+
 import slewline
 from slewline.core.net import Driver
 
@@ -113,6 +115,24 @@ def happening(dialogue: Dialogue, rnd: Random, edges: list[int]) -> None:
         add((at, "wait", rnd.randrange(2)))
 
 
+def told(axis: Any) -> dict[str, Any]:
+    """What an axis tells of its motions; a phase that is held has no common end."""
+    motions = [
+        (at.time_ps, at.text, dict(at.rates), dict(at.notes), at.ideal and along(at.ideal)) for at in axis.motions()
+    ]
+    return {
+        "motions": motions,
+        "marks": [(mark.time_ps, mark.kind, mark.text) for mark in axis.marks()],
+        "phases": [(begin, label) for begin, _, label in axis.phases()],
+    }
+
+
+def along(ideal: Any) -> tuple[Any, ...]:
+    """An ideal at a few instants."""
+    times = np.linspace(ideal.start, min(ideal.stop, ideal.start + 10**13), 5).astype(np.int64)
+    return ideal.start, ideal.stop, ideal.positions(times).tolist(), ideal.velocities(times).tolist()
+
+
 @dataclass
 class Played:
     """What a dialogue left behind."""
@@ -127,12 +147,13 @@ class Played:
         return {pin: (times.tolist(), levels.tolist()) for pin, (times, levels) in edges.items()}
 
     def state(self) -> dict[str, Any]:
-        """Registers, travel and every step."""
+        """Registers, travel, every step, and what is told of the motions."""
         steps = self.chip.steps()
         return {
             **self.chip.registers,
             "travel": self.chip.travel,
             "steps": (steps.times_ps.tolist(), steps.directions.tolist(), steps.positions.tolist()),
+            **told(self.chip),
         }
 
     def digest(self) -> str:

@@ -19,7 +19,7 @@ from slewline.chips import sheet_of
 from slewline.core.net import Driver
 from slewline.core.timebase import Clock
 
-from .dialogues import Played
+from .dialogues import Played, told
 
 PARTS = ("mc1151a", "mc1151a-e", "mc1151a-e", "mc1251a", "mc1251a-e", "mc1251a-e", "mc1451a", "mc1451a-e")
 CRYSTALS = (25_000_000,) * 6 + (20_000_000, 6_700_001)
@@ -365,6 +365,9 @@ class Talked(Played):
             steps = axis.steps(0, self.bench.now_ps)
             state[f"registers {number}"] = self.chip.registers_of(number)
             state[f"position {number}"] = axis.position, axis.travel
+            state |= {
+                f"{key} {number}": found for key, found in told(self.chip.axis(number)).items() if key != "phases"
+            }
             state[f"steps {number}"] = steps.times_ps.tolist(), steps.directions.tolist(), steps.positions.tolist()
         found = [(found.time_ps, found.code) for found in self.chip.findings]
         state["findings"] = [pair for pair in found if not pair[1].startswith("encoder")]

@@ -373,7 +373,19 @@ def test_an_array_ends_after_106_days(rig):
 
 
 def test_import_loads_neither_numpy_nor_matplotlib():
-    modules = ["recorder", "vcd", "export_csv", "export_npz", "measure", "outlines", "plots", "whole_file"]
+    modules = [
+        "recorder",
+        "vcd",
+        "export_csv",
+        "export_npz",
+        "measure",
+        "outlines",
+        "figures",
+        "lanes",
+        "marks",
+        "pictures",
+        "cursors",
+    ]
     code = "import sys; " + "".join(f"import slewline.record.{m}; " for m in modules)
     code += "print([m for m in ('numpy', 'matplotlib') if m in sys.modules])"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

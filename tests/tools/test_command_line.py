@@ -157,7 +157,7 @@ BAD = {  # what is called: (exit status, what the message holds: place, and reme
     "run good.cy525 --vcd|.": (2, ".: is a directory"),
     "run good.cy525 --vcd|no/x.vcd": (2, "no/x.vcd: there is no directory 'no'"),
     "run good.cy525 --journal|good.txt/x": (2, "good.txt/x: "),
-    "run good.cy525 --plot|x.txt": (2, "x.txt: give a name that ends in .svg or .png"),
+    "run good.cy525 --plot|x.txt": (2, "x.txt: give a name that ends in .svg, .png or .pdf"),
     "run good.cy525 --json|x --steps|./x": (2, "./x: this command uses that file already"),
     "run good.cy525 --json|good.cy525": (2, "good.cy525: this command uses that file already"),
     "run": (2, "give a program, a bench file, or --replay JOURNAL"),

@@ -36,7 +36,7 @@ def test_the_files_are_where_it_says(ran):
     assert all(f"build/demo/{name} " in ran.out for name in FILES)
     assert Path("build/demo/weld.png").read_bytes().startswith(b"\x89PNG")
     svg = Path("build/demo/weld.svg").read_text()
-    assert all(word in svg for word in ("R = 80", "F = 5", "S = 240", "N = 700", "x.programmable_output"))
+    assert all(word in svg for word in ("R = 80", "F = 5", "S = 240", "N = 700", ">output<"))
     assert "$scope module x" in Path("build/demo/weld.vcd").read_text()
 
 

@@ -210,7 +210,7 @@ def test_a_journal_is_replayed(call, program):
 def test_pins_and_ramps_are_drawn(call, program):
     ran = call("run", program, "--vcd", "p.vcd", "--plot", "p.svg")
     assert ran.out.endswith("wrote p.vcd\nwrote p.svg\n")
-    assert "gs_c200s.ramp" in Path("p.svg").read_text() and "T = 100" in Path("p.svg").read_text()
+    assert ">ramp<" in Path("p.svg").read_text() and "T = 100" in Path("p.svg").read_text()
     assert "clock" in Path("p.vcd").read_text()
 
 

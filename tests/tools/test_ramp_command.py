@@ -133,7 +133,7 @@ def test_a_plot_shows_the_move_that_is_asked_for_or_the_shortest_that_reaches_it
     assert call("ramp", *arguments, "--plot", "x.svg").out.endswith("\nwrote x.svg\n")
     text = (folder / "x.svg").read_text()
     assert re.search(rf">{arguments[0]}[^<]*: {steps} steps<", text)
-    assert ">Velocity in steps/s<" in text and ">Position in steps<" in text and ">top<" in text
+    assert ">Velocity, steps/s<" in text and ">Position, steps<" in text and ">top, " in text
 
 
 @pytest.mark.parametrize(("arguments", "says"), [
@@ -151,7 +151,7 @@ def test_a_plot_shows_the_move_that_is_asked_for_or_the_shortest_that_reaches_it
     ((*MC, "--distance", "2147483648"), "a move of 2147483648 steps; allowed 1..1073741823"),
     ((*CY, "--crystal", "40 MHz"), "CY525 takes 1 to 11 MHz"),
     ((*GSC, "--crystal", "4 MHz"), "the gs-c200 has none to choose"),
-    ((*CY, "--plot", "x.txt"), "x.txt: give a name that ends in .svg or .png"),
+    ((*CY, "--plot", "x.txt"), "x.txt: give a name that ends in .svg, .png or .pdf"),
     (("cy525", "F=3", "R=127", "S=1", "Z=200", "--plot", "x.svg"), "no move comes to 9675 steps/s; give --distance"),
     ((*MC, "--distance", "5000001", "--plot", "x.svg"), "x.svg: 5000001 steps; allowed up to 5000000"),
     (("mc1451a", "profile=s-curve", "SET_VEL=9", "--time", "1 s"), "SET_MAX_ACC and SET_JERK cannot both be looked"),

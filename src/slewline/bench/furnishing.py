@@ -22,8 +22,8 @@ from ..parts.host import Host
 from ..parts.packet_host import PacketHost
 from ..parts.part import Part
 from ..parts.rs232 import SerialHost
+from .drawing import Drawing
 from .journal import Journal
-from .recording import Recording
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -35,7 +35,7 @@ PORTS = {  # how a chip is spoken to: in lines, in packets
 }
 
 
-class Furnished(Recording):
+class Furnished(Drawing):
     """A bench with things on it; `Bench` lets time pass."""
 
     def __init__(

@@ -7,12 +7,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..core.chip import AxisInCycles, Chip, OneAxis
+from ..core.chip import Chip, OneAxis
 from ..core.kernel import Kernel
 from ..core.net import Bus, Net
 from ..core.pin import Terminal
 from ..core.timebase import Time, moment, picoseconds
-from ..errors import NotRecorded, UnknownName
+from ..errors import NotRecorded
 
 if TYPE_CHECKING:
     import numpy as np
@@ -172,40 +172,3 @@ class Recording:
             for stream in self._streams:
                 stream.write_until(self.kernel.now)
         self.kernel.run(ps)
-
-    def plot(
-        self,
-        path: FilePath,
-        title: str | None = None,
-        pins: Sequence[str] | None = None,
-        start: Time | None = None,
-        stop: Time | None = None,
-    ) -> None:
-        """Draw the motions of all chips, and recorded pins below (SVG or PNG).
-
-        Velocity and position with the parameters named; of chips that decide in cycles, acceleration and jerk as well.
-        """
-        from ..record.plots import Motion, Trace, plot
-        from .profiles import profile_of
-
-        if not self.chips:
-            raise UnknownName("the bench has no chip to plot")
-        first, last = self._window(start, stop)
-        nets = self._chosen(pins) if pins is not None else dict(self.recorded)
-        motions = [
-            profile_of(axis, first, last)
-            if isinstance(axis, AxisInCycles) and axis.keeps_cycles
-            else Motion(
-                axis.name,
-                axis.steps(first, last),
-                *axis.parameters(),
-                before=axis.motor.position_at(max(first - 1, 0)),
-            )
-            for chip, n, axis in self._chip_axes()
-            if n == 1 or axis.motor.count(first, last)
-        ]
-        traces = [
-            Trace.of(name, net, self.recorder, *self._window_of({name: net}, start, stop)) for name, net in nets.items()
-        ]
-        what = title or ", ".join(f"{chip.name}: {chip.sheet.part.upper()}" for chip in self.chips.values())
-        plot(path, what, *motions, *traces, start=first, stop=last)

@@ -13,11 +13,15 @@ from typing import TYPE_CHECKING
 
 from ..errors import UsageError
 from .kernel import Kernel
+from .motions import Mark, Motions, MotionStart, Parameters
+from .plan import Plan
 from .train import Playing, Train
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+__all__ = ["Axis", "Mark", "MotionStart", "Parameters", "Steps", "Stretch"]
 
 
 @dataclass(frozen=True)
@@ -36,7 +40,8 @@ class Steps:
 class Stretch:
     """A stretch of travel: from an instant on, `playing` moves the axis by `sign` a step, starting from `travel`.
 
-    `count` is `travel` without those steps that the position register did not count; it counts `counts` a step.
+    `count` is `travel` without those steps that the position register did not count; it counts `counts` a step.  A
+    train that plays a plan from one of its steps on tells of both.
     """
 
     start: int
@@ -45,6 +50,20 @@ class Stretch:
     sign: int
     counts: int
     playing: Playing | None
+    plan: Plan | None = None
+    step: int = 0
+
+    def phases(self) -> Iterator[tuple[int, int, str]]:
+        """Yield the legs of the plan that are played: begin and end in ps, and the name."""
+        if self.playing is None or self.plan is None:
+            return
+        train, until = self.playing.train, self.playing.until
+        for leg in self.plan.legs:
+            begin, end = (train.clock.ps(train.begin(max(k - self.step, 0))) for k in (leg.first, leg.end))
+            if until is not None:
+                end = min(end, until)
+            if begin < end:
+                yield begin, end, leg.name
 
 
 _start = attrgetter("start")
@@ -65,6 +84,7 @@ class Axis:
         self.offsets = [(0, self.offset)]
         self.watchers: list[Callable[[], object]] = []  # called when a plan or the register changes
         self.forgetters: list[Callable[[int], object]] = []  # called when the past before an instant is dropped
+        self.log = Motions(kernel)  # what a chip tells of its motions
 
     @property
     def travel(self) -> int:
@@ -99,14 +119,17 @@ class Axis:
         for watcher in self.watchers:
             watcher()
 
-    def follow(self, playing: Playing | None, sign: int, counted: bool = True) -> None:
+    def follow(
+        self, playing: Playing | None, sign: int, counted: bool = True, plan: Plan | None = None, step: int = 0
+    ) -> None:
         """From this instant on, the axis follows a train; what was played before stays as it is.
 
         Args:
             counted: false: the position register does not count these steps.
+            plan, step: what the train plays, and the step of it that is the first of the train.
         """
         counts = sign if counted else 0
-        self.past.append(Stretch(self.kernel.now, self.travel, self.counted, sign, counts, playing))
+        self.past.append(Stretch(self.kernel.now, self.travel, self.counted, sign, counts, playing, plan, step))
         for watcher in self.watchers:
             watcher()
 
@@ -134,10 +157,33 @@ class Axis:
         del self.past[:keep]
         in_force = bisect_right(self.offsets, self.past[0].start, key=itemgetter(0)) - 1
         del self.offsets[: max(in_force, 0)]
+        self.log.forget(before)
         for forgetter in self.forgetters:
             forgetter(before)
 
-    def _played(self, start: int, stop: int) -> Iterator[tuple[Stretch, Train, int, int]]:
+    def motions(self, start: int, stop: int) -> list[MotionStart]:
+        """Return the motions that begin at start <= t <= stop, in ps."""
+        return self.log.starts(start, stop)
+
+    def marks(self, start: int, stop: int) -> list[Mark]:
+        """Return what has happened to the axis at start <= t <= stop, in ps, besides motions that begin."""
+        return self.log.marks(start, stop)
+
+    def phases(self, start: int, stop: int) -> list[tuple[int, int, str]]:
+        """Return the legs of plans that are played between two instants, as far as they lie there: begin and end in
+        ps, and the name; neighbours of one name are one."""
+        found: list[tuple[int, int, str]] = []
+        first = max(bisect_left(self.past, start, key=_start) - 1, 0)
+        for stretch in self.past[first : bisect_right(self.past, stop, key=_start)]:
+            for begin, end, name in stretch.phases():
+                if begin >= stop or end <= start:
+                    continue
+                if found and found[-1][1:] == (max(begin, start), name):
+                    begin = found.pop()[0]
+                found.append((max(begin, start), min(end, stop), name))
+        return found
+
+    def played(self, start: int, stop: int) -> Iterator[tuple[Stretch, Train, int, int]]:
         """Stretches with steps at start <= t <= stop, and which steps of their trains these are: a ... b-1."""
         first = max(bisect_left(self.past, start, key=_start) - 1, 0)
         for stretch in self.past[first : bisect_right(self.past, stop, key=_start)]:
@@ -149,7 +195,7 @@ class Axis:
 
     def count(self, start: int, stop: int) -> int:
         """How many steps there are at start <= t <= stop."""
-        return sum(b - a for _, _, a, b in self._played(start, stop))
+        return sum(b - a for _, _, a, b in self.played(start, stop))
 
     def times(self, start: int, stop: int, out: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
         """Instants of the steps at start <= t <= stop: (n,) int64, ps.
@@ -159,7 +205,7 @@ class Axis:
         """
         import numpy as np
 
-        played = list(self._played(start, stop))
+        played = list(self.played(start, stop))
         count = sum(b - a for _, _, a, b in played)
         out = np.empty(count, np.int64) if out is None else out[:count]
         at = 0
@@ -175,7 +221,7 @@ class Axis:
         times = self.times(start, stop)
         directions, positions = np.empty(len(times), np.int8), np.empty(len(times), np.int64)
         at = 0
-        for stretch, _, a, b in self._played(start, stop):
+        for stretch, _, a, b in self.played(start, stop):
             directions[at : at + b - a] = stretch.sign
             positions[at : at + b - a] = stretch.count + stretch.counts * np.arange(a + 1, b + 1)
             at += b - a
@@ -185,13 +231,6 @@ class Axis:
         positions += self.low
         return Steps(times, directions, positions)
 
-    def _offsets_at(self, times: NDArray[np.int64]) -> NDArray[np.int64]:
-        import numpy as np
-
-        since = np.array([since for since, _ in self.offsets], np.int64)
-        values = np.array([value for _, value in self.offsets], np.int64)
-        return values[np.maximum(np.searchsorted(since, times, side="right") - 1, 0)]
-
     def position_at(self, ps: int) -> int:
         """The position register at one instant of the past."""
         stretch = self.past[max(bisect_right(self.past, ps, key=_start) - 1, 0)]
@@ -199,8 +238,7 @@ class Axis:
         since = max(bisect_right(self.offsets, ps, key=lambda offset: offset[0]) - 1, 0)
         return self.low + (self.offsets[since][1] + count) % self.modulus
 
-    def positions_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
-        """The position register at many instants of the past: (n,) int64, shape as `times`."""
+    def _instants(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
         import numpy as np
 
         at = np.asarray(times)
@@ -208,12 +246,133 @@ class Axis:
             raise UsageError(
                 f"instants of the past are int64 picoseconds up to {self.kernel.now}, not {at.dtype} or later ones"
             )
-        starts = np.array([stretch.start for stretch in self.past], np.int64)
-        which = np.maximum(np.searchsorted(starts, at, side="right") - 1, 0)
-        out = np.empty(at.shape, np.int64)
-        for index in np.unique(which):
-            stretch, chosen = self.past[index], which == index
-            out[chosen] = stretch.count
-            if stretch.playing is not None:
-                out[chosen] += stretch.counts * stretch.playing.begun_many(at[chosen])
-        return self.low + (out + self._offsets_at(at)) % self.modulus
+        return at
+
+    def positions_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
+        """The position register at many instants of the past: int64, shape as `times`."""
+        return self.low + self.unwrapped_at(times) % self.modulus
+
+    def unwrapped_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
+        """The same, counted from the low end of the register, and as if it went on beyond its ends."""
+        import numpy as np
+
+        at = self._instants(times)
+        order = np.argsort(at, axis=None, kind="stable")
+        instants = at.ravel()[order]
+        since, offsets = np.array(self.offsets, np.int64).T
+        found = offsets[np.maximum(np.searchsorted(since, instants, side="right") - 1, 0)]
+        for number, group in _groups(instants, [stretch.start for stretch in self.past]):
+            stretch = self.past[number]
+            found[group] += stretch.count
+            if stretch.playing is not None and stretch.counts:
+                found[group] += stretch.counts * stretch.playing.begun_many(instants[group])
+        out = np.empty(at.size, np.int64)
+        out[order] = found
+        return out.reshape(at.shape)
+
+    def turns(self, start: int, stop: int) -> list[int]:
+        """Where at start <= t <= stop another train begins, or the register is loaded.
+
+        Between two of them the register only rises, or only falls, if it does not wrap.
+        """
+        first, last = bisect_left(self.past, start, key=_start), bisect_right(self.past, stop, key=_start)
+        loads = {since for since, _ in self.offsets if start <= since <= stop}
+        return sorted(loads.union(stretch.start for stretch in self.past[first:last]))
+
+    def loads(self, start: int, stop: int) -> list[int]:
+        """Where the register was loaded, at start < t <= stop."""
+        return [since for since, _ in self.offsets[1:] if start < since <= stop]
+
+    def reached(self, unwrapped: int, ps: int) -> int:
+        """When the train in force at an instant brings the register to a value, counted as `unwrapped_at` does.
+
+        It is one that it comes to, by counting, from somewhere else.
+        """
+        stretch = self.past[max(bisect_right(self.past, ps, key=_start) - 1, 0)]
+        offset = self.offsets[max(bisect_right(self.offsets, ps, key=itemgetter(0)) - 1, 0)][1]
+        assert stretch.playing is not None
+        train = stretch.playing.train
+        return train.clock.ps(train.begin((unwrapped - offset - stretch.count) * stretch.counts - 1))
+
+    # -------------------------------------------------------------------------------------------------------- velocity
+    def driven(self, start: int, stop: int) -> list[tuple[int, int, int, Playing]]:
+        """What says the velocity at start <= t <= stop: from which instant on, before which one, direction, and train.
+
+        A step in progress lasts until its end, or until the next train moves the axis.
+        """
+        found: list[tuple[int, int, int, Playing]] = []
+        end = stop + 1
+        for number in range(bisect_right(self.past, stop, key=_start) - 1, -1, -1):
+            stretch = self.past[number]
+            playing = stretch.playing
+            if playing is not None and (moves := playing.moves) is not None and moves < end:
+                found.append((max(moves, start), end, stretch.sign, playing))
+                end = moves
+                if moves <= start:
+                    break
+        return found[::-1]
+
+    def velocities(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Velocity at start <= t <= stop (ps).
+
+        Returns:
+            Instants of every change (n,) int64 ps, ascending, the first is `start`; steps/s (n,) float64 from each to
+            the next.
+        """
+        import numpy as np
+
+        at, what = [np.array([start])], [np.zeros(1)]
+        for since, end, sign, playing in self.driven(start, stop):
+            times, speeds = playing.velocities(since, end - 1)
+            at.append(times)
+            what.append(sign * speeds + 0.0)  # rest is no negative zero
+        return staircase(np.concatenate(at), np.concatenate(what))
+
+    def velocity_at(self, ps: int) -> float:
+        """Velocity at one instant of the past, steps/s."""
+        return float(self.velocities(ps, ps)[1][-1])
+
+    def velocities_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.float64]:
+        """Velocity at many instants of the past: float64 steps/s, shape as `times`."""
+        import numpy as np
+
+        at = self._instants(times)
+        order = np.argsort(at, axis=None, kind="stable")
+        instants = at.ravel()[order]
+        found = np.zeros(at.size)
+        if at.size:
+            driven = self.driven(int(instants[0]), int(instants[-1]))
+            first = int(np.searchsorted(instants, driven[0][0])) if driven else at.size
+            for number, group in _groups(instants[first:], [since for since, *_ in driven]):
+                _, _, sign, playing = driven[number]
+                asked = instants[first:][group]
+                changes, speeds = playing.velocities(int(asked[0]), int(asked[-1]))
+                found[first:][group] = sign * speeds[np.searchsorted(changes, asked, side="right") - 1] + 0.0
+        out = np.empty(at.size)
+        out[order] = found
+        return out.reshape(at.shape)
+
+
+def staircase(times: NDArray[np.int64], values: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return the changes only: of equal instants the last one, of equal neighbours the first one."""
+    import numpy as np
+
+    last = np.append(times[1:] != times[:-1], True)
+    times, values = times[last], values[last]
+    changed = np.append(True, values[1:] != values[:-1])
+    return times[changed], values[changed]
+
+
+def _groups(instants: NDArray[np.int64], starts: list[int]) -> Iterator[tuple[int, slice]]:
+    """Which of some ascending instants lie behind which of some starts: the number of a start, and a slice of instants.
+
+    What lies before the first start counts as behind it.
+    """
+    import numpy as np
+
+    which = np.maximum(np.searchsorted(np.array(starts, np.int64), instants, side="right") - 1, 0)
+    ends = np.append(np.flatnonzero(which[1:] != which[:-1]) + 1, len(which)) if len(which) else which
+    begin = 0
+    for end in ends.tolist():
+        yield int(which[begin]), slice(begin, end)
+        begin = end

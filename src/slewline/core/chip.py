@@ -10,10 +10,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ..errors import UnknownName, UsageError
-from .axis import Axis, Steps
+from .axis import Axis, Mark, MotionStart, Parameters, Steps
+from .ideal import Deviation, deviation
 from .kernel import Kernel, Task
 from .net import Bus, Driver, Net
 from .pin import Condition, Terminal
+from .quantity import Position, Quantity, Velocity
 from .table import Sheet
 from .timebase import Clock, Time, moment, moments, readable
 from .waits import first_of, until
@@ -75,8 +77,7 @@ class OneAxis:
 
     def steps(self, start: Time | None = None, stop: Time | None = None) -> Steps:
         """Return the steps at start <= t <= stop; from the beginning, and up to now, by default."""
-        now = self.kernel.now
-        return self.motor.steps(0 if start is None else moment(start), now if stop is None else min(moment(stop), now))
+        return self.motor.steps(*self._window(start, stop))
 
     def position_at(self, times: Time | Sequence[Time] | NDArray[np.int64]) -> NDArray[np.int64] | int:
         """Return the position register at instants of the past: an int for one, (n,) int64 for many.
@@ -87,13 +88,34 @@ class OneAxis:
         Raises:
             UsageError: an instant is still to come.
         """
+        instants = self._past(times)
+        return self.motor.position_at(instants) if isinstance(instants, int) else self.motor.positions_at(instants)
+
+    def velocity_at(self, times: Time | Sequence[Time] | NDArray[np.int64]) -> NDArray[np.float64] | float:
+        """Return the velocity at instants of the past, in steps/s, negative counter-clockwise: a float for one instant,
+        (n,) float64 for many.
+
+        It is the one at which the chip plays its steps: 1/interval of the step in progress, and 0 in every rest.
+
+        Args:
+            times: "3 ms" or picoseconds, a list of them, or an array of int64 picoseconds.
+
+        Raises:
+            UsageError: an instant is still to come.
+        """
+        instants = self._past(times)
+        return self.motor.velocity_at(instants) if isinstance(instants, int) else self.motor.velocities_at(instants)
+
+    def _past(self, times: Time | Sequence[Time] | NDArray[np.int64]) -> NDArray[np.int64] | int:
         instants = moments(times)
         last = instants if isinstance(instants, int) else int(instants.max(initial=0))
         if last > self.kernel.now:
             raise UsageError(f"{self.name}: {readable(last)} is still to come; it is {readable(self.kernel.now)}")
-        if isinstance(instants, int):
-            return self.motor.position_at(instants)
-        return self.motor.positions_at(instants)
+        return instants
+
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Return what a picture draws of this axis over time: velocity, position, and what else the part has."""
+        return Velocity(self.motor), Position(self.motor)
 
     def reaches(self, position: int) -> Condition:
         """Condition: the position register has this value."""
@@ -104,9 +126,40 @@ class OneAxis:
         """The manual's registers, by name in lower case."""
         return {}
 
-    def parameters(self) -> tuple[dict[str, float], dict[str, object]]:
-        """What a plot names: rates in steps/s ("R = 80" -> 5978.0), and further parameters ("S" -> 200)."""
-        return {}, {}
+    def motions(self, start: Time | None = None, stop: Time | None = None) -> list[MotionStart]:
+        """Return the motions that begin at start <= t <= stop; all of them by default.
+
+        Each names what began it, the rates in force, and the ideal that it has followed, if the part defines one.
+        """
+        return self.motor.motions(*self._window(start, stop))
+
+    def marks(self, start: Time | None = None, stop: Time | None = None) -> list[Mark]:
+        """Return what else has happened to this axis at start <= t <= stop: commands in motion, limits, home."""
+        return self.motor.marks(*self._window(start, stop))
+
+    def phases(self, start: Time | None = None, stop: Time | None = None) -> list[tuple[int, int, str]]:
+        """Return the phases of the motions between two instants: begin and end in ps, and a label such as "up"."""
+        return self.motor.phases(*self._window(start, stop))
+
+    def deviation(self, motion: MotionStart) -> Deviation:
+        """Return by how much the axis has left the ideal of a motion at most, as far as it was to follow it.
+
+        Raises:
+            UsageError: the motion has no ideal.
+        """
+        if motion.ideal is None:
+            raise UsageError(f"{self.name}: the motion {motion.text} at {readable(motion.time_ps)} has no ideal")
+        return deviation(self.motor, motion.ideal)
+
+    def _window(self, start: Time | None, stop: Time | None) -> tuple[int, int]:
+        now = self.kernel.now
+        return 0 if start is None else moment(start), now if stop is None else min(moment(stop), now)
+
+    def parameters(self) -> Parameters:
+        """What a plot names: rates in steps/s ("R = 80" -> 5978.0), and further parameters ("S" -> 200), as they were
+        in force in the latest motion; empty before there was one."""
+        latest = self.motor.log.latest()
+        return Parameters() if latest is None else Parameters(latest.rates, latest.notes)
 
 
 class AxisOfChip(OneAxis):

@@ -54,7 +54,7 @@ class SCurve:
     """
 
     __slots__ = ("_tables", "cycles", "first", "pieces", "start")
-    steady = 0
+    steady, even = 0, False
 
     def __init__(self, pieces: list[Piece], first: int = 0) -> None:
         self.pieces, self.first = pieces, first

@@ -82,6 +82,10 @@ class Law(Protocol):
     def steady(self) -> int:
         """The displacement of every cycle, if it is always the same one; else 0."""
 
+    @property
+    def even(self) -> bool:
+        """Does the displacement only rise, or only fall, by as much from each cycle to the next?"""
+
     def travel(self, i: int) -> int:
         """Distance before cycle i."""
 
@@ -99,6 +103,7 @@ class Linear:
     """Cycle i displaces by `speed + i * change`."""
 
     __slots__ = ("change", "speed", "steady")
+    even = True
 
     def __init__(self, speed: int, change: int = 0) -> None:
         self.speed, self.change = speed, change
@@ -181,6 +186,29 @@ class CycleTrain(Train):
         after = self.law.travels(np.minimum(i + 1, self.cycles))
         n = (self.lead + before + (after - before) * part // self.cycle) // self.unit
         return np.where(ticks < 0, 0, np.maximum(n, 0))
+
+    def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        import numpy as np
+
+        i, j = since // self.cycle, -(-to // self.cycle)
+        if self.law.steady:
+            j = i + 1
+        ticks = np.arange(i, j) * self.cycle
+        ticks[0] = since
+        return ticks, np.diff(self.law.travels(np.arange(i, j + 1))) * self.clock.hz / (self.cycle * self.unit)
+
+    def extremes(self, since: int, to: int) -> tuple[list[int], list[float]]:
+        if not self.law.even:
+            return super().extremes(since, to)
+        i, j = since // self.cycle, (to - 1) // self.cycle
+        first, last = (self.law.velocity(n) * self.clock.hz / (self.cycle * self.unit) for n in (i, j))
+        return ([since, j * self.cycle], [first, last]) if j > i else ([since], [first])
+
+    def pieces(self, since: int, to: int) -> int:
+        return 1 if self.law.steady else (to - since) // self.cycle + 1
+
+    def rests(self, until: int) -> int:
+        return min(max(self.clock.ticks_from(until - 1) - self.origin, 0), self.length)
 
     def _cycle(self, distance: int) -> int:
         """The cycle that covers so much, more than 0: there is less before it."""

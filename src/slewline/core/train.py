@@ -15,7 +15,7 @@ Three views of a train are the promises that stand on the nets of a motor: `Puls
 
 from __future__ import annotations
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 OPEN = 1 << 62  # a run without end
+FEW = 12  # instants: to ask for each costs less than arrays
 LONG = 512  # steps: filling such a run costs less than cumulating it
 
 
@@ -55,6 +56,28 @@ class Train:
 
     def begin_ticks(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
         """Begins of steps first ... last-1: (n,) int64, ticks since `origin`, ascending."""
+        raise NotImplementedError
+
+    def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Velocity from tick `since` to before tick `to`, both since `origin`, 0 <= since < to <= length.
+
+        Returns:
+            Ticks since `origin` (n,) int64, ascending, the first is `since`; steps/s from each to the next, float64.
+        """
+        raise NotImplementedError
+
+    def extremes(self, since: int, to: int) -> tuple[list[int], list[float]]:
+        """Of the same the first, a lowest, a highest and the last one, in the order of their ticks."""
+        ticks, speeds = self.velocities(since, to)
+        chosen = sorted({0, int(speeds.argmin()), int(speeds.argmax()), len(ticks) - 1})
+        return ticks[chosen].tolist(), speeds[chosen].tolist()
+
+    def pieces(self, since: int, to: int) -> int:
+        """How many there are of them, within one."""
+        raise NotImplementedError
+
+    def rests(self, until: int) -> int:
+        """When a train of which nothing is played at `until` (ps) and later comes to rest: ticks since `origin`."""
         raise NotImplementedError
 
     # ------------------------------------------------------------------------------------------- what follows from them
@@ -138,7 +161,28 @@ class StepTrain(Train):
         n = np.minimum(n, np.array(self.counts, np.int64)[i]) + np.array(self.firsts, np.int64)[i]
         return np.where(ticks < 0, 0, n)
 
+    def pieces(self, since: int, to: int) -> int:
+        return bisect_left(self.starts, to) - bisect_right(self.starts, since) + 1
+
+    def rests(self, until: int) -> int:
+        return self.begin(begun) - self.origin if (begun := self.begun(until - 1)) else 0
+
     # ------------------------------------------------------------------------------------------------------- arrays
+    def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        import numpy as np
+
+        i, j = bisect_right(self.starts, since) - 1, bisect_left(self.starts, to)
+        ticks, intervals = np.array(self.starts[i:j], np.int64), np.array(self.intervals[i:j], np.int64)
+        ticks[0] = since
+        return ticks, self.clock.hz / intervals
+
+    def extremes(self, since: int, to: int) -> tuple[list[int], list[float]]:
+        i, j = bisect_right(self.starts, since) - 1, bisect_left(self.starts, to)
+        intervals = self.intervals[i:j]
+        chosen = sorted({0, intervals.index(max(intervals)), intervals.index(min(intervals)), j - i - 1})
+        ticks = [self.starts[i + n] if n else since for n in chosen]
+        return ticks, [self.clock.hz / intervals[n] for n in chosen]
+
     def begin_ticks(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
         import numpy as np
 
@@ -194,8 +238,61 @@ class Playing:
         """Steps begun at many instants: (n,) int64, any order."""
         import numpy as np
 
+        if len(ps) < FEW:
+            return np.array([self.begun(at) for at in ps.tolist()], np.int64)
         at = ps if self.until is None else np.minimum(ps, self.until - 1)
         return self.train.begun_many(at)
+
+    @property
+    def moves(self) -> int | None:
+        """From which instant on the train says the velocity; None: it was withdrawn before."""
+        first = self.train.clock.ps(self.train.origin)
+        return first if self.until is None or first < self.until else None
+
+    def ticks(self, start: int, stop: int) -> tuple[int, int, bool]:
+        """The same window, at start <= t <= stop, as ticks of the train, `moves` being before it.
+
+        Returns:
+            From which tick on, and before which one; whether the train has come to rest before that.
+        """
+        train, clock = self.train, self.train.clock
+        since, to = clock.ticks_until(start) - train.origin, clock.ticks_until(stop) - train.origin + 1
+        rest = train.length if self.until is None else train.rests(self.until)
+        return since, min(to, rest), rest < to
+
+    def velocities(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Velocity at start <= t <= stop (ps), `moves` being before that.
+
+        Returns:
+            Instants (n,) int64 ps, ascending, the first is `start`; steps/s (n,) float64 from each to the next.
+        """
+        import numpy as np
+
+        since, to, rests = self.ticks(start, stop)
+        if since >= to:
+            return np.array([start]), np.zeros(1)
+        ticks, speeds = self.train.velocities(since, to)
+        if rests:
+            ticks, speeds = np.append(ticks, to), np.append(speeds, 0.0)
+        times = self.train.clock.ps_array(ticks, self.train.origin)
+        times[0] = start
+        return times, speeds
+
+    def pieces(self, start: int, stop: int) -> int:
+        """How many there are of them, within two."""
+        since, to, _ = self.ticks(start, stop)
+        return 1 + (self.train.pieces(since, to) if since < to else 0)
+
+    def extremes(self, start: int, stop: int) -> tuple[list[int], list[float]]:
+        """Of the same the first, a lowest, a highest and the last one, in the order of time."""
+        since, to, rests = self.ticks(start, stop)
+        if since >= to:
+            return [start], [0.0]
+        ticks, speeds = self.train.extremes(since, to)
+        clock, origin = self.train.clock, self.train.origin
+        if rests:
+            ticks, speeds = [*ticks, to], [*speeds, 0.0]
+        return [start, *(clock.ps(origin + tick) for tick in ticks[1:])], speeds
 
 
 class StepView:

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from ..core.table import Arg, Sheet
 from ..core.timebase import PS_PER_S
+from ..core.train import Train
 from ..errors import UnknownName, UsageError
 from .packets import range_of
 
@@ -109,8 +110,14 @@ class Move(ABC):
     legs: Sequence[tuple[str, float]]  # "up", "slew", "down" ...: steps
 
     @abstractmethod
+    def trains(self) -> Sequence[Train]:
+        """Return the trains of its steps, in the order in which they are played; the first begins at 0."""
+
     def times(self) -> NDArray[np.int64]:
         """Return the begin of every step: (n,) int64 ps."""
+        import numpy as np
+
+        return np.concatenate([train.begins() for train in self.trains()])
 
 
 class Ramp(ABC):

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import sys
 from bisect import bisect_left
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ..core.net import Bus, Net
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     Levels: TypeAlias = NDArray[np.int8] | NDArray[np.int16]
     Edges: TypeAlias = tuple[NDArray[np.int64], Levels]
 
+Expand: TypeAlias = Callable[[Any, int, int], tuple[Any, Any]]  # a promise, start, stop: times and levels
 Probe: TypeAlias = Net | Terminal  # what can be asked about: a net, or a pin (also one wire of a bus)
 
 FLOATING = -1
@@ -107,8 +108,11 @@ class Recorder:
         ps = min(ps, net.kernel.seen)
         return _code(probe, _level(log[max(bisect_left(log, (ps + 1,)) - 1, 0)][1], ps))
 
-    def edges(self, probe: Probe, start: int, stop: int) -> Edges:
+    def edges(self, probe: Probe, start: int, stop: int, expand: Expand | None = None) -> Edges:
         """Edges at start <= t <= stop, as far as the last committed instant: one per instant, each a real change.
+
+        Args:
+            expand: what to take of the edges of a promise at start < t <= stop, if not all of them.
 
         Returns:
             Times (n,) int64, ps, ascending; levels after the edges (n,) int8, FLOATING where nothing drives.  On a
@@ -127,7 +131,7 @@ class Recorder:
         if stop < start or (last - first <= 1 and not _promised(what)):  # one level throughout
             return _columns(probe, [], [])
         before = _code(probe, _level(what, max(since, start - 1)))
-        return real_edges(*_expanded(probe, log[first:last], start, stop), before)
+        return real_edges(*_expanded(probe, log[first:last], start, stop, expand), before)
 
     def _log(self, probe: Probe, start: int) -> Log:
         since = self.since(probe)
@@ -210,7 +214,9 @@ def _columns(probe: Probe, times: Any, levels: Any) -> Edges:
     return np.asarray(times, np.int64), np.asarray(levels, dtype)
 
 
-def _expanded(probe: Probe, entries: Sequence[tuple[int, Any]], start: int, stop: int) -> Edges:
+def _expanded(
+    probe: Probe, entries: Sequence[tuple[int, Any]], start: int, stop: int, expand: Expand | None = None
+) -> Edges:
     """What some entries, the first of which may hold since long ago, put on the net at start <= t <= stop."""
     import numpy as np
 
@@ -224,7 +230,8 @@ def _expanded(probe: Probe, entries: Sequence[tuple[int, Any]], start: int, stop
             levels.append(what.level(since) if promised else what)
         if promised:
             end = entries[number][0] - 1 if number < len(entries) else stop
-            ahead = what.edges(max(since, start - 1), end)
+            after = max(since, start - 1)
+            ahead = what.edges(after, end) if expand is None else expand(what, after, end)
             if len(ahead[0]):
                 parts += [_columns(probe, times, levels), _columns(probe, *ahead)]
                 times, levels = [], []

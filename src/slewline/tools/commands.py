@@ -51,7 +51,8 @@ class Guided(click.Command):
 @click.option("--json", metavar="F", is_flag=False, flag_value="-", help="Write the result as JSON; - prints it.")
 @click.option("--steps", metavar="F.csv", help="Write every step: time_ps, chip, axis, direction, position.")
 @click.option("--vcd", metavar="F", help="Write all pins as a VCD file.")
-@click.option("--plot", metavar="F.svg", help="Draw velocity and position (SVG or PNG).")
+@click.option("--plot", metavar="F.svg", help="Draw velocity and position (SVG, PNG or PDF).")
+@click.option("--dark", is_flag=True, help="The plot is light on dark.")
 def run_command(**options: Any) -> int:
     """Run a program on a virtual chip, or a bench file (BENCH.toml) with several chips and parts.
 
@@ -129,7 +130,7 @@ def lint_command(**options: Any) -> int:
 @click.option("--best", type=int, metavar="N", default=5, show_default=True, help="How many of the nearest to list.")
 @click.option("--table", is_flag=True, help="Print the ramp rate by rate, step by step, or cycle by cycle.")
 @JSON
-@click.option("--plot", metavar="F.svg", help="Draw velocity and position of the move (SVG or PNG).")
+@click.option("--plot", metavar="F.svg", help="Draw velocity and position of the move (SVG, PNG or PDF).")
 def ramp_command(**options: Any) -> int:
     """What a ramp of a chip does: its time, its steps, its acceleration, and which moves come to its rate.
 

@@ -17,6 +17,7 @@ from ..errors import BenchFileError, UsageError
 
 LONGEST = 1000  # characters of a line
 STDIN = "-"
+PICTURES = (".svg", ".png", ".pdf")
 
 
 def read_program(path: str) -> str:
@@ -86,7 +87,7 @@ class Outputs:
         if path is None or path == STDIN:
             return path
         if endings and Path(path).suffix.lower() not in endings:
-            raise UsageError(f"{path}: give a name that ends in {' or '.join(endings)}")
+            raise UsageError(f"{path}: give a name that ends in {', '.join(endings[:-1])} or {endings[-1]}")
         real = os.path.realpath(path)
         if real in self.taken:
             raise UsageError(f"{path}: this command uses that file already; give every file a name of its own")

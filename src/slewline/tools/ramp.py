@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -13,9 +13,12 @@ from ..chips import ramps_of
 from ..core.timebase import readable
 from ..errors import UsageError
 from ..language.ramps import Calculator, Move, Ramp
-from .files import Outputs
+from .files import PICTURES, Outputs
 from .programs import print_json
 from .transcript import counted
+
+if TYPE_CHECKING:
+    from ..record.panels import Track
 
 MOST_DRAWN = 5_000_000  # steps
 
@@ -35,7 +38,7 @@ def ramp(
 ) -> int:
     """Print a ramp, or the ramps that come nearest to what is wanted."""
     outputs = Outputs([])
-    outputs.claim(plot, (".svg", ".png"))
+    outputs.claim(plot, PICTURES)
     calculator = ramps_of(chip)
     values = named(calculator, parameters)
     wanted = {"time_ps": time, "acceleration_sps2": accel, "steps": steps}
@@ -207,10 +210,9 @@ def draw(path: str, calculator: Calculator, ramp: Ramp, move: Move | None) -> No
     Raises:
         UsageError: no move reaches the rate, or one of too many steps.
     """
-    import numpy as np
-
-    from ..core.axis import Steps
-    from ..record.plots import Motion, plot
+    from ..record.figures import Contents, describe, figure
+    from ..record.pictures import save
+    from ..record.style import grouped
 
     if move is None:
         reached = ramp.reached_from
@@ -219,8 +221,27 @@ def draw(path: str, calculator: Calculator, ramp: Ramp, move: Move | None) -> No
         move = ramp.move(reached)
     if move.steps > MOST_DRAWN:
         raise UsageError(f"{path}: {move.steps} steps; allowed up to {MOST_DRAWN}; give --distance")
-    count = np.arange(1, move.steps + 1)
-    steps = Steps(move.times(), np.ones(move.steps, np.int8), count)
+    told = ", ".join(f"{name} = {grouped(value)}" for name, value in calculator.told(ramp.values).items())
+    title = f"{head(calculator, ramp)}: {grouped(move.steps)} step{'s' * (move.steps != 1)}"
+    contents = Contents(title, [track_of(calculator, ramp, move)], [], 0, move.time_ps, notes=[told], marks=False)
+    save(figure(contents), path, title, describe(contents))
+
+
+def track_of(calculator: Calculator, ramp: Ramp, move: Move) -> Track:
+    """Return what an axis does in a move."""
+    from ..core.axis import Axis, MotionStart
+    from ..core.kernel import Kernel
+    from ..core.quantity import Position, Velocity
+    from ..core.train import Playing
+    from ..record.panels import Track
+
+    kernel = Kernel()
+    axis = Axis(kernel, range(move.steps + 1), 0)
+    for train in move.trains():
+        kernel.run(train.clock.ps(train.origin))
+        axis.follow(Playing(train), 1)
+    kernel.run(move.time_ps)
     rates = {"top": ramp.top} | ({"start": ramp.start} if ramp.start else {})
-    motion = Motion(calculator.sheet.part, steps, rates, calculator.told(ramp.values))
-    plot(path, f"{head(calculator, ramp)}: {move.steps} steps", motion, start=0, stop=move.time_ps)
+    return Track(
+        calculator.sheet.part, [Velocity(axis), Position(axis)], [MotionStart(0, "", rates)], until=move.time_ps
+    )

@@ -14,7 +14,7 @@ import click
 from ..chips import sheet_of
 from ..core.timebase import picoseconds, readable
 from ..errors import ProgramError, Timeout, TornJournal
-from .files import STDIN, Outputs, chip_of, read_program, say_replaced
+from .files import PICTURES, STDIN, Outputs, chip_of, read_program, say_replaced
 from .transcript import Transcript, seconds
 
 if TYPE_CHECKING:
@@ -59,6 +59,7 @@ class Run:
     steps: str | None
     vcd: str | None
     plot: str | None
+    dark: bool
     torn: bool = False  # the journal that is replayed was cut off
 
     def perform(self) -> int:
@@ -67,7 +68,7 @@ class Run:
         with Outputs(path for path in (self.file, self.replay) if path) as outputs:
             for path in (self.json, self.steps, self.vcd, self.journal):
                 outputs.claim(path)
-            outputs.claim(self.plot, (".svg", ".png"))
+            outputs.claim(self.plot, PICTURES)
             say_replaced(self.journal)
             try:
                 bench = self.replayed() if self.replay else self.furnished(outputs.partial(self.journal))
@@ -199,7 +200,7 @@ class Run:
             outputs.write(self.json, as_json(bench, ended, self.is_bench or len(bench.chips) != 1))
         outputs.save(self.steps, bench.save_steps)
         outputs.save(self.vcd, bench.save_vcd)
-        outputs.save(self.plot, lambda path: bench.plot(path, pins=self.plotted(bench)))
+        outputs.save(self.plot, lambda path: bench.plot(path, pins=self.plotted(bench), dark=self.dark))
 
     def conclude(self, bench: Bench, ended: str, outputs: Outputs) -> None:
         """Say how it ended."""

@@ -23,6 +23,7 @@ class Instructions(Port):
 
     def do_absolute(self, position: int) -> None:
         self.axis1.load(position)
+        self.axis1.log.mark("command", f"A {position}")
         self.unset.discard("position")
 
     def do_bitset(self) -> None:
@@ -65,7 +66,7 @@ class Instructions(Port):
         self.end_run()
         self.reset_registers()
         self.set_direction(True)
-        for driver in self.phases:
+        for driver in self.phase_pins:
             driver.drive(1)
         self.prog.drive(None)
 
@@ -107,7 +108,7 @@ class Instructions(Port):
         else:
             self.phase = offset
             levels = sheet.PHASES[offset]
-        for driver, phase_level in zip(self.phases, levels, strict=True):
+        for driver, phase_level in zip(self.phase_pins, levels, strict=True):
             driver.drive(phase_level)
 
     async def do_position(self, position: int) -> None:

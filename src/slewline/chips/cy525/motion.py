@@ -14,6 +14,7 @@ and decides: play on, replan from the step that is about to begin, or stop.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from ...core.net import Net, Wave
@@ -58,6 +59,7 @@ class Motion:
             self.abortable = chip.abort.level == 1  # "initially" (s.7, case II): before a hold, which may last
             await self.uninhibited()
             plan = self.planned()
+            self.expect(plan)
             chip.waits(self.progress)
             await self.play(plan)
         elif text == "G":
@@ -76,8 +78,22 @@ class Motion:
         self.crawling = False  # ABORT was released: on to the target
         self.served = self.pending = self.told_held = False
         self.request_changes = chip.request.changes  # by the latest look
+        self.made = chip.made(number)
+        chip.axis1.log.begin(text, self.made.parameters)
         chip.ready.drive(0)
         chip.motion_complete.drive(1)
+
+    def expect(self, plan: Plan) -> None:
+        """The ideal of this motion, whose first step begins now."""
+        slews = any(leg.name == "slew" for leg in plan.legs)
+        now, position = self.chip.kernel.now, self.chip.position
+        ideal = partial(self.made.ideal, now, position, self.sign, slews, self.continuous)
+        self.chip.axis1.log.expect(ideal)
+
+    def departs(self, kind: str, text: str) -> None:
+        """Something makes the motion another one than it was to be."""
+        self.chip.axis1.log.depart()
+        self.chip.axis1.log.mark(kind, text)
 
     async def uninhibited(self) -> None:
         """Before the first step: STEP INHIBIT high holds it, with PULSE high."""
@@ -120,6 +136,8 @@ class Motion:
             if self.playing.until is None or bound < self.playing.until:
                 self.playing.until = bound
             self.settle()
+        if self.moving:
+            self.chip.axis1.log.depart()
         self.moving = False
 
     # ------------------------------------------------------------------------------------------------- playing a plan
@@ -138,24 +156,24 @@ class Motion:
             chip.slew.drive(0 if leg.name == "slew" else 1)
             stretch = self.read_out(leg.name)
             if fresh or stretch:
-                self.lay(profile.tail(plan.runs, step), stretch)
+                self.lay(plan, step, stretch)
                 self.base = step
             stop = step + 1 if chip.select.level == 1 else leg.end
             over = step
             step, fresh = await self.until_look(stop)
             self.done += step - over
 
-    def lay(self, runs: profile.Runs, stretch: int = 0) -> None:
-        """Promise a train whose first step begins now, `stretch` clocks longer than planned."""
-        chip = self.chip
+    def lay(self, plan: Plan, step: int, stretch: int = 0) -> None:
+        """Promise a train whose first step, one of a plan, begins now and is `stretch` clocks longer than planned."""
+        chip, runs = self.chip, profile.tail(plan.runs, step)
         self.settle()
         if stretch:
             runs = ((runs[0][0] + stretch, 1), *profile.tail(runs, 1))
         self.train = StepTrain(chip.clock, chip.tick, runs)
         self.playing = Playing(self.train)
-        chip.axis1.follow(self.playing, self.sign)
+        chip.axis1.follow(self.playing, self.sign, plan=plan, step=step)
         chip.pulse.play(PulseView(self.playing, HIGH))
-        for levels, driver in zip(PHASE_LEVELS, chip.phases, strict=True):
+        for levels, driver in zip(PHASE_LEVELS, chip.phase_pins, strict=True):
             driver.play(PatternView(self.playing, levels, chip.phase, self.sign, driver.at(chip.kernel.seen)))
 
     def settle(self) -> None:
@@ -165,7 +183,7 @@ class Motion:
             steps = self.playing.begun(chip.kernel.seen)
             if steps:
                 chip.phase = (chip.phase + self.sign * steps) % 4
-                for driver, level in zip(chip.phases, sheet.PHASES[chip.phase], strict=True):
+                for driver, level in zip(chip.phase_pins, sheet.PHASES[chip.phase], strict=True):
                     driver.drive(level)
             self.playing = None
 
@@ -225,6 +243,7 @@ class Motion:
         """STEP INHIBIT is high at the end of a step: PULSE stays low until it is low, then the step ends."""
         chip = self.chip
         chip.waits(f"{self.text} held by step_inhibit=1")
+        self.departs("event", "STEP INHIBIT")
         await chip.polled(chip.inhibit, 0, T["inhibit_poll"])
         chip.pulse.drive(1)
         await chip.ticks(HIGH)
@@ -265,6 +284,7 @@ class Motion:
         """ABORT has gone low: ramp down to the first rate from where the motion is; the target may lie on the way."""
         chip = self.chip
         self.aborted = True
+        self.departs("command", "ABORT")
         chip.waits(self.progress)
         over = plan.leg(step - 1)
         if over.name == "down":
@@ -294,6 +314,8 @@ class Motion:
         low = chip.request.level == 0
         if not self.continuous:
             if low:
+                if plan is not STOP:
+                    self.departs("command", "I/O REQUEST")
                 chip.finding("fly-rate-outside-continuous", "I/O REQUEST low in a normal motion: it halts without ramp")
                 return STOP
             return plan
@@ -340,7 +362,9 @@ class Motion:
         chip.instrobe.play(Wave(1, (chip.kernel.now, end), (0, 1)))
         if byte > sheet.RATE_TOP:
             chip.finding("range", f"rate {byte} on the fly: 127 is used")
-        return min(byte, sheet.RATE_TOP)
+        rate = min(byte, sheet.RATE_TOP)
+        self.departs("command", f"R {rate}")
+        return rate
 
     async def zero_rate(self, old: int) -> Plan:
         """Rate 0 on the fly: no further step; a higher rate goes on, ABORT ends the motion (s.7)."""

@@ -24,8 +24,7 @@ from . import profile
 from .sheet import COMMANDS, RAMP_UNIT, STEP_TICKS
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    pass
 
 NUMBER = COMMANDS["N"].args[0]
 SLOPE, DIVISOR = COMMANDS["S"].args[0], COMMANDS["Z"].args[0]
@@ -94,8 +93,8 @@ class CyMove(Move):
         self.reached = self.top >= ramp.top
         self.legs = [(leg.name, leg.count) for leg in plan.legs]
 
-    def times(self) -> NDArray[np.int64]:
-        return self.train.begins()
+    def trains(self) -> tuple[StepTrain]:
+        return (self.train,)
 
 
 class Cy525Ramps(Calculator):

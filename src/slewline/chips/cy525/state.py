@@ -24,6 +24,7 @@ from ...core.train import OPEN, Playing, PulseView, StepTrain
 from ...errors import UsageError
 from ...language.dialects import Decoder
 from . import sheet
+from .ideal import Made
 
 if TYPE_CHECKING:
     from .motion import Motion
@@ -89,7 +90,7 @@ class State(Chip):
         self.slew, self.run_pin, self.prog = drivers["slew"], drivers["run"], drivers["prog"]
         self.direction, self.pulse = drivers["direction"], drivers["pulse"]
         self.programmable_output, self.motion_complete = drivers["programmable_output"], drivers["motion_complete"]
-        self.phases = tuple(drivers[f"phase{n}"] for n in (1, 2, 3, 4))
+        self.phase_pins = tuple(drivers[f"phase{n}"] for n in (1, 2, 3, 4))
 
     def end_run(self) -> None:
         """The program, if one runs, is over."""
@@ -151,13 +152,10 @@ class State(Chip):
         """The manual's registers: number, slope, rate, firstrate, divisor, position."""
         return {**self.reg, "position": self.position}
 
-    def parameters(self) -> tuple[dict[str, float], dict[str, object]]:
-        """What a plot names: the rates of F and R in steps/s at this crystal, and S, Z, N."""
-        rates = {
-            f"{letter} = {self.reg[name]}": self.crystal_hz / sheet.STEP_TICKS[min(self.reg[name], sheet.RATE_TOP)]
-            for letter, name in (("F", "firstrate"), ("R", "rate"))
-        }
-        return rates, {"S": self.reg["slope"], "Z": self.reg["divisor"], "N": self.reg["number"]}
+    def made(self, number: int) -> Made:
+        """The parameters of a motion of so many steps that begins now."""
+        reg = self.reg
+        return Made(self.crystal_hz, reg["firstrate"], reg["rate"], reg["slope"], reg["divisor"], number, self.law)
 
     @property
     def program(self) -> bytes:
@@ -181,5 +179,5 @@ class State(Chip):
     def renew_outputs(self) -> None:
         """The bound of the train has moved: whoever watches PULSE or a phase must hear of it."""
         self.pulse.renew()
-        for driver in self.phases:
+        for driver in self.phase_pins:
             driver.renew()

@@ -20,9 +20,11 @@ the first.  It reports no findings.
 from __future__ import annotations
 
 from collections import deque
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from ...core.net import Wave
+from ...core.plan import Leg, Plan
 from ...core.train import Playing, StepTrain
 from . import sheet
 
@@ -60,7 +62,14 @@ class Stepwise:
 
     def killed(self) -> None:
         """Reset in mid-motion: whatever has begun by now stands, nothing follows."""
+        if self.moving:
+            self.chip.axis1.log.depart()
         self.moving = False
+
+    def departs(self, kind: str, text: str) -> None:
+        """The motion becomes another one than it was to be."""
+        self.chip.axis1.log.depart()
+        self.chip.axis1.log.mark(kind, text)
 
     # ------------------------------------------------------------------------------------------------ a whole motion
     async def move(self, number: int, sign: int, text: str) -> None:
@@ -68,6 +77,8 @@ class Stepwise:
         chip = self.chip
         self.moving = True
         chip.waits(f"{text} in motion")
+        made = chip.made(number)
+        chip.axis1.log.begin(text, made.parameters)
         chip.ready.drive(0)
         chip.motion_complete.drive(1)
         chip.set_direction(sign > 0)
@@ -77,6 +88,9 @@ class Stepwise:
             self.prepare(number, sign)
             self.abort_enabled = chip.abort.level == 1
             await chip.polled(chip.inhibit, 0, T["inhibit_poll"])
+            slews = self.endless or any(step.kind == SLEW for step in self.plan)
+            ideal = partial(made.ideal, chip.kernel.now, chip.position, sign, slews, self.endless)
+            chip.axis1.log.expect(ideal)
             await self.play()
         chip.pulse.drive(1)
         chip.slew.drive(1)
@@ -146,11 +160,15 @@ class Stepwise:
                 period += T["readout_stretch"]
         chip.pulse.drive(0)
         chip.phase = (chip.phase + self.sign) % len(sheet.PHASES)
-        for driver, level in zip(chip.phases, sheet.PHASES[chip.phase], strict=True):
+        for driver, level in zip(chip.phase_pins, sheet.PHASES[chip.phase], strict=True):
             driver.drive(level)
-        chip.axis1.follow(Playing(StepTrain(chip.clock, begin, ((period, 1),)), until=None), self.sign)
+        leg = Leg(UP if step.kind == SAME else step.kind, ((period, 1),), 0, 1)
+        playing = Playing(StepTrain(chip.clock, begin, leg.runs), until=None)
+        chip.axis1.follow(playing, self.sign, plan=Plan((leg,)))
         self.made += 1
         await chip.at_tick(begin + period - T["pulse_high"])
+        if chip.inhibit.level == 1:
+            self.departs("event", "STEP INHIBIT")
         await chip.polled(chip.inhibit, 0, T["inhibit_poll"])
         chip.pulse.drive(1)
         await chip.ticks(T["pulse_high"])
@@ -177,6 +195,7 @@ class Stepwise:
         # 2. ABORT, once per motion
         if self.abort_enabled and not self.abort_used and chip.abort.level == 0:
             self.abort_used = True
+            self.departs("command", "ABORT")
             if just.kind == CRAWL or not self.turned_down(just):
                 return False
         coming = self.coming()
@@ -186,6 +205,8 @@ class Stepwise:
             return False
         # 4. a rate request
         if not self.continuous:
+            if chip.request.level == 0:
+                self.departs("command", "I/O REQUEST")
             return bool(chip.request.level == 1)
         if chip.request.level == 1:
             self.served = False
@@ -213,7 +234,9 @@ class Stepwise:
         """The byte on the bus, acknowledged by INSTROBE."""
         chip, now, over = self.chip, self.chip.tick, self.chip.tick + T["strobe_width"]
         chip.instrobe.play(Wave(1, (chip.clock.ps(now), chip.clock.ps(over)), (0, 1)))
-        return min(chip.bus.byte, sheet.RATE_TOP)
+        rate = min(chip.bus.byte, sheet.RATE_TOP)
+        self.departs("command", f"R {rate}")
+        return rate
 
     def ramp_up_to(self, rate: int) -> None:
         self.plan = deque(Step(UP, way) for way in self.way_up(self.top, rate))

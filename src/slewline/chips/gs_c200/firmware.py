@@ -250,9 +250,16 @@ class GsC(Instructions):
 
     async def do_kill(self) -> None:
         if self.running:
+            self._ends("K")
             await self.end_now()
 
+    def _ends(self, letter: str) -> None:
+        """A command ends a motion."""
+        if self.motion.moving:
+            self.axis1.log.mark("command", letter)
+
     async def do_zero_speed(self) -> None:
+        self._ends("Z")
         if self.motion.moving and not self.homing:
             self.ending = True
             self.motion.stop.drive(1)
@@ -289,8 +296,9 @@ class GsC(Instructions):
 
     async def _home(self, direction: int, speed: int) -> None:
         """The counter is not kept on the way, and cleared at the end."""
-        self.homing = True
-        await self.motion.home(direction, speed, "H+" if direction > 0 else "H-")
+        self.homing, text = True, "H+" if direction > 0 else "H-"
+        self.begins(text, speed)
+        await self.motion.home(direction, speed, text)
         self.homing = False
         self.axis1.load(0)
 

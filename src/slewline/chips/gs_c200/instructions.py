@@ -183,6 +183,7 @@ class Instructions(State):
             if self._limit(steps) < abs(steps):
                 self._overflow(f"{text} from {self.position} leaves the position counter")
                 return
+            self.begins(text)
             await self.motion.move(abs(steps), 1 if steps > 0 else -1, text)
 
     async def do_velocity(self, direction: int) -> None:
@@ -200,6 +201,7 @@ class Instructions(State):
         limit = self._limit(direction)
         text = "a run" + (f" until ui{number}=0" if number else " until K or Z")
         if limit:
+            self.begins(f"{self.rows[ord('g')].head}{'+' if direction > 0 else '-'}{number or ''}")
             await self.motion.run(limit, direction, text, watched)
         if not limit or (self._limit(direction) == 0 and not self.motion.stopped):
             self._overflow("an endless motion has reached the end of the position counter")
@@ -224,6 +226,7 @@ class Instructions(State):
     # ------------------------------------------------------------------------------------------------ position counter
     async def do_force(self, position: int) -> None:
         self.axis1.load(position)
+        self.axis1.log.mark("command", f"f{position}")
 
     async def do_initialize(self, what: int) -> None:
         if what & 2:
@@ -231,6 +234,7 @@ class Instructions(State):
                 driver.drive(0)
         if what & 1:
             self.axis1.load(0)
+            self.axis1.log.mark("command", f"I{what}")
             await self.pulse_reset()
 
     async def pulse_reset(self) -> None:

@@ -23,6 +23,11 @@ if TYPE_CHECKING:
 RAMPS = ("up", "down")
 
 
+def input_name(net: Net) -> str:
+    """The name of an input, as the sheet writes it."""
+    return net.name.rpartition(".")[2].upper()
+
+
 class Motion:
     """The stepping part of the firmware.  `moving` is true from MOV high to MOV low; `stopped` tells of the last motion
     whether it came to rest because it was told to."""
@@ -31,12 +36,16 @@ class Motion:
         self.chip, self.kernel = chip, chip.kernel
         self.moving = self.stopped = False
         self.playing: Playing | None = None
+        self.fresh = False  # no step has been made
+        self.number: int | None = None  # steps of the motion; None: no end but that of the counter
+        self.limit = OPEN  # steps to that
         self.stop_net = Net(self.kernel, f"{chip.name}.stop")
         self.stop = Driver(self.stop_net, chip.name)  # 1: come to rest
 
     # ----------------------------------------------------------------------------------------------------- motions
     async def move(self, number: int, sign: int, text: str) -> None:
         """A move of so many steps."""
+        self.number, self.limit = number, OPEN
         await self.through(profile.move(number, *self.chip.speeds_in_force(), self.chip.law), sign, text)
 
     async def through(self, plan: Plan, sign: int, text: str) -> None:
@@ -51,6 +60,7 @@ class Motion:
     async def run(self, limit: int, sign: int, text: str, watched: Net | None) -> None:
         """Run until the stop net says so, until an input is low, or until `limit` steps are made."""
         kernel, chip = self.kernel, self.chip
+        self.number, self.limit = None, limit
         plan = profile.endless(*chip.speeds_in_force(), chip.law, limit)
         if watched is None:
             await self.through(plan, sign, text)
@@ -59,6 +69,7 @@ class Motion:
         async def watch() -> None:
             await until(kernel, kernel.now + chip.instruction_ps)  # the first look is over
             await polled(kernel, watched, 0, chip.instruction_ps)
+            chip.axis1.log.mark("event", input_name(watched))
             self.stop.drive(1)
 
         watcher = kernel.spawn(watch(), f"{chip.name} watches {watched.name}")
@@ -71,15 +82,17 @@ class Motion:
         """Find the end of travel, then the home position, at the start-stop speed."""
         chip = self.chip
         self.begin(text)
-        for switch, way in ((chip.eot, sign), (chip.home, -sign)):
+        for switch, way, kind in ((chip.eot, sign, "limit"), (chip.home, -sign, "home")):
             if switch.level != 0:
                 await self.play(profile.steady(profile.period(speed)), way, switch)
+            chip.axis1.log.mark(kind, input_name(switch))
         self.rest()
         self.outputs_rest()
 
     def begin(self, text: str) -> None:
         """A motion begins."""
         self.moving, self.stopped, self.text = True, False, text
+        self.fresh = True
         self.stop.drive(0)
         self.chip.waits(f"{text} in motion")
 
@@ -96,6 +109,7 @@ class Motion:
 
     async def kill(self) -> None:
         """No ramp, no further step; the pulse in progress is completed.  The counter keeps what was issued."""
+        self.chip.departs()
         if self.moving and self.playing is not None:
             train, now = self.playing.train, self.kernel.now
             begun = self.playing.begun(now)
@@ -108,6 +122,7 @@ class Motion:
     def cut(self) -> None:
         """The supply is gone: steps of this instant stand, later ones do not."""
         self.end_by(self.kernel.now + 1)
+        self.chip.departs()
         self.moving = False
 
     def end_by(self, ps: int) -> None:
@@ -134,11 +149,13 @@ class Motion:
             if switch is not None and switch.level == 0:
                 return kernel.now
             if self.stop_net.level == 1 and not stopping:
+                chip.departs()
                 room, plan = plan.steps - step, profile.stopped(plan, step)
                 self.stopped = plan.steps <= room
                 plan, step, fresh, stopping = profile.within(plan, room), 0, True, True
                 continue
             if chip.enable.level == 0:
+                chip.departs("event", "ENABLE")
                 await self.held(not stopping)
                 fresh = True
                 continue
@@ -155,9 +172,12 @@ class Motion:
     def lay(self, plan: Plan, step: int, sign: int) -> None:
         """Promise a train whose first step begins now."""
         chip = self.chip
+        if self.fresh:
+            chip.first_step(sign, self.number, self.limit)
+            self.fresh = False
         self.base = step
         self.playing = Playing(StepTrain(chip.clock, self.kernel.now, tail(plan.runs, step)))
-        chip.axis1.follow(self.playing, sign, counted=not chip.homing)
+        chip.axis1.follow(self.playing, sign, counted=not chip.homing, plan=plan, step=step)
         chip.clock_pin.play(StrobeView(self.playing, chip.clock_ps))
 
     async def until_look(self, stop: int, steps: int, switch: Net | None) -> int:

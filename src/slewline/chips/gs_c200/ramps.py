@@ -33,8 +33,7 @@ from . import profile
 from .sheet import POSITIONS, RATE_UNIT, TIMES
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    pass
 
 CLOCK = Clock(PS_PER_S)
 
@@ -91,8 +90,8 @@ class GscMove(Move):
         self.top = ramp.top if self.reached else PS_PER_S / shortest
         self.legs = [(leg.name, leg.count) for leg in plan.legs]
 
-    def times(self) -> NDArray[np.int64]:
-        return self.train.begins()
+    def trains(self) -> tuple[StepTrain]:
+        return (self.train,)
 
 
 class GscRamps(Calculator):

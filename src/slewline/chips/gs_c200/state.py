@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from functools import partial
 from typing import Any
 
 from ...core.axis import Axis
@@ -13,10 +14,12 @@ from ...core.pin import strapped
 from ...core.store import Memory, Store
 from ...core.table import Row
 from ...core.timebase import Time, picoseconds
+from ...core.train import OPEN
 from ...errors import UsageError
 from ...language.lines import KEPT, spell
 from ..line import LineChip
 from . import sheet
+from .ideal import Made
 from .profile import LAWS, Law
 
 TIMES = {name: time.ticks for name, time in sheet.TIMES.items()}
@@ -248,11 +251,22 @@ class State(LineChip):
         """S, T and R."""
         return self.speeds["start_stop"], self.speeds["top_speed"], self.speeds["ramp"]
 
-    def parameters(self) -> tuple[dict[str, float], dict[str, object]]:
-        """What a plot names: the rates of S and T in steps/s, and R."""
-        start, top, ramp = self.speeds_in_force()
-        rates = {f"{letter} = {speed}": 10.0 * speed for letter, speed in (("S", start), ("T", top)) if speed}
-        return rates, {"R": ramp}
+    def begins(self, text: str, homing: int = 0) -> None:
+        """A motion begins, or a homing at a speed."""
+        self.made = Made(homing, 0, 0, self.law) if homing else Made(*self.speeds_in_force(), self.law)
+        self.axis1.log.begin(text, self.made.homing if homing else self.made.parameters)
+
+    def first_step(self, sign: int, number: int | None, limit: int = OPEN) -> None:
+        """The first step of a motion begins."""
+        if not self.homing:
+            ideal = partial(self.made.ideal, self.kernel.now, self.position, sign, number, limit)
+            self.axis1.log.expect(ideal)
+
+    def departs(self, kind: str = "", text: str = "") -> None:
+        """The motion becomes another one than it was to be."""
+        self.axis1.log.depart()
+        if kind:
+            self.axis1.log.mark(kind, text)
 
     def read_inputs(self) -> int:
         """UI1 + 2 UI2 + 4 UI3; an open input reads 1."""

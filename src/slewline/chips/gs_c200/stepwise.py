@@ -21,6 +21,7 @@ from math import isqrt
 from typing import TYPE_CHECKING
 
 from ...core.net import Driver, Net
+from ...core.plan import Leg, Plan
 from ...core.train import Playing, StepTrain
 from ...core.waits import first_of, level, until
 
@@ -68,6 +69,7 @@ class Stepwise:
         while True:
             await until(self.kernel, self.kernel.now + self.chip.instruction_ps)
             if net.level == 0:
+                self.chip.axis1.log.mark("event", f"UI{self.chip.inputs.index(net) + 1}")
                 self.stop.drive(1)
                 return
 
@@ -85,6 +87,8 @@ class Stepwise:
         await self.set_out(sign)
         while await self.may_step(limit):
             chip.ramp.drive(self.ramping())
+            if not self.made:
+                chip.first_step(sign, self.number, limit)
             await self.step(self.period(self.index(self.made)), sign, self.made + 1 in (self.number, limit))
         self.rest()
 
@@ -93,15 +97,21 @@ class Stepwise:
         chip = self.chip
         chip.waits(f"{text}: the end of travel")
         self.moving = True
-        for switch, way in ((chip.eot, sign), (chip.home, -sign)):
+        self.ramp, self.number = 0, None
+        for switch, way, found in (
+            (chip.eot, sign, ("limit", "EOT")),
+            (chip.home, -sign, ("home", "HOME")),
+        ):
             if switch.level == 1:
                 await self.set_out(way)
             while await self.not_there(switch):
                 await self.step(nearest(SECOND, 10 * speed), way, False)
+            chip.axis1.log.mark(*found)
         self.rest()
 
     async def kill(self) -> None:
         """No further step; a pulse that has begun is completed."""
+        self.chip.departs()
         if self.moving:
             await until(self.kernel, self.begun_ps + self.chip.clock_ps)
             self.chip.clock_pin.drive(1)
@@ -109,6 +119,7 @@ class Stepwise:
 
     def cut(self) -> None:
         """The supply is gone."""
+        self.chip.departs()
         self.moving = False
 
     # --------------------------------------------------------------------------------------------------------- steps
@@ -123,9 +134,11 @@ class Stepwise:
         """A pulse, and the time to the next one."""
         chip = self.chip
         begin = self.begun_ps = self.kernel.now
+        leg = Leg(self.leg(self.made), ((period, 1),), 0, 1)
         self.made += 1
         chip.clock_pin.drive(0)
-        chip.axis1.follow(Playing(StepTrain(chip.clock, begin, ((period, 1),))), sign, not chip.homing)
+        playing = Playing(StepTrain(chip.clock, begin, leg.runs))
+        chip.axis1.follow(playing, sign, not chip.homing, Plan((leg,)))
         await until(self.kernel, begin + chip.clock_ps)
         chip.clock_pin.drive(1)
         if last:
@@ -144,6 +157,14 @@ class Stepwise:
         """How far up the ramp the interval behind a step is."""
         down = self.number - 2 - step if self.number is not None else self.ramp
         return max(min(step, down, self.ramp), 0)
+
+    def leg(self, step: int) -> str:
+        """What the interval behind a step belongs to."""
+        if self.ramp == 0 or self.number == 1:
+            return "slew"
+        if self.number is not None and step >= max(self.number - 1 - self.ramp, self.number // 2):
+            return "down"
+        return "up" if step < self.ramp else "slew"
 
     def ramping(self) -> int:
         """RAMP during the step that comes next; a single step has none."""
@@ -165,6 +186,8 @@ class Stepwise:
         stop, enable = self.stop.net, self.chip.enable
         while True:
             if stop.level == 1:
+                if self.made not in (self.number, limit):
+                    self.chip.departs()
                 end = self.made + (min(self.made, self.ramp + 1) if self.ramp else 0)
                 self.number = end if self.number is None else min(self.number, end)
                 self.stopped = self.number <= limit
@@ -172,6 +195,7 @@ class Stepwise:
                 return False
             if enable.level == 1:
                 return True
+            self.chip.departs("event", "ENABLE")
             if stop.level == 1:
                 await level(enable, 1)
             else:
@@ -184,6 +208,7 @@ class Stepwise:
         while switch.level == 1:
             if self.chip.enable.level == 1:
                 return True
+            self.chip.departs("event", "ENABLE")
             await level(self.chip.enable, 1)
             await until(self.kernel, self.kernel.now + self.chip.release_ps)
         return False

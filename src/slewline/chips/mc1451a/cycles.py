@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING
 from ...core.chip import AxisInCycles
 from ...core.curves import SCurve
 from ...core.cycles import Cycles
+from ...core.quantity import Quantity
 from ...core.timebase import Time, moment
 from ...errors import UsageError
 from .motion import Motion
+from .quantities import Acceleration, Forces, Jerk, phases
 from .sheet import CYCLE_TICKS
 
 if TYPE_CHECKING:
@@ -46,6 +48,24 @@ class ChipsetAxis(AxisInCycles):
         first = max(-(-(chip.clock.ticks_from(begin) - chip.origin) // CYCLE_TICKS), trajectory.past[0].first)
         last = (chip.clock.ticks_until(end) - chip.origin) // CYCLE_TICKS
         return cycles_of(trajectory, first, last + 1)
+
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Return velocity, position, acceleration, and jerk if there was an S-curve; the latter two only where cycles
+        are kept."""
+        found, forces = super().quantities(), self._forces()
+        if forces is not None:
+            curved = any(entry.curve for entry in forces.trajectory.past)
+            found += (Acceleration(forces), Jerk(forces)) if curved else (Acceleration(forces),)
+        return found
+
+    def phases(self, start: Time | None = None, stop: Time | None = None) -> list[tuple[int, int, str]]:
+        """Return the phases of S-curves between two instants: begin and end in ps, and "1" to "7"."""
+        forces = self._forces()
+        return phases(forces, *self._window(start, stop)) if forces is not None else []
+
+    def _forces(self) -> Forces | None:
+        motion = self.chip.motion
+        return Forces(motion.trajectories[self.number - 1]) if isinstance(motion, Motion) else None
 
 
 def cycles_of(trajectory: Trajectory, first: int, stop: int) -> Cycles:

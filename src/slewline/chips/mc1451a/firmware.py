@@ -129,6 +129,8 @@ class Chipset(Instructions):
         """Everything to its state in reset."""
         self.starts += 1
         self.motion.stop()
+        for axis in self.axes:
+            axis.log.depart()
         self.forget()
         self.port.begin()
         self.outputs_reset()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from ...core.table import Arg
 from . import sheet
+from .ideal import departs
 from .registers import Registers
 from .state import CAPTURED, GEAR, MOTION_ERROR, ONE, S_CURVE, TRAPEZOIDAL, VELOCITY, saturated, signed
 
@@ -154,13 +155,13 @@ class Instructions(Registers):
         self.state.comparison = value
 
     def do_update(self) -> None:
-        self.state.take()
+        self.state.take("UPDATE")
 
     def do_multi_update(self, mask: int) -> None:
         kept = self.within(sheet.AXES, mask, mask & 0xF)
         for state in self.states:
             if kept >> (state.number - 1) & 1:
-                state.take()
+                state.take("MULTI_UPDATE")
 
     def do_set_auto_update_on(self) -> None:
         self.state.auto_update = True
@@ -252,7 +253,9 @@ class Instructions(Registers):
 
     # ---------------------------------------------------------------------------------------------------- miscellaneous
     def do_set_actl_pos(self, value: int) -> None:
-        self.motion.declare(self.state, self.to_position(sheet.POSITION, value))
+        position = self.to_position(sheet.POSITION, value)
+        departs(self, self.state, "command", f"SET_ACTL_POS {position}")
+        self.motion.declare(self.state, position)
 
     def do_set_lmt_sense(self, bits: int) -> None:
         self.limit_sense = self.within(sheet.SWITCHES, bits, bits & 0xFF)

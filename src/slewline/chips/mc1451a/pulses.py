@@ -23,7 +23,7 @@ from ...core.train import Playing
 from .enc import FilteredInput, QuadratureCounter
 from .profile import Limits, Phases, Run
 from .sheet import CYCLE_TICKS
-from .state import NEGATIVE_LIMIT, ONE, POSITIVE_LIMIT, TRAPEZOIDAL, WRAPPED, AxisState, signed
+from .state import GEAR, NEGATIVE_LIMIT, ONE, POSITIVE_LIMIT, TRAPEZOIDAL, WRAPPED, AxisState, signed
 
 if TYPE_CHECKING:
     from .motion import Motion
@@ -33,13 +33,18 @@ RANGE = 1 << 47  # of the target: 2^31 steps
 
 
 class Past(NamedTuple):
-    """From cycle `first` on the target goes as a law says, from `x0` in cycle `since`; without a law it stays there."""
+    """From cycle `first` on the target goes as a law says, from `x0` in cycle `since`; without a law it stays there.
+
+    The law of an S-curve comes from its phases; other laws change by no more than an acceleration, but for jumps.
+    """
 
     first: int
     since: int
     x0: int
     sign: int
     law: Law | None
+    curve: Phases | None = None
+    acceleration: int = 0
 
 
 class Pulses:
@@ -149,7 +154,9 @@ class Pulses:
 
     def remember(self, n: int) -> None:
         """Keep what begins with cycle n, for who asks later."""
-        entry = Past(n, self.since, self.x0, self.sign, self.law)
+        curve = self.phases if isinstance(self.law, SCurve) else None
+        acceleration = 0 if self.mode == GEAR else self.limits.acceleration
+        entry = Past(n, self.since, self.x0, self.sign, self.law, curve, acceleration)
         if self.past[-1].first == n:
             self.past[-1] = entry
         else:

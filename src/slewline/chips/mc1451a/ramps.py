@@ -37,8 +37,7 @@ from . import profile
 from .sheet import ACCELERATION, HIGH_RANGE, JERK, MAX_ACCELERATION, POSITION, STANDARD_RANGE, START_VELOCITY, VELOCITY
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    pass
 
 TRAPEZOID, S_CURVE = ("profile", "trapezoid"), ("profile", "s-curve")
 FAR = 1 << 100  # 1/65536 step; further than any S-curve needs to come to its velocity
@@ -105,14 +104,12 @@ class ChipsetMove(Move):
         self.top, self.reached = ramp.units.rate(VELOCITY, top), top >= ramp.velocity
         self.legs = [(name, travel / ONE) for name, travel in legs.items() if travel]
 
-    def times(self) -> NDArray[np.int64]:
-        import numpy as np
-
+    def trains(self) -> list[CycleTrain]:
         found, cycles, position = [], 0, 0
         for law, count in self.parts:
-            found.append(CycleTrain(self.units.clock, cycles * CYCLE, law, count, position % ONE).begins())
+            found.append(CycleTrain(self.units.clock, cycles * CYCLE, law, count, position % ONE))
             cycles, position = cycles + count, position + law.travel(count)
-        return np.concatenate(found)
+        return found
 
 
 # ------------------------------------------------------------------------------------------------------------ profiles

@@ -15,6 +15,9 @@ TRAPEZOIDAL, VELOCITY, S_CURVE, GEAR = range(4)  # profile modes, as in the mode
 MOTION_COMPLETE, WRAPPED, BREAKPOINT, CAPTURED = 1, 2, 4, 8  # event bits of the status word
 MOTION_ERROR, POSITIVE_LIMIT, NEGATIVE_LIMIT, COMMAND_ERROR = 16, 32, 64, 128
 
+LIMIT_NAMES = {POSITIVE_LIMIT: "PosLimit", NEGATIVE_LIMIT: "NegLimit"}
+PROFILE_COMMANDS = ("SET_PRFL_TRAP", "SET_PRFL_VEL", "SET_PRFL_S_CRV", "SET_PRFL_GEAR")  # by profile mode
+
 
 @dataclass(slots=True)
 class Profile:
@@ -30,6 +33,7 @@ class Profile:
     stop: bool = False  # actions are done once
     smooth_stop: bool = False
     synch_prfl: bool = False
+    cause: str = ""  # the command that has updated
 
     def copy(self) -> Profile:
         """The same values, apart."""
@@ -77,6 +81,11 @@ class AxisState:
         )  # bit 9: the axis is always on
 
     @property
+    def breakpoint_command(self) -> str:
+        """The command that has set the breakpoint."""
+        return f"SET_{self.breakpoint.upper()}_BRK"
+
+    @property
     def mode_word(self) -> int:
         """The mode word."""
         return (
@@ -92,8 +101,10 @@ class AxisState:
         setattr(self.buffer, register, value)
         self.buffer.loaded |= {register}
 
-    def take(self) -> None:
-        """Take an update: what is buffered takes effect with the next cycle, and so do actions since the last one.
+    def take(self, cause: str) -> None:
+        """Take an update, which a command or the breakpoint that it has set causes.
+
+        What is buffered takes effect with the next cycle, and so do actions since the last one.
 
         Whether it may start something is decided now, by the motor: behind MTR_ON the axis stays at rest until a move
         is initiated (pulse generation control), whichever cycle sees that.
@@ -103,6 +114,7 @@ class AxisState:
         for action in ("stop", "smooth_stop", "synch_prfl"):
             setattr(self.update, action, getattr(before, action) or getattr(self.buffer, action))
             setattr(self.buffer, action, False)
+        self.update.cause = cause
         self.update.loaded = before.loaded | self.buffer.loaded
         self.buffer.loaded = frozenset()
 

@@ -15,8 +15,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ...core.net import Wave
-from ...core.train import Playing, StepTrain
+from ...core.train import Playing
 from . import sheet
+from .ideal import begins, departs
 from .state import (
     BREAKPOINT,
     COMMAND_ERROR,
@@ -24,6 +25,7 @@ from .state import (
     MOTION_COMPLETE,
     MOTION_ERROR,
     ONE,
+    PROFILE_COMMANDS,
     S_CURVE,
     TRAPEZOIDAL,
     VELOCITY,
@@ -31,6 +33,7 @@ from .state import (
     AxisState,
     Profile,
 )  # fmt: skip
+from .stepwise_cycle import OneCycle
 from .stepwise_inputs import LIMITS, Encoder, Filter, Switches
 from .stepwise_profile import SCurve, braked, contour, sign, trapezoid
 
@@ -136,6 +139,8 @@ class Course:
         """Take over what acts without an update: the motor, the pulse range, the profile mode."""
         state = self.state
         if self.was_off or not state.motor_on:
+            if state.in_motion:
+                departs(self.chip, state, "event", "motor off")
             self.rest(complete=False)
             self.suspended = True
         self.was_off = False
@@ -148,10 +153,14 @@ class Course:
     def change_mode(self) -> None:
         """Another profile mode: velocity contouring takes the axis over as it moves, the gear as it follows."""
         state = self.state
+        if state.in_motion:
+            departs(self.chip, state, "command", PROFILE_COMMANDS[state.mode])
         if self.mode == GEAR or state.mode == GEAR:
             self.rest(complete=False)
             self.counts_used, self.owed = self.count, 0
             self.suspended = state.held or self.switches.flagged
+            if state.mode == GEAR:
+                begins(self.chip, state, PROFILE_COMMANDS[GEAR], 0, self.pulse_range())
         elif state.in_motion and state.mode != VELOCITY:
             self.rest(complete=True)
             self.finding("mode-in-motion", "profile mode changed in motion: it stops at once")
@@ -163,19 +172,25 @@ class Course:
         state = self.state
         if taken.synch_prfl and self.encoder is not None:
             self.read_encoder(tick)
+            departs(self.chip, state, "command", "SYNCH_PRFL")
             self.relocate(state.actual)
         self.copy_registers(taken)
         state.update = None
         self.stopping = self.clamped = False
         if taken.stop:
+            if state.in_motion or state.mode == GEAR:
+                departs(self.chip, state, "command", "STOP")
             self.rest(complete=True)
             self.suspended = True
         elif state.mode == GEAR:
             self.engage()
         elif taken.smooth_stop:
             self.stop_smoothly()
-        elif not (state.in_motion or state.held):
-            self.set_out()
+        elif state.in_motion:
+            if not state.held and state.mode != S_CURVE:
+                begins(self.chip, state, taken.cause, self.start, self.pulse_range())
+        elif not state.held:
+            self.set_out(taken.cause)
 
     def relocate(self, position: int) -> None:
         """The target becomes a position; no pulses, and no position error."""
@@ -212,12 +227,14 @@ class Course:
         """Slow down; at rest, the stop is complete."""
         if not self.state.in_motion:
             self.rest(complete=True)
-        elif self.mode == S_CURVE and self.curve is not None:
+            return
+        departs(self.chip, self.state, "command", "SMOOTH_STOP")
+        if self.mode == S_CURVE and self.curve is not None:
             self.curve.smooth_stop()
         else:
             self.stopping = True
 
-    def set_out(self) -> None:
+    def set_out(self, cause: str) -> None:
         """Start a motion from rest, if there is one to be made and nothing is in its way."""
         state, active = self.state, self.state.active
         velocity = self.greatest_velocity()
@@ -239,6 +256,7 @@ class Course:
         else:
             state.in_motion = True
             self.start = state.start_velocity
+            begins(self.chip, state, cause, self.start, self.pulse_range())
             if self.mode == S_CURVE:
                 self.clamp()
                 self.curve = SCurve(distance, velocity, active.max_acceleration, active.jerk)
@@ -264,6 +282,7 @@ class Course:
         """A switch that becomes active stops the axis."""
         for way in self.switches.tripped():
             self.event(LIMITS[way])
+            departs(self.chip, self.state, "limit", "PosLimit" if way > 0 else "NegLimit")
             self.rest(complete=True)
             self.suspended = True
 
@@ -355,13 +374,11 @@ class Course:
         if edges:
             times = tuple(self.chip.clock.ps(at) for at, _ in edges)
             drivers[f"pulse{number}"].play(Wave(before, times, tuple(level for _, level in edges)))
-        if self.steps:
-            self.tell(lambda: self.follow(way))
+        self.tell(lambda: self.follow(tick, way, abs(velocity)))
 
-    def follow(self, way: int) -> None:
+    def follow(self, tick: int, way: int, displaced: int) -> None:
         """The position follows the steps of this cycle."""
-        runs = [(b - a, 1) for a, b in zip(self.steps, [*self.steps[1:], self.steps[-1] + 1], strict=True)]
-        self.playing = Playing(StepTrain(self.chip.clock, self.steps[0], runs))
+        self.playing = Playing(OneCycle(self.chip.clock, tick, self.steps, displaced))
         self.axis.follow(self.playing, way)
 
     # --------------------------------------------------------------------------------------------- 5: actual position
@@ -379,6 +396,8 @@ class Course:
         if state.motion_error:
             self.event(MOTION_ERROR)
             state.reported &= was_wrong
+            if not was_wrong:
+                self.axis.log.mark("event", "motion error")
             if state.auto_stop and not was_wrong:
                 state.switch_off()
                 self.was_off = True
@@ -408,10 +427,11 @@ class Course:
             "ext": self.home.level == 0,
         }
         if met[state.breakpoint]:
-            state.breakpoint = ""
+            command, state.breakpoint = state.breakpoint_command, ""
+            self.axis.log.mark("event", f"{command} met")
             self.event(BREAKPOINT)
             if state.auto_update:
-                state.take()
+                state.take(command)
 
     # ------------------------------------------------------------------------------------------------------- 7: show
     def show(self) -> None:

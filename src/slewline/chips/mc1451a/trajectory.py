@@ -17,10 +17,12 @@ from __future__ import annotations
 from ...core.curves import SCurve
 from ...core.cycles import Law, Linear
 from .horizon import Horizon
+from .ideal import departs
 from .profile import Limits, Run, brake, contour, trapezoid
 from .state import (
     BREAKPOINT,
     GEAR,
+    LIMIT_NAMES,
     MOTION_COMPLETE,
     MOTION_ERROR,
     NEGATIVE_LIMIT,
@@ -72,6 +74,7 @@ class Trajectory(Horizon):
             elif self.armed[limit] and not (state.events & other or (active[other] and not self.armed[other])):
                 self.armed[limit] = False
                 state.events |= limit
+                departs(self.chip, state, "limit", LIMIT_NAMES[limit])
                 self.halt(n)
                 self.suspended = True
 
@@ -167,6 +170,7 @@ class Trajectory(Horizon):
         if error:
             state.events |= MOTION_ERROR
             if not state.motion_error:
+                self.axis.log.mark("event", "motion error")
                 state.reported = False
                 if state.auto_stop:
                     state.switch_off()
@@ -177,10 +181,11 @@ class Trajectory(Horizon):
         """A condition that is met updates the axis in the next cycle."""
         state = self.state
         if state.breakpoint and self.met(n):
-            state.breakpoint = ""
+            command, state.breakpoint = state.breakpoint_command, ""
+            self.axis.log.mark("event", f"{command} met")
             state.events |= BREAKPOINT
             if state.auto_update:
-                state.take()
+                state.take(command)
 
     def met(self, n: int) -> bool:
         """Is the condition of the breakpoint met?"""

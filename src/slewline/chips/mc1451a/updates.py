@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from .ideal import begins, departs
 from .profile import s_curve
 from .pulses import Pulses
 from .sheet import HIGH_RANGE, STANDARD_RANGE
@@ -15,6 +16,7 @@ from .state import (
     NEGATIVE_LIMIT,
     ONE,
     POSITIVE_LIMIT,
+    PROFILE_COMMANDS,
     S_CURVE,
     TRAPEZOIDAL,
     VELOCITY,
@@ -32,6 +34,8 @@ class Updates(Pulses):
         state = self.state
         if self.was_off or not state.motor_on:
             self.was_off = False
+            if state.in_motion:
+                departs(self.chip, state, "event", "motor off")
             if state.in_motion or self.law is not None:
                 self.halt(n, complete=False)
             self.suspended = True
@@ -44,6 +48,8 @@ class Updates(Pulses):
     def enter(self, n: int, mode: int) -> None:
         """Another profile mode."""
         state, before = self.state, self.mode
+        if state.in_motion:
+            departs(self.chip, state, "command", PROFILE_COMMANDS[mode])
         if mode in (TRAPEZOIDAL, S_CURVE) and before != GEAR and state.in_motion:
             self.chip.finding("mode-in-motion", f"axis {state.number}: profile mode changed in motion: stopped at once")
             self.halt(n)
@@ -53,6 +59,7 @@ class Updates(Pulses):
         if mode == GEAR:
             self.followed, self.backlog = self.counts, 0
             self.suspended = state.held or self.flagged
+            begins(self.chip, state, PROFILE_COMMANDS[mode], 0, self.range)
         elif mode == VELOCITY and state.in_motion and self.aim != "stop":
             self.aim, self.fresh = "contour", True
 
@@ -64,6 +71,8 @@ class Updates(Pulses):
             self.synchronise(n)
         self.copy(taken)
         if taken.stop:
+            if state.in_motion or self.mode == GEAR:
+                departs(self.chip, state, "command", "STOP")
             self.halt(n)
             self.suspended = True
         elif self.mode == GEAR:
@@ -71,12 +80,13 @@ class Updates(Pulses):
         elif taken.smooth_stop:
             self.slow_down(n)
         elif not state.held:
-            self.start()
+            self.start(taken.cause)
 
     def synchronise(self, n: int) -> None:
         """The target becomes the actual position; no pulse, and the speed stays."""
         if self.encoder is not None:
             self._read_encoder(n)
+            departs(self.chip, self.state, "command", "SYNCH_PRFL")
             if self.aim == "curve" and self.law is not None:
                 self.done += n - self.since
             self.cut(n)
@@ -107,7 +117,9 @@ class Updates(Pulses):
         """A smooth stop."""
         if not self.state.in_motion:
             self.complete()
-        elif self.aim == "curve":
+            return
+        departs(self.chip, self.state, "command", "SMOOTH_STOP")
+        if self.aim == "curve":
             done = self.done + (n - self.since if self.law is not None else 0)
             stopped = self.phases.stopped(done)
             if stopped != self.phases:
@@ -115,7 +127,7 @@ class Updates(Pulses):
         else:
             self.aim, self.fresh = "stop", True
 
-    def start(self) -> None:
+    def start(self, cause: str) -> None:
         """An update lets the axis move, or go on."""
         state = self.state
         if self.mode == S_CURVE and state.in_motion:
@@ -138,6 +150,7 @@ class Updates(Pulses):
             if self.mode != S_CURVE and self.start_velocity >= active.velocity:
                 text = f"axis {state.number}: the start velocity is not below the maximum: no ramps"
                 self.chip.finding("start-velocity", text)
+        begins(self.chip, state, cause, self.start_velocity, self.range)
         state.in_motion = True
         self.aim = {TRAPEZOIDAL: "point", VELOCITY: "contour", S_CURVE: "curve"}[self.mode]
         self.fresh = True

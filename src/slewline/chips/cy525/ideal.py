@@ -1,0 +1,66 @@
+"""What a motion of the CY525 is made with, and its ideal.
+
+    steps/s                                  a rate of Table VII every Z * (256 - S) * 452 clocks, straight lines
+      R ..............._______________       between them: the piecewise linear curve by which section 8 reckons ramp
+                     /                \\      times and accelerations
+                 . '                   ' .
+      F .....'                             '
+             |<- (R - F) units ->|
+
+Each step has its own rate, which is looked up when it begins; the ideal knows no steps.  Whether a short motion slews
+or makes its surplus at F is decided as the motion itself decides it.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import NamedTuple
+
+from ...core.ideal import FOREVER, Ideal, IdealPiece, duration, mirrored, there_and_down, travelled
+from ...core.motions import Parameters
+from .profile import Law, unit_ticks
+from .sheet import RATE_TOP, STEP_TICKS
+
+
+class Made(NamedTuple):
+    """The parameters of a motion, as they were when it began."""
+
+    crystal_hz: int
+    first: int
+    rate: int
+    slope: int
+    divisor: int
+    number: int
+    law: Law
+
+    def steps_per_s(self, rate: int) -> float:
+        """Return the steps/s of a rate parameter."""
+        return self.crystal_hz / int(STEP_TICKS[min(rate, RATE_TOP)])
+
+    def parameters(self) -> Parameters:
+        """What a picture names: the rates of F and R, and S, Z, N."""
+        rates = {f"{letter} = {rate}": self.steps_per_s(rate) for letter, rate in (("F", self.first), ("R", self.rate))}
+        return Parameters(rates, {"S": self.slope, "Z": self.divisor, "N": self.number})
+
+    def ideal(self, start: int, position: int, sign: int, slews: bool, endless: bool) -> Ideal:
+        """Return the ideal of the motion.
+
+        Args:
+            start: of the first step, ps.
+            position: before it.
+            slews: it comes to slewing; else what is left behind the ramps is made at F.
+            endless: it slews until something ends it.
+        """
+        first = min(self.first, RATE_TOP)
+        last = max(first, min(self.rate, RATE_TOP))
+        unit = unit_ticks(self.slope, self.divisor, self.law) / self.crystal_hz
+        rates = [self.steps_per_s(rate) for rate in range(first, last + 1)]
+        up = [IdealPiece(unit, a, (b - a) / unit) for a, b in pairwise(rates)]
+        surplus = self.number - 2 * travelled(up)
+        if endless:
+            pieces = [*up, IdealPiece(FOREVER, rates[-1])]
+        elif slews or surplus < 0:
+            pieces = there_and_down(up, rates[-1], self.number)
+        else:
+            pieces = [*up, *mirrored(up), IdealPiece(duration(rates[0], surplus), rates[0])]
+        return Ideal(start, position, pieces, sign)

@@ -1,0 +1,67 @@
+"""What a motion of a GS-C module is made with, and its ideal.
+
+steps/s                                  at whole steps of a ramp the rate of the law, the square of the rate growing
+  T ..............._______________       evenly between two of them (constant acceleration): with the law of that
+                 .'               '.     name a parabola of position over time, from S to T in R steps
+               .'                   '.
+  S ........ .'                       '.__
+             |<-R->|             |<-R->|1|      the last step, the start-stop interval, is made at S
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import NamedTuple
+
+from ...core.ideal import FOREVER, Ideal, IdealPiece, duration, there_and_down
+from ...core.motions import Parameters
+from ...core.train import OPEN
+from .profile import Law
+from .sheet import RATE_UNIT
+
+
+class Made(NamedTuple):
+    """The parameters of a motion, as they were when it began."""
+
+    start_stop: int
+    top_speed: int
+    ramp: int
+    law: Law
+
+    def parameters(self) -> Parameters:
+        """What a picture names: the rates of S and T, and R."""
+        speeds = (("S", self.start_stop), ("T", self.top_speed))
+        rates = {f"{letter} = {speed}": float(RATE_UNIT * speed) for letter, speed in speeds if speed}
+        return Parameters(rates, {"R": self.ramp})
+
+    def homing(self) -> Parameters:
+        """The same of a homing."""
+        return Parameters({f"S = {self.start_stop}": float(RATE_UNIT * self.start_stop)})
+
+    @property
+    def way_up(self) -> list[IdealPiece]:
+        """The ramp, step by step; none unless S < T."""
+        low, high = float(RATE_UNIT * self.start_stop), float(RATE_UNIT * self.top_speed)
+        if high <= low:
+            return []
+        rates = [self.law(low, high, self.ramp, k) for k in range(self.ramp)] + [high]
+        return [IdealPiece(2 / (a + b), a, (b - a) * (a + b) / 2) for a, b in pairwise(rates)]
+
+    def ideal(self, start: int, position: int, sign: int, number: int | None, limit: int) -> Ideal:
+        """Return the ideal of the motion.
+
+        Args:
+            start: of the first step, ps.
+            position: before it.
+            number: steps; None: until something ends it, or for `limit` steps.
+        """
+        low, high = float(RATE_UNIT * self.start_stop), float(RATE_UNIT * self.top_speed)
+        up = self.way_up
+        if number is None:
+            rest = FOREVER if limit >= OPEN else max(limit - len(up), 0) / high
+            pieces = [*up[:limit], IdealPiece(rest, high)]
+        elif not up or number == 1:
+            pieces = [IdealPiece(duration(low if up else high, number), low if up else high)]
+        else:
+            pieces = [*there_and_down(up, high, number - 1), IdealPiece(1 / low, low)]
+        return Ideal(start, position, pieces, sign)

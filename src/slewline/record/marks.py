@@ -1,0 +1,158 @@
+"""What happens in a picture: commands, findings, limits and home as flags on top, phases shaded, cursors as lines."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ..core.axis import Mark
+from .panels import Track
+from .style import Palette, TimeAxis
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+FLAG_ROW, PHASE_ROW = 0.155, 0.155  # inches
+ROWS = 2  # of flags
+LETTER = 0.063  # inches, of a flag's text
+LINES = 24  # flags, above which only alarms have lines through the panels
+SIDE_BY_SIDE = 0.05  # inches that two flags need
+URGENT = {"finding": 0, "limit": 1, "home": 2, "command": 3}
+
+
+@dataclass(frozen=True, slots=True)
+class Flag:
+    """A mark in its place: `at` in units of the time axis; row 0 is the lowest, None: there is no room for its text."""
+
+    at: float
+    kind: str
+    text: str
+    row: int | None
+
+
+def flags_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[Flag]:
+    """Return the flags of what happened in the window; those that would hide each other thinned, alarms last.
+
+    Args:
+        width: of the panels, inches.
+    """
+    marks: dict[tuple[int, str, str], Mark] = {}
+    for track in tracks:
+        start, stop = track.window(axis)
+        begun = [Mark(motion.time_ps, "command", motion.text) for motion in track.motions]
+        for mark in (*track.marks, *begun):
+            if start <= mark.time_ps <= stop:
+                marks.setdefault((mark.time_ps - track.zero, mark.kind, mark.text), mark)
+    per_inch = _per_inch(axis, width)
+    placed: list[Flag] = []
+    taken: list[list[tuple[float, float]]] = [[] for _ in range(ROWS)]
+    ends: dict[str, float] = {}
+    for at_ps, kind, text in sorted(marks, key=lambda key: (URGENT.get(key[1], 9), key[0])):
+        at = float(axis.scaled(at_ps))
+        if at - ends.get(kind, float("-inf")) < SIDE_BY_SIDE * per_inch:
+            continue
+        ends[kind] = at
+        need = at, at + (0.14 + LETTER * len(text)) * per_inch
+        last = float(axis.scaled(axis.stop)) + 0.2 * per_inch
+        free = (row for row in range(ROWS) if all(need[1] <= a or b <= need[0] for a, b in taken[row]))
+        row = next(free, None) if text and need[1] <= last else None
+        if row is not None:
+            taken[row].append(need)
+        placed.append(Flag(at, kind, text, row))
+    return placed
+
+
+def rows_of(flags: Sequence[Flag]) -> int:
+    """Return how many rows flags take."""
+    return max((1 + (flag.row or 0) for flag in flags), default=0)
+
+
+def draw_flags(panels: Sequence[Axes], flags: Sequence[Flag], colours: Palette, above: float) -> None:
+    """Draw flags over the first panel, and a line from each down through all of them.
+
+    Args:
+        above: how far above the panel the lowest row stands, inches.
+    """
+    color = {"command": colours.command, "home": colours.home}
+    for flag in flags:
+        ink = color.get(flag.kind, colours.alarm)
+        if len(flags) <= LINES or flag.kind != "command":
+            for panel in panels:
+                panel.axvline(flag.at, color=ink, linewidth=0.7, alpha=0.55, linestyle=(0, (1, 2)), zorder=1.4)
+        high = (above + FLAG_ROW * (flag.row or 0)) * 72
+        at = ("data", "axes fraction")
+        panels[0].annotate(
+            "▾", (flag.at, 1), (0, high - 0.5), at, "offset points", ha="center", va="bottom", fontsize=8, color=ink
+        )
+        if flag.row is not None:
+            weight = "normal" if flag.kind == "command" else "bold"
+            panels[0].annotate(
+                flag.text, (flag.at, 1), (4, high + 1), at, "offset points", va="bottom", fontsize=7.5,
+                color=ink, weight=weight,
+            )  # fmt: skip
+
+
+# ------------------------------------------------------------------------------------------------------------- phases
+def phases_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[tuple[float, float, str]]:
+    """Return the phases in the window, in units of the time axis, if all tracks that have some have the same.
+
+    Where most of them are too short for their names (in panels of so many inches), they would only be stripes: none.
+    """
+    several = {
+        tuple((begin - track.zero, end - track.zero, text) for begin, end, text in track.phases)
+        for track in tracks
+        if track.phases
+    }
+    if len(several) != 1:
+        return []
+    inside = [(max(a, axis.start), min(b, axis.stop), text) for a, b, text in several.pop()]
+    scaled = [(float(axis.scaled(a)), float(axis.scaled(b)), text) for a, b, text in inside if b > a]
+    named = sum(b - a > _need(text) * _per_inch(axis, width) for a, b, text in scaled)
+    return scaled if 2 * named >= len(scaled) else []
+
+
+def draw_phases(
+    panels: Sequence[Axes], phases: Sequence[tuple[float, float, str]], axis: TimeAxis, colours: Palette, width: float
+) -> None:
+    """Shade every second phase of a motion in all panels, and write their names over the first panel, where there is
+    room.
+    """
+    per_inch = _per_inch(axis, width)
+    index, last = 0, float("nan")
+    for begin, end, text in phases:
+        index, last = (index + 1 if begin == last else 0), end
+        for panel in panels:
+            if index % 2 == 0:
+                panel.axvspan(begin, end, facecolor=colours.band, linewidth=0, zorder=0)
+            for border in {begin, end}:
+                panel.axvline(border, color=colours.grid, linewidth=0.7, zorder=1)
+        if end - begin > _need(text) * per_inch:
+            panels[0].annotate(
+                text, ((begin + end) / 2, 1), (0, 2.5), ("data", "axes fraction"), "offset points", ha="center",
+                fontsize=8, color=colours.soft,
+            )  # fmt: skip
+
+
+def _need(text: str) -> float:
+    """Inches that the name of a phase takes."""
+    return 0.04 + LETTER * len(text)
+
+
+def _per_inch(axis: TimeAxis, width: float) -> float:
+    """How much time there is in an inch, in units of the time axis."""
+    return float(axis.scaled(axis.stop) - axis.scaled(axis.start)) / width
+
+
+# ------------------------------------------------------------------------------------------------------------ cursors
+def draw_cursors(panels: Sequence[Axes], cursors: Sequence[int], axis: TimeAxis, colours: Palette) -> None:
+    """Draw instants as lines through all panels, numbered from 1 on."""
+    for number, cursor in enumerate(cursors, 1):
+        at = float(axis.scaled(cursor))
+        for panel in panels:
+            panel.axvline(at, color=colours.cursor, linewidth=0.9, zorder=3)
+        panels[0].annotate(
+            str(number), (at, 1), (0, -1), ("data", "axes fraction"), "offset points", ha="center", va="top",
+            fontsize=7.5, weight="bold", color=colours.ground, zorder=4,
+            bbox={"boxstyle": "round,pad=0.25", "facecolor": colours.cursor, "linewidth": 0},
+        )  # fmt: skip

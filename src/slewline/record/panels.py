@@ -1,0 +1,354 @@
+"""Curves in a picture: quantities of several axes and runs in one panel, over one time axis.
+
+What an axis did is a `Track`.  Tracks of one quantity share a panel, unless one of them would be a flat line beside
+another: then they get panels of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ..core.axis import Mark, MotionStart
+from ..core.ideal import Deviation, Ideal
+from ..core.quantity import Outline, Quantity
+from .style import DASHES, Palette, TimeAxis, number
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+FLAT = 25  # so many times smaller than the panel, a curve shows nothing
+SCALED_FROM = 1_000_000  # numbers at a panel that are written in millions ...
+POWERS = {6: "10⁶ ", 9: "10⁹ ", 12: "10¹² ", 15: "10¹⁵ "}
+IDEAL_POINTS = 300
+RATE_HEIGHT = 0.165  # inches, of a rate's name
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """What one axis did in one run.
+
+    Args:
+        quantities: what is drawn, a panel each.
+        motions: those in the window, with the rates that were in force.
+        marks: what happened, findings included.
+        phases: stretches with a label, begin and end in ps.
+        ideals: what is laid over the motions, and how far they leave it.
+        zero: the instant of the run that is 0 in the picture, ps.
+        until: the last instant that is known, ps.
+    """
+
+    name: str
+    quantities: Sequence[Quantity]
+    motions: Sequence[MotionStart] = ()
+    marks: Sequence[Mark] = ()
+    phases: Sequence[tuple[int, int, str]] = ()
+    ideals: Sequence[tuple[Ideal, Deviation]] = ()
+    zero: int = 0
+    until: int = 1 << 62
+
+    def window(self, axis: TimeAxis) -> tuple[int, int]:
+        """Return the window of a picture in the time of this run."""
+        start = max(axis.start + self.zero, 0)
+        return start, max(min(axis.stop + self.zero, self.until), start)
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """A quantity of a track as it is drawn; `number` is that of its track: colour and line."""
+
+    number: int
+    track: Track
+    quantity: Quantity
+    outline: Outline
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """The lowest and the highest value, and zero where a quantity rests at it."""
+        import numpy as np
+
+        values = self.outline.values[self.rest_before() :]
+        values = values[~np.isnan(values)]
+        ends = [float(values.min()), float(values.max())] if len(values) else [0.0]
+        return min(ends + [0.0] * self.from_zero), max(ends + [0.0] * self.from_zero)
+
+    def rest_before(self) -> int:
+        """Return how many points lie before the first load, if the axis has not moved by then.
+
+        A register may hold anything before it is loaded: that must not press the motion flat.
+        """
+        import numpy as np
+
+        breaks = np.flatnonzero(np.isnan(self.outline.values))
+        return int(breaks[0]) + 1 if len(breaks) and breaks[0] == 1 and len(self.outline.values) > 3 else 0
+
+    @property
+    def from_zero(self) -> bool:
+        """Does it show as its distance from zero?"""
+        return self.quantity.name != "position"
+
+
+def curves_of(tracks: Sequence[Track], axis: TimeAxis, columns: int) -> list[list[Curve]]:
+    """Return the curves of each panel: a quantity after the other, and apart what would be flat beside the rest."""
+    kinds: dict[tuple[str, str], list[Curve]] = {}
+    for number_, track in enumerate(tracks):
+        start, stop = track.window(axis)
+        for quantity in track.quantities:
+            curve = Curve(number_, track, quantity, _to_the_end(quantity.outline(start, stop, columns), stop))
+            kinds.setdefault((quantity.name, quantity.unit), []).append(curve)
+    order = {name: place for place, name in enumerate(("velocity", "position"))}
+    named = sorted(kinds.items(), key=lambda item: order.get(item[0][0], len(order)))
+    return [panel for _, curves in named for panel in _apart(curves)]
+
+
+def _to_the_end(outline: Outline, stop: int) -> Outline:
+    """The outline with a last point at the end of the window."""
+    import numpy as np
+
+    if not len(outline.times_ps) or outline.times_ps[-1] >= stop:
+        return outline
+    return Outline(np.append(outline.times_ps, stop), np.append(outline.values, outline.values[-1]))
+
+
+def _apart(curves: Sequence[Curve]) -> list[list[Curve]]:
+    """Curves that can be read in one panel, in groups."""
+    groups: list[list[Curve]] = []
+    for curve in curves:
+        for group in groups:
+            reaches = [each.reach for each in (*group, curve)]
+            whole = max(high for _, high in reaches) - min(low for low, _ in reaches)
+            own = [high - low for low, high in reaches if high > low]
+            if not own or whole <= FLAT * min(own):
+                group.append(curve)
+                break
+        else:
+            groups.append([curve])
+    return groups
+
+
+def heading(curves: Sequence[Curve], several: bool) -> str:
+    """Return what a panel shows, with its unit; `several`: and whose, for there is another such panel."""
+    quantity = curves[0].quantity
+    whose = f" of {', '.join(curve.track.name for curve in curves)}" if several else ""
+    return f"{quantity.name.capitalize()}{whose}, {POWERS.get(_power(curves), '')}{quantity.unit}"
+
+
+def _power(curves: Sequence[Curve]) -> int:
+    highest = max(max(-curve.reach[0], curve.reach[1]) for curve in curves)
+    return next((power for power in (15, 12, 9, 6) if highest >= max(10**power, SCALED_FROM)), 0)
+
+
+# ------------------------------------------------------------------------------------------------------------ drawing
+def draw_curves(
+    panel: Axes, curves: Sequence[Curve], axis: TimeAxis, colours: Palette, height: float, several: bool, beside: bool
+) -> None:
+    """Draw the curves of a panel, that of the first track on top.
+
+    Args:
+        height: of the panel, inches.
+        several: there are several tracks in the picture: lines and colours tell them apart.
+        beside: names of rates stand beside the panel, not over their lines.
+    """
+    for curve in reversed(curves):
+        _draw_curve(panel, curve, axis, colours, several, filled=len(curves) == 1)
+    low, high = _limits(curves, axis, 0.0 if beside else RATE_HEIGHT / height)
+    panel.set_ylim(low, high)
+    for curve in curves:
+        _tell_outside(panel, curve, axis, colours, low, high)
+    if low <= 0 <= high and curves[0].from_zero:
+        panel.axhline(0, color=colours.edge, linewidth=0.8, zorder=1)
+    _draw_scale(panel, _power(curves), height, whole=high - low >= 2 or curves[0].reach == (0, 0))
+    if curves[0].quantity.name == "velocity" and all(curve.reach == (0, 0) for curve in curves):
+        panel.text(0.5, 0.5, "no motion", transform=panel.transAxes, ha="center", va="center", color=colours.soft)
+
+
+def _draw_curve(panel: Axes, curve: Curve, axis: TimeAxis, colours: Palette, several: bool, filled: bool) -> None:
+    color = colours.series[curve.number % len(colours.series)]
+    dashes = DASHES[curve.number % len(DASHES)] if several else "solid"
+    times, values = axis.scaled(curve.outline.times_ps - curve.track.zero), curve.outline.values
+    held = curve.quantity.held
+    style = "steps-post" if held else "default"
+    panel.plot(
+        times,
+        values,
+        color=color,
+        linewidth=1.5,
+        linestyle=dashes,
+        drawstyle=style,
+        solid_joinstyle="miter",
+        label=curve.track.name,
+        gid=f"{curve.quantity.name} of {curve.track.name}",
+    )
+    if filled and curve.quantity.name == "velocity":
+        panel.fill_between(times, values, step="post" if held else None, color=color, alpha=0.10, linewidth=0)
+
+
+def _limits(curves: Sequence[Curve], axis: TimeAxis, above: float) -> tuple[float, float]:
+    """The values at the lower and the upper end of a panel: the curves, the rates beside them, and some room.
+
+    `above` is the share of the panel that a name over the highest rate takes.
+    """
+    low, high = min(curve.reach[0] for curve in curves), max(curve.reach[1] for curve in curves)
+    if curves[0].quantity.name == "velocity":
+        rates = [rate for curve in curves for _, rate, _, _ in rates_of(curve, axis)]
+        low, high = min([low, *rates]), max([high, *rates])
+        high += above * (high - low) * (max(rates, default=low) == high)
+    if low == high:
+        return (low - 1, high + 1) if not curves[0].from_zero else (low - (low < 0), high + 1)
+    room = 0.08 * (high - low)
+    if curves[0].from_zero:
+        return low - (room if low < 0 else room / 3), high + (room if high > 0 else room / 3)
+    return low - room, high + room
+
+
+def _tell_outside(panel: Axes, curve: Curve, axis: TimeAxis, colours: Palette, low: float, high: float) -> None:
+    """Tell the value before the first load, if it lies outside the panel."""
+    value = float(curve.outline.values[0])
+    if curve.rest_before() and not low <= value <= high:
+        up = value > high
+        at = (float(axis.scaled(curve.outline.times_ps[0] - curve.track.zero)), 0.99 if up else 0.03)
+        panel.annotate(
+            f"{'↑' if up else '↓'} {number(value)}", at, (3, 0), ("data", "axes fraction"), "offset points",
+            va="top" if up else "bottom", fontsize=7.5, color=colours.soft,
+        )  # fmt: skip
+
+
+def _draw_scale(panel: Axes, power: int, height: float, whole: bool) -> None:
+    from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+    panel.yaxis.set_major_locator(MaxNLocator(max(2, round(height / 0.38)), steps=[1, 2, 5, 10], integer=whole))
+    panel.yaxis.set_major_formatter(FuncFormatter(lambda value, _: number(value / 10**power)))
+
+
+# -------------------------------------------------------------------------------------------------------------- rates
+def rates_of(curve: Curve, axis: TimeAxis) -> Iterator[tuple[str, float, int, int]]:
+    """Yield the rates that were in force in the window: name, steps/s as it is signed in the picture, from, to (ps).
+
+    A rate is in force from the begin of its motion until the axis rests.  It is drawn on the side to which it moved.
+    """
+    start, stop = curve.track.window(axis)
+    motions = sorted(curve.track.motions, key=lambda motion: motion.time_ps)
+    ends = [motion.time_ps for motion in motions[1:]] + [stop]
+    for motion, end in zip(motions, ends, strict=False):
+        begin, end = max(motion.time_ps, start), min(end, stop)
+        if begin >= end:
+            continue
+        low, high, end = _reach_within(curve.outline, begin, end)
+        for name, rate in motion.rates.items():
+            if high > 0 or low >= 0:
+                yield name, rate, begin, end
+            if low < 0:
+                yield name, -rate, begin, end
+
+
+def _reach_within(outline: Outline, begin: int, end: int) -> tuple[float, float, int]:
+    """The lowest and the highest velocity between two instants, and when the last motion there is over."""
+    import numpy as np
+
+    first = max(int(np.searchsorted(outline.times_ps, begin, side="right")) - 1, 0)
+    times, values = outline.times_ps[first:], outline.values[first : int(np.searchsorted(outline.times_ps, end))]
+    moving = np.flatnonzero(values)
+    if not len(moving):
+        return 0.0, 0.0, end
+    over = int(times[moving[-1] + 1]) if moving[-1] + 1 < len(times) else end
+    return float(values.min()), float(values.max()), min(over, end)
+
+
+def draw_rates(
+    panel: Axes, curves: Sequence[Curve], axis: TimeAxis, colours: Palette, height: float, beside: bool
+) -> None:
+    """Draw a dashed line at each rate while it was in force, its name beside the panel (or over the line)."""
+    found: dict[tuple[float, str], list[tuple[int, int]]] = {}
+    for curve in curves:
+        for name, rate, begin, end in rates_of(curve, axis):
+            zero = curve.track.zero
+            found.setdefault((rate, name), []).append((begin - zero, end - zero))
+    for (rate, _), spans in found.items():
+        begins, ends = zip(*(axis.scaled(span) for span in _joined(spans)), strict=True)
+        panel.hlines([rate] * len(begins), begins, ends, colours.dashed, (0, (4, 3)), lw=0.9, zorder=1.5)
+    names: dict[float, list[str]] = {}
+    for rate, name in found:
+        names.setdefault(rate, []).append(name)
+    if beside:
+        _write_beside(panel, names, colours, height)
+    else:
+        begins_of = {rate: float(axis.scaled(min(spans)[0])) for (rate, _), spans in found.items()}
+        _write_over(panel, names, begins_of, colours, height)
+
+
+def _joined(spans: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Stretches in order, those that meet made one."""
+    joined: list[tuple[int, int]] = []
+    for begin, end in sorted(spans):
+        if joined and begin <= joined[-1][1]:
+            joined[-1] = (joined[-1][0], max(end, joined[-1][1]))
+        else:
+            joined.append((begin, end))
+    return joined
+
+
+def _write_beside(panel: Axes, names: dict[float, list[str]], colours: Palette, height: float) -> None:
+    """Names of rates at the right end of a panel, moved apart where they would meet; those without room left out."""
+    low, high = panel.get_ylim()
+    apart = (high - low) * RATE_HEIGHT / height
+    shown = sorted(names)
+    while len(shown) * apart > high - low + apart:
+        shown.pop(len(shown) // 2)  # the slowest and the fastest rate stay
+    places = list(shown)
+    for index in range(1, len(places)):
+        places[index] = max(places[index], places[index - 1] + apart)
+    over = places[-1] - high if places else 0.0
+    for index in reversed(range(len(places))):  # and down again from the top
+        ceiling = high if index == len(places) - 1 else places[index + 1] - apart
+        places[index] = min(places[index], ceiling) if over > 0 else places[index]
+    for rate, place in zip(shown, places, strict=True):
+        text = rate_text(names[rate], rate)
+        panel.annotate(
+            text, (1, place), (4, 0), ("axes fraction", "data"), "offset points", va="center_baseline",
+            fontsize=8, color=colours.soft, annotation_clip=False,
+        )  # fmt: skip
+
+
+def rate_text(names: Sequence[str], rate: float) -> str:
+    """Return what is written at a rate: "R = 80, 5 978 steps/s"."""
+    return f"{', '.join(names)}, {number(round(rate) if abs(rate) >= 100 else rate, 6)} steps/s"
+
+
+def _write_over(
+    panel: Axes, names: dict[float, list[str]], begins: dict[float, float], colours: Palette, height: float
+) -> None:
+    """Names of rates over the begins of their lines, as far as these are not too close to each other."""
+    low, high = panel.get_ylim()
+    apart, last = (high - low) * RATE_HEIGHT / height, float("-inf")
+    for rate in sorted(names):
+        if rate - last >= apart:
+            last = rate
+            text = ", ".join(names[rate])
+            panel.annotate(
+                text, (begins[rate], rate), (2, 1.5), "data", "offset points", va="bottom", fontsize=7.5,
+                color=colours.soft, bbox={"facecolor": colours.ground, "alpha": 0.7, "linewidth": 0, "pad": 0.5},
+            )  # fmt: skip
+
+
+# ------------------------------------------------------------------------------------------------------------- ideals
+def draw_ideals(panel: Axes, curves: Sequence[Curve], axis: TimeAxis, colours: Palette) -> None:
+    """Lay over velocities and positions what they would be if there were no steps, clocks and cycles."""
+    import numpy as np
+
+    for curve in curves:
+        start, stop = curve.track.window(axis)
+        for ideal, _ in curve.track.ideals:
+            first, last = max(ideal.start, start), min(ideal.stop, stop)
+            if curve.quantity.name not in ("velocity", "position") or first >= last:
+                continue
+            times = np.union1d(np.linspace(first, last, IDEAL_POINTS).astype(np.int64), ideal.bends)
+            times = times[(first <= times) & (times <= last)]
+            law = ideal.velocities if curve.quantity.name == "velocity" else ideal.positions
+            at = axis.scaled(times - curve.track.zero)
+            panel.plot(at, law(times), color=colours.ink, linewidth=0.9, linestyle=(0, (1, 1)), zorder=2.5)
+
+
+def columns_of(width: float) -> int:
+    """Return how many columns a panel of so many inches is drawn with."""
+    return round(width * 110)

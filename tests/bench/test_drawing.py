@@ -1,0 +1,274 @@
+"""Pictures of a bench: the lines are what the axes did; the window, the axes and the runs that are asked for."""
+
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import slewline
+from slewline.core.chip import Chip
+from slewline.errors import NotRecorded, UnknownName
+from slewline.record.lanes import Trace
+
+MS = 10**9
+ROOT = Path(__file__).parents[2]
+SCRIPTS = sorted((ROOT / "examples").glob("*.py"))
+PINS = ("x.slew", "x.motion_complete")
+
+
+def move(*commands, slope=240, pins=PINS) -> slewline.Bench:
+    bench = slewline.Bench()
+    host = bench.host(bench.add("cy525", name="x"))
+    if pins:
+        bench.record(*pins)
+    text = f"A 0 | F 10 | R 80 | S {slope} | Z 1 | N 400 | " + " | ".join(commands or ["G"])
+    host.send("".join(f"{command.strip()}\r" for command in text.split("|")))
+    bench.run_until_idle()
+    return bench
+
+
+def chipset(**moves) -> slewline.Bench:
+    """A chip set whose axes go to positions: axis1=500."""
+    bench = slewline.Bench()
+    host = bench.host(bench.add("mc1451a", name="m"))
+    for name, position in moves.items():
+        axis = host.axis(int(name[-1]))
+        axis.command("SET_VEL", 131072)
+        axis.command("SET_ACC", 400)
+        axis.command("SET_POS", position)
+    host.command("MULTI_UPDATE", 15)
+    bench.run_until_idle()
+    return bench
+
+
+def lines(figure) -> dict[str, object]:
+    return {line.get_gid(): line for axes in figure.axes for line in axes.lines if line.get_gid()}
+
+
+def headings(figure) -> list[str]:
+    return [axes.get_title(loc="left") for axes in figure.axes]
+
+
+def words(figure) -> set[str]:
+    found = {text.get_text() for text in figure.texts}
+    return found | {text.get_text() for axes in figure.axes for text in axes.texts}
+
+
+def unit_of(figure) -> float:
+    label = figure.axes[-1].get_xlabel().split(",")[0].removeprefix("Time in ")
+    return {"s": 1e12, "ms": 1e9, "µs": 1e6, "ns": 1e3, "ps": 1}[label]
+
+
+def drawn_at(line, times, unit) -> np.ndarray:
+    """What a line shows at instants: the value of the last point at or before each."""
+    at = np.searchsorted(line.get_xdata(), times / unit, side="right") - 1
+    return line.get_ydata()[at]
+
+
+# ------------------------------------------------------------------------------------------------------------ the truth
+def check_truth(bench, instants=1000) -> int:
+    """Every line is what its axis says at instants in the window; returns how many lines there were."""
+    picture = bench.figure(pins=[], start=0)
+    unit, drawn = unit_of(picture), lines(picture)
+    whole = np.linspace(0, bench.now_ps, instants).astype(np.int64)
+    for _, _, axis in bench._chip_axes():
+        for quantity in axis.quantities():
+            line = drawn.get(f"{quantity.name} of {bench._name_of(axis)}")
+            if line is None:
+                assert not axis.motor.count(0, bench.now_ps)
+                continue
+            seen, exact = drawn_at(line, whole, unit), quantity.at(whole)
+            if len(quantity.changes(0, bench.now_ps).times_ps) <= len(line.get_xdata()):
+                np.testing.assert_array_equal(seen, exact)
+            else:  # thinned: in each column, the line goes from the lowest to the highest value
+                column = bench.now_ps / 800 / unit
+                first = np.searchsorted(line.get_xdata(), whole / unit - column, side="right") - 1
+                last = np.searchsorted(line.get_xdata(), whole / unit + column, side="right")
+                near = [line.get_ydata()[max(a, 0) : b + 1] for a, b in zip(first, last, strict=True)]
+                assert all(np.nanmin(y) <= value <= np.nanmax(y) for y, value in zip(near, exact, strict=True))
+            edges = (line.get_xdata() * unit).round().astype(np.int64)
+            kept = ~np.isnan(line.get_ydata())
+            np.testing.assert_array_equal(line.get_ydata()[kept], quantity.at(edges[kept]))
+            if quantity.name == "position":
+                np.testing.assert_array_equal(axis.position_at(edges[kept]), line.get_ydata()[kept])
+    return len(drawn)
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+def test_the_lines_of_every_example_are_what_its_axes_did(script, capsys, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    made: list[slewline.Bench] = []
+    build = slewline.Bench.__init__
+
+    def remember(self, *arguments, **options):
+        build(self, *arguments, **options)
+        made.append(self)
+
+    monkeypatch.setattr(slewline.Bench, "__init__", remember)
+    runpy.run_path(str(script), run_name="__main__")
+    assert sum(check_truth(bench) for bench in made if bench.chips and bench.now_ps) >= 2
+
+
+def test_a_rest_is_drawn_as_zero_and_a_load_as_a_break():
+    bench = move("G", "A 5000", "-", "G")
+    position, velocity = (lines(bench.figure(pins=[]))[f"{name} of x"] for name in ("position", "velocity"))
+    (broken,) = np.flatnonzero(np.isnan(position.get_ydata()))
+    assert position.get_ydata()[[broken - 1, broken + 1]].tolist() == [400, 5000]
+    rests = velocity.get_ydata() == 0
+    assert rests.sum() >= 2
+    assert velocity.get_ydata()[-1] == 0
+    assert velocity.get_ydata().min() < 0 < velocity.get_ydata().max()
+
+
+# ----------------------------------------------------------------------------------------------------------- the window
+def test_the_window_is_the_motion_and_a_twentieth_around_it():
+    bench = move()
+    bench.run("2 s")
+    steps = bench["x"].steps().times_ps
+    shown = lines(bench.figure(pins=[]))["velocity of x"].get_xdata()
+    around = (steps[-1] - steps[0]) / MS / 20
+    assert steps[0] / MS - around <= shown[0] < steps[0] / MS
+    assert steps[-1] / MS + 0.9 * around < shown[-1] < steps[-1] / MS + 1.2 * around
+    everything = lines(bench.figure(pins=[], start=0, stop=bench.now_ps))["velocity of x"].get_xdata()
+    assert everything[0] == 0
+    assert everything[-1] == bench.now_ps / unit_of(bench.figure(pins=[], start=0, stop=bench.now_ps))
+
+
+def test_what_a_register_held_before_it_was_loaded_is_not_in_the_window():
+    position = lines(move().figure(pins=[]))["position of x"].get_ydata()
+    assert (position[0], position.max()) == (0, 400)
+
+
+def test_without_a_motion_the_window_is_what_the_pins_did():
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x")
+    bench.record("x.wait")
+    bench.run("100 ms")
+    x.pin("wait").pulse(1 - x.pin("wait").level, "2 ms")
+    bench.run("500 ms")
+    picture = bench.figure(start=None)
+    assert picture.axes[-1].get_xlabel() == "Time in ms, from 99.9 ms on"
+    assert 2 < picture.axes[-1].get_xlim()[1] < 3
+    assert "no motion" in words(picture)
+
+
+def test_a_bench_at_time_0_and_a_window_of_no_length_are_refused():
+    bench = slewline.Bench()
+    with pytest.raises(UnknownName, match="no chip"):
+        bench.figure()
+    bench.add("cy525")
+    with pytest.raises(
+        slewline.UsageError, match=r"nothing to draw from 0 ps to 0 ps; let time pass with bench.run\(\)"
+    ):
+        bench.figure()
+    bench.run("1 ms")
+    with pytest.raises(slewline.UsageError, match="nothing to draw from 900 us to 100 us"):
+        bench.figure(start="900 us", stop="100 us")
+    assert headings(bench.figure()) == ["Velocity, steps/s", "Position, steps"]
+
+
+# ------------------------------------------------------------------------------------------------------------- the axes
+def test_axes_share_panels_and_those_that_do_not_move_are_left_out():
+    bench = chipset(axis1=500, axis3=-700)
+    assert {"velocity of axis 1", "position of axis 3"} <= set(lines(bench.figure()))
+    assert not any(name.endswith("axis 2") for name in lines(bench.figure()))
+    assert len(headings(bench.figure())) == len(set(headings(bench.figure())))
+    for axes, shown in [(3, {3}), ([1, 3], {1, 3}), ("m axis 2", {2}), ("m", {1, 2, 3, 4})]:
+        found = {name[-1] for name in lines(bench.figure(axes=axes)) if name.startswith("position")} or {
+            str(number) for number in shown
+        }
+        assert found in ({str(number) for number in shown}, {"m"}), axes
+    with pytest.raises(UnknownName, match="no axis 5; there are m axis 1, m axis 2"):
+        bench.figure(axes=[1, 5])
+
+
+def test_runs_are_laid_over_from_the_begin_of_their_motion_on():
+    slow, fast = move(slope=200), move(slope=250)
+    fast.run("1 s")
+    picture = slow.figure(pins=[], runs={"S = 200": slow, "S = 250": fast})
+    drawn = lines(picture)
+    assert set(drawn) == {f"{what} of S = {slope}" for what in ("velocity", "position") for slope in (200, 250)}
+    for slope in (200, 250):
+        velocity = drawn[f"velocity of S = {slope}"]
+        assert velocity.get_xdata()[np.flatnonzero(velocity.get_ydata())[0]] == 0
+    assert picture.axes[-1].get_xlabel() == "Time in ms, from the begin of the motion on"
+    assert "velocity of this run" in lines(slow.figure(pins=[], runs={"S = 250": fast}))
+
+
+# ------------------------------------------------------------------------------------------------------ pins, and words
+def test_pins_are_named_without_their_chip_if_there_is_but_one(tmp_path):
+    bench = move()
+    panel = bench.figure().axes[-1]
+    assert [label.get_text().replace("\n", "") for label in panel.get_yticklabels()] == ["slew", "motion_complete"]
+    times = np.array([10 * MS, 20 * MS])
+    measured = Trace("measured", times, np.array([1, 0], np.int8), 0)
+    panel = bench.figure(pins=["x.slew", measured]).axes[-1]
+    assert [label.get_text() for label in panel.get_yticklabels()] == ["slew", "measured"]
+    with pytest.raises(NotRecorded, match=r"x\.pulse is not recorded"):
+        bench.figure(pins=["x.pulse"])
+
+
+def test_rates_parameters_commands_and_findings_are_told():
+    picture = move("G", "R 60", "-", "G").figure()
+    told = words(picture)
+    assert {
+        "R = 80, 5\u2009978 steps/s",
+        "F = 10, 1\u2009000 steps/s",
+        "slope S = 240, divisor Z = 1, number N = 400",
+    } <= told
+    assert "G" in told
+    assert "G" not in words(move().figure(marks=False))
+    picture = move("N 100", "G", "N 200", "G", "N 300", "G", "N 350", "G").figure()
+    assert any("number N = 100, 200, 300 …" in text for text in words(picture))
+
+
+@pytest.mark.parametrize("suffix", ["svg", "png", "pdf"])
+def test_the_same_run_gives_the_same_bytes(suffix, tmp_path):
+    for name in "ab":
+        move().plot(tmp_path / f"{name}.{suffix}", "One move", ["x.slew"], 0, "80 ms")
+    assert (tmp_path / f"a.{suffix}").read_bytes() == (tmp_path / f"b.{suffix}").read_bytes()
+
+
+def test_an_svg_tells_what_it_shows(tmp_path):
+    move().plot(tmp_path / "a.svg", dark=True, width="phone", cursors=["20 ms"])
+    text = (tmp_path / "a.svg").read_text()
+    assert "<title>CY525</title>" in text
+    assert "x: 1 motion, velocity from 0 to 5\u2009929.92 steps/s, position from 0 to 400 steps. Pins: slew," in text
+
+
+def test_an_unknown_suffix_is_refused_before_anything_is_drawn(tmp_path, monkeypatch):
+    bench = move()
+    monkeypatch.setattr(Chip, "quantities", None)
+    with pytest.raises(slewline.UsageError, match=r"ending in \.svg, \.png or \.pdf"):
+        bench.plot(tmp_path / "a.gif")
+
+
+# ------------------------------------------------------------------------------------------------------------- readings
+def test_readings_are_the_values_at_cursors_and_what_lies_between(tmp_path):
+    bench = move(pins=("x.slew", "x.db"))
+    found = bench.readings(["20 ms", "50 ms", "60 ms"])
+    rows = {row.name: row for row in found.rows}
+    assert rows["position"].values == tuple(bench["x"].position_at(["20 ms", "50 ms", "60 ms"]))
+    assert rows["velocity"].values == tuple(bench["x"].velocity_at(["20 ms", "50 ms", "60 ms"]))
+    first, second, third = rows["position"].values
+    assert rows["position"].differences == (second - first, third - second)
+    assert rows["x.db"].differences == (None, None)
+    assert rows["x.db"].bits == 8
+    lines = str(found).splitlines()
+    assert lines[0].split() == ["1", "2", "3", "2", "−", "1", "3", "−", "2"]
+    assert lines[1].split()[:3] == ["time", "20", "ms"]
+    assert lines[2].startswith("velocity, steps/s ")
+    assert "floating" in lines[-1]
+    assert len({len(line) for line in lines[:3]}) == 1
+    with pytest.raises(slewline.UsageError, match="still to come"):
+        bench.readings(["20 s"])
+    with pytest.raises(slewline.UsageError, match="no instant"):
+        bench.readings([])
+
+
+def test_readings_name_their_axis_where_there_are_several():
+    rows = chipset(axis1=500).readings("5 ms", axes=[1, 2]).rows
+    assert {"velocity of axis 1", "position of axis 2"} <= {row.name for row in rows}
