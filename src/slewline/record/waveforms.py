@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ..core.axis import Steps
 from ..core.timebase import Time, moment, readable
 from ..errors import NotRecorded, UnknownName, UsageError
-from .plots import Trace
+from .lanes import Trace
 from .recorder import FLOATING, real_edges
 from .vcd_changes import Changes
 from .vcd_header import Header, Variable
