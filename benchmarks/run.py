@@ -24,6 +24,7 @@ import chipset
 import cycles
 import numpy as np
 import pictures
+import reading
 import serve
 from rows import Row, best, best_of, table, timed
 
@@ -348,6 +349,7 @@ WORKLOADS: dict[str, dict[str, Callable[[], list[Row]]]] = {
         "endless": endless,
         "dialogue": dialogue,
         "waveforms": waveforms,
+        "reading": reading.rows,
         "pictures": pictures.pictures,
     },
     "GS-C200S": {"exchanging": exchanging, "serving": serve.module_rows},

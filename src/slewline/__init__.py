@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from .bench.ramps import find_ramps, ramp
     from .core.axis import Steps
     from .core.chip import Chip, Finding
-    from .errors import ChecksumError, ProgramError, SlewlineError, Timeout, UsageError, WiringError
+    from .errors import ChecksumError, ProgramError, SlewlineError, Timeout, UsageError, WaveformError, WiringError
+    from .record.compare import compare_edges
+    from .record.read_vcd import read_vcd
 
 __version__ = "0.1.0"
 
@@ -38,7 +40,10 @@ _WHERE = {  # loaded when first asked for (PEP 562), so that `import slewline` c
     "SlewlineError": "errors",
     "Timeout": "errors",
     "UsageError": "errors",
+    "WaveformError": "errors",
     "WiringError": "errors",
+    "compare_edges": "record.compare",
+    "read_vcd": "record.read_vcd",
 }
 __all__ = [
     "Bench",
@@ -50,10 +55,13 @@ __all__ = [
     "Steps",
     "Timeout",
     "UsageError",
+    "WaveformError",
     "WiringError",
+    "compare_edges",
     "find_ramps",
     "load",
     "ramp",
+    "read_vcd",
     "replay",
 ]
 

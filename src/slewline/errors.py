@@ -52,6 +52,10 @@ class TornJournal(JournalWarning):
     """The last line of a journal was cut off; the replay ends before it."""
 
 
+class WaveformError(SlewlineError, ValueError):
+    """A waveform file that cannot be read.  The message carries file, line and what was expected."""
+
+
 class NotRecorded(SlewlineError, LookupError):
     """A question about the past of a net that nobody recorded."""
 

@@ -15,6 +15,8 @@ from slewline.core.pin import Terminal
 from slewline.parts.host import Host
 from slewline.parts.packet_host import PacketHost
 from slewline.parts.rs232 import SerialHost
+from slewline.record.compare import Comparison
+from slewline.record.waveforms import Waveforms
 
 from .blocks import ROOT
 
@@ -56,6 +58,7 @@ OWNERS = {
     "pin": Terminal,
     "steps": Steps,
     "finding": Finding,
+    "found": Comparison,
 }
 OWNERS["host"] = slewline.Bench().host(OWNERS["x"])
 with_module = slewline.Bench()
@@ -90,6 +93,7 @@ def test_the_api_page_names_every_method_of_a_bench_and_everything_in_the_packag
         ("serial", SerialHost),
         ("packets", PacketHost),
         ("pin", Terminal),
+        ("waveforms", Waveforms),
     ],
 )
 def test_the_signatures_on_the_api_page_are_those_of_the_code(owner, cls):

@@ -70,6 +70,20 @@ def test_plateau_is_the_longest_stretch_at_the_top():
     assert (measured.plateau_first, measured.plateau_steps, measured.up_ps) == (6, 9, 190)
 
 
+def test_ramp_of_sampled_instants():
+    """Rounded down to 1 us, one rate has intervals of 167 and of 168 us; told so, it is one plateau all the same."""
+    rounded = 10**6 * np.cumsum([0, 400, 300, *[167, 167, 168] * 20, 200])
+    assert ramp(rounded, rounding_ps=10**6) == Ramp(
+        up_ps=700_000_000,
+        plateau_ps=20 * 502_000_000,
+        down_ps=200_000_000,
+        plateau_first=2,
+        plateau_steps=60,
+        peak_sps=10**12 * 60 / (20 * 502_000_000),
+    )
+    assert ramp(rounded).plateau_steps == 2
+
+
 def test_ramp_wants_steps():
     with pytest.raises(UsageError, match="two steps or more, not 1"):
         ramp(at(5))

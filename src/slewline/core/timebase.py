@@ -74,13 +74,13 @@ def picoseconds(time: Time, *, negative: bool = False) -> int:
     return ps
 
 
-def moment(time: Time) -> int:
+def moment(time: Time, *, negative: bool = False) -> int:
     """Return the picoseconds of an instant of the past: as `picoseconds`, but any int from 0 on is taken.
 
     Raises:
-        TimeError: for a float, an unknown unit, a fraction of a picosecond, or a negative time.
+        TimeError: for a float, an unknown unit, a fraction of a picosecond, or a negative time, unless it may be one.
     """
-    return _whole(time, False)
+    return _whole(time, negative)
 
 
 def moments(times: Time | Sequence[Time] | NDArray[np.int64]) -> int | NDArray[np.int64]:

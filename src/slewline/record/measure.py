@@ -85,21 +85,24 @@ class Ramp:
     peak_sps: float  # steps/s on the plateau
 
 
-def ramp(times_ps: NDArray[np.int64]) -> Ramp:
+def ramp(times_ps: NDArray[np.int64], rounding_ps: int = ROUNDING_PS) -> Ramp:
     """Where a move reaches its highest rate, and for how long.
+
+    Args:
+        rounding_ps: what the instants are rounded to: of a measured recording what its times are multiples of
+            (`timescale_ps`); intervals of one rate differ by so much.
 
     Raises:
         UsageError: fewer than two steps, or instants that do not ascend.
     """
     import numpy as np
 
-    first, count = runs(times_ps)
-    if not len(first):
-        raise UsageError(f"a ramp has two steps or more, not {len(times_ps)}")
     between = intervals(times_ps)
-    fastest = np.flatnonzero(between[first] <= between.min() + ROUNDING_PS)
-    top = fastest[np.argmax(count[fastest])]
-    begin, end = int(first[top]), int(first[top] + count[top])
+    if not len(between):
+        raise UsageError(f"a ramp has two steps or more, not {len(times_ps)}")
+    fast = np.concatenate([[False], between <= between.min() + rounding_ps, [False]])
+    bounds = np.flatnonzero(fast[1:] != fast[:-1]).reshape(-1, 2)
+    begin, end = bounds[np.argmax(bounds[:, 1] - bounds[:, 0])].tolist()
     plateau = int(times_ps[end] - times_ps[begin])
     return Ramp(
         up_ps=int(times_ps[begin] - times_ps[0]),

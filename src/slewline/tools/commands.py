@@ -158,6 +158,39 @@ def ramp_command(**options: Any) -> int:
     return ramp(**options)
 
 
+@cli.command("compare", short_help="A measured waveform against the model's.", epilog=EXIT)
+@click.argument("model", metavar="MODEL.vcd")
+@click.argument("measured", metavar="MEASURED.vcd")
+@click.option(
+    "--map",
+    "pairs",
+    metavar="NAME=NAME",
+    multiple=True,
+    help="Signals that belong together, the model's first: x.pulse=D0,x.direction=D1. May be repeated.",
+)
+@click.option(
+    "--shift",
+    metavar="TIME",
+    default="first",
+    show_default=True,
+    help="What is added to the measured times, such as '-1.2 ms'; first: the first edges meet; best: the most edges.",
+)
+@click.option("--tolerance", type=TimeWithUnit(), help="Edges so far apart agree; the coarser unit of the two files.")
+@click.option("--timescale", type=TimeWithUnit(), help="The unit of MEASURED.vcd, if it states none.")
+@click.option("--torn", is_flag=True, help="MEASURED.vcd may have been cut off; read what is there.")
+@JSON
+def compare_command(**options: Any) -> int:
+    """Compare the signals of a measured waveform file, such as a logic analyser's, with those of a run.
+
+    Tells of each signal which edges are missing, extra, late or early, and how fast or slow the measured clock is; exit
+    status 1 if there are such edges.  Without --map signals of the same name are compared, whatever their scopes.  The
+    first signal of the list says what --shift first and best are.
+    """
+    from .compare import compare
+
+    return compare(**options)
+
+
 @cli.command("describe", short_help="The reference of a chip, or of a command.", epilog=EXIT)
 @click.argument("chip")
 @click.argument("command", required=False)

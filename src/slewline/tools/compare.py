@@ -1,0 +1,81 @@
+"""compare: the signals of a measured waveform file against those of the model's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import click
+
+from ..core.timebase import Time
+from ..errors import UsageError
+from ..record.compare import Comparison, compare_edges
+from ..record.read_vcd import read_vcd
+from ..record.waveforms import Waveforms
+from .main import FOUND
+from .programs import print_json
+
+
+def compare(
+    model: str,
+    measured: str,
+    pairs: Iterable[str],
+    shift: str,
+    tolerance: int | None,
+    timescale: int | None,
+    torn: bool,
+    as_json: bool,
+) -> int:
+    """Print the comparison of each pair of signals; 0 if all agree."""
+    ours, theirs = read_vcd(model), read_vcd(measured, timescale=timescale, torn=torn)
+    if tolerance is None:
+        tolerance = max(ours.timescale_ps, theirs.timescale_ps)
+    by: Time = shift
+    found: list[Comparison] = []
+    for name, other in _pairs(ours, theirs, pairs):
+        edges = ours.edges(name), theirs.edges(other)
+        found.append(compare_edges(*edges, shift=by, tolerance=tolerance, name=name))
+        if len(found[-1].pairs):
+            by = found[-1].shift_ps  # the first signal that moves says it for all
+    if as_json:
+        print_json([_plain(one) for one in found])
+    else:
+        click.echo("\n".join(map(str, found)))
+    return 0 if all(one.agrees for one in found) else FOUND
+
+
+def _pairs(ours: Waveforms, theirs: Waveforms, given: Iterable[str]) -> list[tuple[str, str]]:
+    """Names of signals that belong together: as given, else those that are alike."""
+    pairs = [tuple(part.strip() for part in pair.partition("=")) for text in given for pair in text.split(",")]
+    for name, equals, other in pairs:
+        if not (name and equals and other):
+            raise UsageError(f"--map {name}{equals}{other}: give a signal of each file, such as x.pulse=D0")
+        if ours.kind(name) != "bits" or theirs.kind(other) != "bits":
+            raise UsageError(f"--map {name}={other}: allowed are signals with levels, no real and no string variables")
+    if pairs:
+        return [(name, other) for name, _, other in pairs]
+    alike = [
+        (name, next((known for known in (name, name.rpartition(".")[2]) if known in theirs), ""))
+        for name in ours.names
+        if ours.kind(name) == "bits"
+    ]
+    alike = [(name, other) for name, other in alike if other and theirs.kind(other) == "bits"]
+    if not alike:
+        files = f"{ours.path} has {', '.join(ours.names)}; {theirs.path} has {', '.join(theirs.names)}"
+        raise UsageError(f"no signal of the same name in both; give pairs, as in --map x.pulse=D0: {files}")
+    return alike
+
+
+def _plain(found: Comparison) -> dict[str, object]:
+    return {
+        "signal": found.name,
+        "agrees": found.agrees,
+        "model_edges": len(found.model[0]),
+        "measured_edges": len(found.measured[0]),
+        "pairs": len(found.pairs),
+        "shift_ps": found.shift_ps,
+        "tolerance_ps": found.tolerance_ps,
+        "greatest_ps": found.greatest_ps,
+        "mean_ps": found.mean_ps,
+        "drift_ppm": found.drift_ppm,
+        "differences": [row._asdict() for row in found.rows],
+    }
