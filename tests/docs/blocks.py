@@ -4,7 +4,8 @@
               comment with a file name (`# test_it.py`), it is written to that file instead
     toml      is written to the file that its first line names (`# drill.toml`)
     text      is written likewise (`; go.cy525`); without a name it is what the Python block before it printed
-    console   `$ slewline ...` is called, and must print what follows; a line `...` stands for any lines
+    console   `$ slewline ...` is called, and must print what follows; a line `...` stands for any lines.  sigrok-cli
+              is called likewise; where it is missing, the rest of the page is skipped
 
 A picture is compared with the file of its name that a block before it has written, see `pictures`.
 
@@ -30,6 +31,7 @@ from sybil.parsers.markdown.lexers import FencedCodeBlockLexer
 from slewline.tools.main import invoke
 
 from .pictures import images
+from ..oracles import programs
 
 ROOT = Path(__file__).parents[2]
 NAMED = re.compile(r"(?:#|;) ([\w/]+\.[\w-]+)\b.*\n")
@@ -97,6 +99,8 @@ def called(words: list[str]) -> str:
         command = [sys.executable, "-m", "pytest", *plugins, *words[1:]]
         ran = subprocess.run(command, check=False, capture_output=True, text=True, env=alone)
         return re.sub(r" in [\d.]+s", "", ran.stdout)
+    if words[0] == "sigrok-cli":
+        return programs.called(words)
     assert words[0] == "slewline", words
     out = TextIOWrapper(BytesIO(), "utf-8", write_through=True)
     with redirect_stdout(out), redirect_stderr(out):
