@@ -211,6 +211,15 @@ def test_pins_are_named_without_their_chip_if_there_is_but_one(tmp_path):
         bench.figure(pins=["x.pulse"])
 
 
+def test_a_trace_of_a_file_is_drawn_within_the_window():
+    times = np.array([1 * MS, 20 * MS, 30 * MS, 50 * MS])
+    measured = Trace("measured", times, np.array([1, 0, 1, 0], np.int8), 0)
+    panel = move().figure(pins=[measured], start="10 ms", stop="40 ms").axes[-1]
+    drawn = np.concatenate([line.get_xdata() for line in panel.lines if len(line.get_xdata()) > 2])
+    assert drawn.min() == 10 and drawn.max() == 40 and {20, 30} <= set(drawn.tolist())
+    assert measured.within(10 * MS, 40 * MS).level == 1 and measured.within(0, 10 * MS).level == 0
+
+
 def test_rates_parameters_commands_and_findings_are_told():
     picture = move("G", "R 60", "-", "G").figure()
     told = words(picture)

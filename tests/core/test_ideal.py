@@ -45,27 +45,36 @@ def test_there_and_down_comes_as_far_as_it_shall() -> None:
         assert ends[:-1] == pytest.approx(begins[1:]) and ends[-1] == pytest.approx(0)
 
 
-def moved(interval: int, count: int, wraps: int = 1 << 16) -> Axis:
-    """An axis that has made steps of so many milliseconds from 0 on."""
+def moved(*runs: tuple[int, int], wraps: int = 1 << 16) -> Axis:
+    """An axis that has made steps from 0 on: runs of so many milliseconds, and how often."""
     kernel = Kernel()
     axis = Axis(kernel, range(wraps), wraps - 3)
-    axis.follow(Playing(StepTrain(Clock(1000), 0, ((interval, count),))), 1)
+    axis.follow(Playing(StepTrain(Clock(1000), 0, runs)), 1)
     kernel.run(S)
     return axis
 
 
 def test_the_deviation_is_the_greatest_also_just_before_a_step() -> None:
-    axis = moved(10, 20)
+    axis = moved((10, 20))
     start = (1 << 16) - 3
     assert deviation(axis, Ideal(0, start, [IdealPiece(0.2, 100.0)])) == (pytest.approx(1), 0, pytest.approx(0), 0)
     found = deviation(axis, Ideal(0, start, [IdealPiece(0.2, 200.0)]))
     assert (found.position, found.position_ps) == (pytest.approx(20 - 40, abs=1e-6), 2 * 10**11)
     found = deviation(axis, Ideal(0, start, [IdealPiece(0.1, 110.0), IdealPiece(0.1, 90.0)]))
-    assert (found.position, found.velocity) == (pytest.approx(1), pytest.approx(-10))
+    assert (abs(found.position), found.velocity) == (pytest.approx(1), pytest.approx(-10))
     found = deviation(axis, Ideal(0, start, [IdealPiece(0.1, 300.0), IdealPiece(0.1, 0.0)]))
     assert (found.position, found.position_ps) == (pytest.approx(-20, abs=1e-6), 10**11 - 1)
+    late = moved((10, 5), (50, 1), (2, 5), (10, 9))
+    found = deviation(late, Ideal(0, start, [IdealPiece(0.2, 100.0)]))
+    assert (found.position, found.position_ps) == (pytest.approx(-4, abs=1e-6), 10**11 - 1)
+    assert (found.velocity, found.velocity_ps) == (pytest.approx(400), 10**11)
+
+
+def test_the_step_that_lasts_beyond_its_ideal_is_not_too_fast() -> None:
+    found = deviation(moved((10, 21)), Ideal(0, (1 << 16) - 3, [IdealPiece(0.2, 100.0)]))
+    assert (found.position, found.velocity) == (pytest.approx(1), pytest.approx(0))
 
 
 def test_an_axis_that_wraps_is_followed() -> None:
-    found = deviation(moved(10, 20, wraps=5), Ideal(0, 2.0, [IdealPiece(0.2, 100.0)]))
+    found = deviation(moved((10, 20), wraps=5), Ideal(0, 2.0, [IdealPiece(0.2, 100.0)]))
     assert abs(found.position) <= 1 + 1e-9

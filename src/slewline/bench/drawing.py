@@ -287,7 +287,7 @@ class Drawing(Recording):
         found: list[Trace] = []
         for pin in self.recorded if pins is None else pins:
             if isinstance(pin, Trace):
-                found.append(pin.shifted(-zero))
+                found.append(pin.shifted(-zero).within(first, last))
                 continue
             net = self._chosen([pin])[pin]
             begin = max(first + zero, self.recorder.since(net))

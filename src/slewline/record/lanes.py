@@ -43,6 +43,14 @@ class Trace:
         """Return the same so many ps later."""
         return replace(self, times_ps=self.times_ps + by) if by else self
 
+    def within(self, start: int, stop: int) -> Trace:
+        """Return what of it lies in a window (ps): of a file, which knows no window."""
+        import numpy as np
+
+        first, last = np.searchsorted(self.times_ps, (start, stop), side="right").tolist()
+        level = int(self.levels[first - 1]) if first else self.level
+        return replace(self, times_ps=self.times_ps[first:last], levels=self.levels[first:last], level=level)
+
 
 def wrapped(name: str, letters: int) -> str | None:
     """Return a name in one or two lines of at most so many letters; None if it does not fit."""
