@@ -302,7 +302,7 @@ def test_the_users_configuration_does_not_matter_and_stays(tmp_path):
     from matplotlib.image import imread
 
     assert (imread(tmp_path / "a.png") == imread(tmp_path / "c.png")).all()
-    assert "R = 80" in (tmp_path / "c.svg").read_text()
+    assert ">R = 80, 900 steps/s<" in (tmp_path / "c.svg").read_text()
     assert (tmp_path / "a.pdf").read_bytes()[:5] == b"%PDF-"
 
 
