@@ -191,7 +191,7 @@ def test_what_happens_is_flagged_and_thinned():
     many = [Mark(n * 10**7, "command", f"P {n}") for n in range(10_000)]
     flags = marks.flags_of([track(marks=many)], axis, 8.0)
     assert len(flags) <= 8.0 / marks.SIDE_BY_SIDE + 1
-    assert sum(flag.row is not None for flag in flags) < 40
+    assert sum(flag.row is not None for flag in flags) < 60
 
 
 def test_marks_outside_the_window_and_those_that_are_not_wanted_are_not_drawn():
@@ -302,7 +302,7 @@ def test_the_users_configuration_does_not_matter_and_stays(tmp_path):
     from matplotlib.image import imread
 
     assert (imread(tmp_path / "a.png") == imread(tmp_path / "c.png")).all()
-    assert "R = 80" in (tmp_path / "c.svg").read_text()
+    assert ">R = 80, 900 steps/s<" in (tmp_path / "c.svg").read_text()
     assert (tmp_path / "a.pdf").read_bytes()[:5] == b"%PDF-"
 
 
