@@ -17,7 +17,7 @@ FLAG_ROW, PHASE_ROW = 0.155, 0.155  # inches
 ROWS = 3  # of flags
 LETTER = 0.063  # inches, of a flag's text
 LINES = 24  # flags, above which only alarms have lines through the panels
-SIDE_BY_SIDE = 0.05  # inches that two flags need
+SIDE_BY_SIDE = 0.12  # inches that two flags need
 URGENT = {"finding": 0, "limit": 1, "home": 2, "command": 3}
 
 
