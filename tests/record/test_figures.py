@@ -19,7 +19,7 @@ from slewline.core.quantity import Outline, Quantity
 from slewline.core.timebase import Clock
 from slewline.errors import UsageError
 from slewline.record import figures, lanes, marks, panels
-from slewline.record.figures import Contents, describe, figure
+from slewline.record.figures import Contents, description_of, figure
 from slewline.record.lanes import Trace
 from slewline.record.panels import Track
 from slewline.record.pictures import save
@@ -249,8 +249,8 @@ def test_names_that_do_not_fit_beside_their_lanes_stand_over_them():
     assert lanes.wrapped("motion_complete", 13) == "motion_\ncomplete"
     assert lanes.wrapped("a.motion_complete_of_all", 13) is None
     none = np.empty(0, np.int64)
-    shown = figure(contents(traces=[Trace("a.motion_complete_of_all", none, none.astype(np.int8), 1)]))
-    assert "a.motion_complete_of_all" in texts(shown)
+    shown = figure(contents(traces=[Trace("the_motion.is_complete_at_last_of_all", none, none.astype(np.int8), 1)]))
+    assert "the_motion.is_complete_at_last_of_all" in texts(shown)
     assert shown.axes[0].get_yticks().tolist() == []
 
 
@@ -332,7 +332,8 @@ def test_time_axis_has_a_unit_that_suits(start, stop, label, scaled):
 # ---------------------------------------------------------------------------------------------------- files, and errors
 def test_an_svg_says_what_it_shows(rig, tmp_path):
     shown = contents(track(motions=[MotionStart(10 * MS, "G")]), traces=traces(rig), stop=200 * MS)
-    save(figure(shown), tmp_path / "a.svg", "Drilling & more", describe(shown))
+    picture = figure(shown)
+    save(picture, tmp_path / "a.svg", "Drilling & more", description_of(picture))
     root = ElementTree.parse(tmp_path / "a.svg").getroot()
     space = "{http://www.w3.org/2000/svg}"
     assert root.get("role") == "img"

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 AROUND = 20  # so much of the motion is shown before and after it: 1/20
 TOLD = 3  # values of a parameter that are told, of motions in which it differs
+MOST_PHASED = 100  # motions, above which their phases would be narrower than their names
 MOST_NOTES = 4  # lines of parameters
 
 
@@ -95,13 +96,13 @@ class Drawing(Recording):
         Raises:
             UsageError: as `figure`, and for an unknown suffix or a path that cannot be written.
         """
-        from ..record.figures import describe, figure
+        from ..record.figures import description_of, figure
         from ..record.pictures import check_suffix, save
 
         check_suffix(path)
         contents = self._contents(title, pins, start, stop, axes, runs, ideal, cursors, marks)
         picture = figure(contents, width=width, dark=dark)
-        save(picture, path, contents.title, describe(contents), dark)
+        save(picture, path, contents.title, description_of(picture), dark)
 
     def readings(
         self,
@@ -263,14 +264,14 @@ class Drawing(Recording):
 
         motions = [motion for motion in axis.motions(0, first) if motion.time_ps < first][-1:]
         motions += axis.motions(first, last)
-        ideals = [motion for motion in motions if motion.ideal is not None] if ideal else []
+        ideals = ((motion, motion.ideal) for motion in motions) if ideal else ()
         return Track(
             self._name_of(axis),
             axis.quantities(),
             motions,
             [*axis.marks(first, last), *self._findings(self._chip_of(axis), first, last)],
-            axis.phases(first, last),
-            [(motion.ideal, axis.deviation(motion)) for motion in ideals if motion.ideal is not None],
+            axis.phases(first, last) if len(motions) <= MOST_PHASED else (),
+            [(law, axis.deviation(motion)) for motion, law in ideals if law is not None],
             zero,
             self.kernel.now,
         )
@@ -313,19 +314,17 @@ class Drawing(Recording):
 
 
 def moving_from_to(axis: OneAxis, start: int, stop: int) -> tuple[int, int] | None:
-    """Return the first and the last instant of a window at which an axis moves; None: it does not."""
-    velocity = axis.quantities()[0]
-    while True:
-        times, values = velocity.outline(start, stop, 500)
-        moving = (values != 0).nonzero()[0]
-        if not len(moving):
-            return None
-        i, j = int(moving[0]), int(moving[-1])
-        before = int(times[i - 1]) if i else start
-        after = int(times[j + 1]) if j + 1 < len(times) else stop
-        if len(times) <= 500 or (after - before) * 2 > stop - start:
-            return int(times[i]), after
-        start, stop = before, after
+    """Return the first and the last instant of a window at which an axis moves; None: it makes no step there."""
+    played = [(train, a, b) for _, train, a, b in axis.motor.played(start, stop)]
+    if not played:
+        return None
+    train, a, _ = played[0]
+    begin = max(train.clock.ps(train.begin(a) if a else train.origin), start)
+    train, _, b = played[-1]
+    last = train.clock.ps(train.begin(b - 1))
+    times, values = axis.quantities()[0].outline(last, stop, 100)
+    rests = times[values == 0]
+    return begin, int(rests[0]) if len(rests) else stop
 
 
 def differences(tracks: Sequence[Track]) -> Iterator[str]:

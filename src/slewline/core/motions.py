@@ -36,7 +36,12 @@ class MotionStart:
     text: str
     rates: Mapping[str, float] = field(default_factory=dict)
     notes: Mapping[str, object] = field(default_factory=dict)
-    ideal: Ideal | None = None
+    law: Callable[[], Ideal | None] | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def ideal(self) -> Ideal | None:
+        """The ideal, worked out when it is asked for: a picture of an hour has thousands of motions."""
+        return self.law() if self.law is not None else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +69,11 @@ class _Started:
     parameters: Callable[[], Parameters]
     ideal: Callable[[], Ideal | None] | None = None
     departed: int | None = None  # when it ceased to follow its ideal
+
+    def law(self) -> Ideal | None:
+        """The ideal, as far as the motion has followed it."""
+        ideal = self.ideal() if self.ideal is not None else None
+        return ideal.until(self.departed) if ideal is not None and self.departed is not None else ideal
 
 
 _time = attrgetter("time_ps")
@@ -115,10 +125,7 @@ class Motions:
         return self._marks[first : bisect_right(self._marks, stop, key=_time)]
 
     def _told(self, started: _Started) -> MotionStart:
-        ideal = started.ideal() if started.ideal is not None else None
-        if ideal is not None and started.departed is not None:
-            ideal = ideal.until(started.departed)
-        return MotionStart(started.time_ps, started.text, *started.parameters(), ideal)
+        return MotionStart(started.time_ps, started.text, *started.parameters(), started.law)
 
     def forget(self, before: int) -> None:
         """Drop what lies before an instant, but for the motion that is under way there."""

@@ -61,6 +61,7 @@ def _picture_class() -> type[Figure]:
         """A figure that is drawn in our look, whatever the configuration says at that time."""
 
         dark = False
+        description = ""
 
         def draw(self, renderer: Any) -> None:
             with styled(self.dark):
@@ -142,7 +143,7 @@ class Layout:
     def _longest_rate(self) -> int:
         """Letters of the longest name of a rate."""
         motions = (motion for track in self.contents.tracks for motion in track.motions)
-        rates = ((name, -rate) for motion in motions for name, rate in motion.rates.items())
+        rates = {(name, -rate) for motion in motions for name, rate in motion.rates.items()}
         return max((len(panels.rate_text([name], rate)) for name, rate in rates), default=0)
 
     def _names(self) -> list[str] | None:
@@ -214,6 +215,8 @@ def figure(
         if ax is not None:
             return _draw_into(layout, ax, colours)
         paper = Paper(size, layout.height, dark)
+        curves = [panel.curves for panel in layout.panels]
+        paper.figure.description = _described(contents, curves)  # type: ignore[attr-defined]
         _write_head(paper, layout, colours)
         _draw(_make_panels(paper, layout, colours), layout, colours, whole=True)
         return paper.figure
@@ -302,27 +305,26 @@ def _draw(made: Sequence[Axes], layout: Layout, colours: Palette, whole: bool) -
 
 
 # ------------------------------------------------------------------------------------------------------ for the blind
-def describe(contents: Contents) -> str:
+def description_of(picture: Figure) -> str:
     """Return a sentence or two on what a picture shows, for those who cannot see it."""
-    start, stop = contents.start, contents.stop
-    said = [f"{contents.title}, from {duration(start)} to {duration(stop)}."]
-    said += [_told(track, contents) for track in contents.tracks]
+    return str(getattr(picture, "description", ""))
+
+
+def _described(contents: Contents, curves: Sequence[Sequence[Curve]]) -> str:
+    said = [f"{contents.title}, from {duration(contents.start)} to {duration(contents.stop)}."]
+    for track in contents.tracks:
+        own = [curve for group in curves for curve in group if curve.track is track]
+        start, stop = contents.start + track.zero, contents.stop + track.zero
+        begun = sum(start <= motion.time_ps <= stop for motion in track.motions)
+        told = [f"{begun} motion{'s' * (begun != 1)}"] if track.motions else []
+        told += [_reach_of(curve) for curve in own if curve.quantity.name in ("velocity", "position")]
+        said.append(f"{track.name}: {', '.join(told)}.")
     if contents.traces:
         said.append(f"Pins: {', '.join(trace.name for trace in contents.traces)}.")
     return " ".join(said)
 
 
-def _told(track: Track, contents: Contents) -> str:
-    """What an axis did, in a sentence."""
-    axis = TimeAxis(contents.start, contents.stop, 0)
-    start, stop = track.window(axis)
-    curves = {quantity.name: quantity.outline(start, stop, 100) for quantity in track.quantities[:2]}
-    begun = sum(start <= motion.time_ps <= stop for motion in track.motions)
-    said = [f"{begun} motion{'s' * (begun != 1)}"] if track.motions else []
-    for name, outline in curves.items():
-        values = outline.values[outline.values == outline.values]
-        if len(values):
-            low, high = number(float(values.min()), 6), number(float(values.max()), 6)
-            unit = next(quantity.unit for quantity in track.quantities if quantity.name == name)
-            said.append(f"{name} {low} {unit}" if low == high else f"{name} from {low} to {high} {unit}")
-    return f"{track.name}: {', '.join(said)}."
+def _reach_of(curve: Curve) -> str:
+    low, high = (number(value, 6) for value in curve.reach)
+    what, unit = curve.quantity.name, curve.quantity.unit
+    return f"{what} {low} {unit}" if low == high else f"{what} from {low} to {high} {unit}"

@@ -22,6 +22,7 @@ FLAT = 25  # so many times smaller than the panel, a curve shows nothing
 SCALED_FROM = 1_000_000  # numbers at a panel that are written in millions ...
 POWERS = {6: "10⁶ ", 9: "10⁹ ", 12: "10¹² ", 15: "10¹⁵ "}
 IDEAL_POINTS = 300
+MOST_DASHED = 300  # dashed lines in a row that can be told apart
 RATE_HEIGHT = 0.165  # inches, of a rate's name
 
 
@@ -191,7 +192,7 @@ def _limits(curves: Sequence[Curve], axis: TimeAxis, above: float) -> tuple[floa
     """
     low, high = min(curve.reach[0] for curve in curves), max(curve.reach[1] for curve in curves)
     if curves[0].quantity.name == "velocity":
-        rates = [rate for curve in curves for _, rate, _, _ in rates_of(curve, axis)]
+        rates = [rate.value for curve in curves for rate in rates_of(curve, axis)]
         low, high = min([low, *rates]), max([high, *rates])
         high += above * (high - low) * (max(rates, default=low) == high)
     if low == high:
@@ -222,37 +223,43 @@ def _draw_scale(panel: Axes, power: int, height: float, whole: bool) -> None:
 
 
 # -------------------------------------------------------------------------------------------------------------- rates
-def rates_of(curve: Curve, axis: TimeAxis) -> Iterator[tuple[str, float, int, int]]:
-    """Yield the rates that were in force in the window: name, steps/s as it is signed in the picture, from, to (ps).
+@dataclass(frozen=True, slots=True)
+class Rate:
+    """A rate as it is drawn: signed, and while it was in force (ps, in the time of its run)."""
+
+    name: str
+    value: float
+    begin: int
+    end: int
+
+
+def rates_of(curve: Curve, axis: TimeAxis) -> Iterator[Rate]:
+    """Yield the rates that were in force in the window.
 
     A rate is in force from the begin of its motion until the axis rests.  It is drawn on the side to which it moved.
     """
-    start, stop = curve.track.window(axis)
-    motions = sorted(curve.track.motions, key=lambda motion: motion.time_ps)
-    ends = [motion.time_ps for motion in motions[1:]] + [stop]
-    for motion, end in zip(motions, ends, strict=False):
-        begin, end = max(motion.time_ps, start), min(end, stop)
-        if begin >= end:
-            continue
-        low, high, end = _reach_within(curve.outline, begin, end)
-        for name, rate in motion.rates.items():
-            if high > 0 or low >= 0:
-                yield name, rate, begin, end
-            if low < 0:
-                yield name, -rate, begin, end
-
-
-def _reach_within(outline: Outline, begin: int, end: int) -> tuple[float, float, int]:
-    """The lowest and the highest velocity between two instants, and when the last motion there is over."""
     import numpy as np
 
-    first = max(int(np.searchsorted(outline.times_ps, begin, side="right")) - 1, 0)
-    times, values = outline.times_ps[first:], outline.values[first : int(np.searchsorted(outline.times_ps, end))]
-    moving = np.flatnonzero(values)
-    if not len(moving):
-        return 0.0, 0.0, end
-    over = int(times[moving[-1] + 1]) if moving[-1] + 1 < len(times) else end
-    return float(values.min()), float(values.max()), min(over, end)
+    start, stop = curve.track.window(axis)
+    motions = [motion for motion in curve.track.motions if motion.time_ps < stop]
+    if not motions:
+        return
+    times, values = curve.outline.times_ps, np.nan_to_num(curve.outline.values)
+    begins = np.maximum([motion.time_ps for motion in motions], start)
+    ends = np.append(begins[1:], stop)
+    first = np.maximum(np.searchsorted(times, begins, side="right") - 1, 0)
+    low, high = np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)
+    moved = np.maximum.accumulate(np.where(values != 0, np.arange(len(values)), 0))  # when the axis moved last
+    over = moved[np.maximum(np.searchsorted(times, ends) - 1, 0)] + 1
+    ends = np.where(over > first, np.minimum(times[np.minimum(over, len(times) - 1)], ends), ends)
+    for motion, begin, end, least, most in zip(
+        motions, begins.tolist(), ends.tolist(), low.tolist(), high.tolist(), strict=True
+    ):
+        for name, rate in motion.rates.items() if begin < end else ():
+            if most > 0 or least >= 0:
+                yield Rate(name, rate, begin, end)
+            if least < 0:
+                yield Rate(name, -rate, begin, end)
 
 
 def draw_rates(
@@ -261,27 +268,28 @@ def draw_rates(
     """Draw a dashed line at each rate while it was in force, its name beside the panel (or over the line)."""
     found: dict[tuple[float, str], list[tuple[int, int]]] = {}
     for curve in curves:
-        for name, rate, begin, end in rates_of(curve, axis):
+        for rate in rates_of(curve, axis):
             zero = curve.track.zero
-            found.setdefault((rate, name), []).append((begin - zero, end - zero))
-    for (rate, _), spans in found.items():
-        begins, ends = zip(*(axis.scaled(span) for span in _joined(spans)), strict=True)
-        panel.hlines([rate] * len(begins), begins, ends, colours.dashed, (0, (4, 3)), lw=0.9, zorder=1.5)
+            found.setdefault((rate.value, rate.name), []).append((rate.begin - zero, rate.end - zero))
+    apart = (axis.stop - axis.start) // MOST_DASHED
+    for (value, _), spans in found.items():
+        begins, ends = zip(*(axis.scaled(span) for span in _joined(spans, apart)), strict=True)
+        panel.hlines([value] * len(begins), begins, ends, colours.dashed, (0, (4, 3)), lw=0.9, zorder=1.5)
     names: dict[float, list[str]] = {}
-    for rate, name in found:
-        names.setdefault(rate, []).append(name)
+    for value, name in found:
+        names.setdefault(value, []).append(name)
     if beside:
         _write_beside(panel, names, colours, height)
     else:
-        begins_of = {rate: float(axis.scaled(min(spans)[0])) for (rate, _), spans in found.items()}
+        begins_of = {value: float(axis.scaled(min(spans)[0])) for (value, _), spans in found.items()}
         _write_over(panel, names, begins_of, colours, height)
 
 
-def _joined(spans: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Stretches in order, those that meet made one."""
+def _joined(spans: Sequence[tuple[int, int]], apart: int) -> list[tuple[int, int]]:
+    """Stretches in order, those that are not farther apart than that made one."""
     joined: list[tuple[int, int]] = []
     for begin, end in sorted(spans):
-        if joined and begin <= joined[-1][1]:
+        if joined and begin - joined[-1][1] <= apart:
             joined[-1] = (joined[-1][0], max(end, joined[-1][1]))
         else:
             joined.append((begin, end))

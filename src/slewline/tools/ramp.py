@@ -210,7 +210,7 @@ def draw(path: str, calculator: Calculator, ramp: Ramp, move: Move | None) -> No
     Raises:
         UsageError: no move reaches the rate, or one of too many steps.
     """
-    from ..record.figures import Contents, describe, figure
+    from ..record.figures import Contents, description_of, figure
     from ..record.pictures import save
     from ..record.style import grouped
 
@@ -224,7 +224,8 @@ def draw(path: str, calculator: Calculator, ramp: Ramp, move: Move | None) -> No
     told = ", ".join(f"{name} = {grouped(value)}" for name, value in calculator.told(ramp.values).items())
     title = f"{head(calculator, ramp)}: {grouped(move.steps)} step{'s' * (move.steps != 1)}"
     contents = Contents(title, [track_of(calculator, ramp, move)], [], 0, move.time_ps, notes=[told], marks=False)
-    save(figure(contents), path, title, describe(contents))
+    picture = figure(contents)
+    save(picture, path, title, description_of(picture))
 
 
 def track_of(calculator: Calculator, ramp: Ramp, move: Move) -> Track:

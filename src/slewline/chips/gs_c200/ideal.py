@@ -60,7 +60,7 @@ class Made(NamedTuple):
         if number is None:
             rest = FOREVER if limit >= OPEN else max(limit - len(up), 0) / high
             pieces = [*up[:limit], IdealPiece(rest, high)]
-        elif not up or number == 1:
+        elif number == 1 or not up:
             pieces = [IdealPiece(duration(low if up else high, number), low if up else high)]
         else:
             pieces = [*there_and_down(up, high, number - 1), IdealPiece(1 / low, low)]

@@ -183,6 +183,7 @@ class Course:
             self.rest(complete=True)
             self.suspended = True
         elif state.mode == GEAR:
+            begins(self.chip, state, taken.cause, 0, self.pulse_range())
             self.engage()
         elif taken.smooth_stop:
             self.stop_smoothly()

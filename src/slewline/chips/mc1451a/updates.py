@@ -76,6 +76,7 @@ class Updates(Pulses):
             self.halt(n)
             self.suspended = True
         elif self.mode == GEAR:
+            begins(self.chip, state, taken.cause, 0, self.range)
             self.engage()
         elif taken.smooth_stop:
             self.slow_down(n)
