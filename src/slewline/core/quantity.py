@@ -139,7 +139,7 @@ class Position(Quantity):
         return thinned(outline, start, stop, columns)
 
     def _wraps(self, times: NDArray[np.int64], unwrapped: NDArray[np.int64], turns: NDArray[np.int64]) -> list[int]:
-        """The first and the last wrap between two instants each, all turns being among them."""
+        """The first wrap between two instants each, all turns being among them: there are both ends of the register."""
         import numpy as np
 
         axis = self.axis
@@ -147,9 +147,9 @@ class Position(Quantity):
         wrapped = np.flatnonzero(rounds[1:] != rounds[:-1])
         out = []
         for n in wrapped[~np.isin(times[wrapped + 1], turns)].tolist():
-            a, b = int(rounds[n]), int(rounds[n + 1])
-            ends = (a + 1, b) if b > a else (a, b + 1)  # at whole multiples of the modulus
-            out += [axis.reached(end * axis.modulus - (b < a), int(times[n])) for end in ends]
+            upward = bool(rounds[n + 1] > rounds[n])
+            end = (int(rounds[n]) + upward) * axis.modulus  # the register turns from modulus - 1 to 0, or back
+            out.append(axis.reached(end if upward else end - 1, int(times[n])))
         return out
 
     def _broken(
