@@ -164,6 +164,17 @@ def test_a_layout_shows_the_motion_and_marks_what_happened(cy525, tmp_path):
     assert sorted(shown) == sorted(read(tmp_path / "a.vcd"))
 
 
+def test_a_layout_of_any_timescale_begins_with_the_motion(cy525, tmp_path):
+    def start(timescale: str) -> int:
+        cy525.save_vcd(tmp_path / "a.vcd", ["x.pulse"], timescale=timescale, layout=True)
+        (line,) = (line for line in (tmp_path / "a.gtkw").read_text().splitlines() if "[timestart]" in line)
+        return int(line.split()[1])
+
+    first = int(cy525["x"].steps().times_ps[0])
+    for timescale, ps in (("1 ns", 10**3), ("10 ns", 10**3), ("100 ns", 10**3), ("10 us", 10**6), ("100 ps", 1)):
+        assert first - 5_000 * US < start(timescale) * ps < first, timescale
+
+
 def test_the_same_run_gives_the_same_bytes(cy525, tmp_path):
     folders = [tmp_path / "a", tmp_path / "b"]
     for folder in folders:

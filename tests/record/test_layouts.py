@@ -35,11 +35,12 @@ def by_pyvcd() -> str:
     print("[markername] AP 300\n[markername] Blate us", file=file)
     save.sst_expanded(False)
     save.signals_width(200)
-    with save.group("x"):
-        save.trace("x.finding", datafmt="ascii")
+    with save.group("x.axis1"):
         save.trace("x.axis1.velocity", datafmt="signed", extraflags=GTKWFlag.analog_step)
         for _ in range(3):
             save.blank(analog_extend=True)
+    with save.group("x"):
+        save.trace("x.finding", datafmt="ascii")
         save.trace("x.slew")
         save.trace("#{x.db[7:0]} x.db7 x.db6 x.db5 x.db4 x.db3 x.db2 x.db1 x.db0")
     with save.group("y"):
@@ -69,14 +70,15 @@ def test_a_layout_for_surfer_line_by_line():
         "\n".join(surfer_lines(VARIABLES, VIEW))
         == f"""\
 # slewline
+divider_add x.axis1
+variable_add x.axis1.velocity
 divider_add x
 variable_add x.finding
-variable_add x.axis1.velocity
 variable_add x.slew
 {wires}
 divider_add y
 variable_add y.wait
-item_focus c_x.axis1.velocity
+item_focus b_x.axis1.velocity
 item_set_analog step
 item_set_height 4
 item_unfocus
@@ -88,6 +90,16 @@ zoom_to 100 1250"""
 def test_rows_beyond_the_sixteenth_are_counted_in_two_letters():
     many = [*(Variable(f"c{n}.clock") for n in range(9)), Variable("y.v", "real", 64)]
     assert "item_focus bd_y.v" in list(surfer_lines(many, VIEW)), "row 19: 1 and 3 of sixteen letters"
+
+
+def test_gtkwave_counts_in_the_name_of_the_unit():
+    """A file in units of 100 ns has times in ns there; Surfer counts in units."""
+    view = View(100, 200, [(150, "P")], 100)
+    lines = list(gtkwave_lines("a.vcd", "a.gtkw", VARIABLES, view))
+    (zoom,) = (line for line in lines if line.startswith("*"))
+    assert "[timestart] 10000" in lines
+    assert zoom.split()[:3] == ["*-10.764150", "-1", "15000"]
+    assert "zoom_to 100 200" in list(surfer_lines(VARIABLES, view))
 
 
 def test_a_bus_that_is_there_as_a_whole_is_shown_so_and_alone():

@@ -67,7 +67,8 @@ def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> View:
     found = [(ps, text.split(":")[0]) for chip in chips for ps, text in _findings(chip, start, stop)]
     begun = [at for axis in axes for at in _commands(axis.motor, start, stop)]
     marks = _apart([*sorted(found), *sorted(begun)], (end - begin) // APART)
-    return View(begin // unit, end // unit, [(ps // unit, text) for ps, text in marks])
+    scale = 10 ** ((len(str(unit)) - 1) % 3)
+    return View(begin // unit, end // unit, [(ps // unit, text) for ps, text in marks], scale)
 
 
 def _apart(marks: Iterable[tuple[int, str]], distance: int) -> list[tuple[int, str]]:

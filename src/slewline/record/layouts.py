@@ -35,11 +35,15 @@ DIGITS = "abcdefghijklmnop"  # in which Surfer counts the rows
 
 
 class View(NamedTuple):
-    """What a viewer shows first: from `begin` to `end` in units of the file, with marks (unit, text)."""
+    """What a viewer shows first: from `begin` to `end` in units of the file, with marks (unit, text).
+
+    `scale` is 1, 10 or 100, what stands before ns or us in the timescale: GTKWave counts in these themselves.
+    """
 
     begin: int
     end: int
     marks: Sequence[tuple[int, str]] = ()
+    scale: int = 1
 
 
 def layout_paths(path: str | Path) -> tuple[Path, Path]:
@@ -73,11 +77,11 @@ def save_layouts(path: str | Path, variables: Sequence[Variable], view: View) ->
 # --------------------------------------------------------------------------------------------------------- GTKWave
 def gtkwave_lines(dump: str, name: str, variables: Sequence[Variable], view: View) -> Iterator[str]:
     """The lines of GTKWave's save file.  It finds the waveform beside the file if it is told the name of both."""
-    span = max(view.end - view.begin, 1)
+    span = max(view.end - view.begin, 1) * view.scale
     marks = [(at, ascii_of(text)) for at, text in view.marks][: len(LETTERS)]
-    instants = [str(at) for at, _ in marks] + ["-1"] * (len(LETTERS) - len(marks))
+    instants = [str(at * view.scale) for at, _ in marks] + ["-1"] * (len(LETTERS) - len(marks))
     yield from ("[*] slewline", f'[dumpfile] "{dump}"', f'[savefile] "{name}"', f"[size] {SIZE}")
-    yield f"[timestart] {view.begin}"
+    yield f"[timestart] {view.begin * view.scale}"
     yield f"*{-log2(span * FRAME_PX / WAVES_PX):.6f} -1 {' '.join(instants)}"
     yield from (f"[markername] {letter}{text}" for letter, (_, text) in zip(LETTERS, marks, strict=False))
     yield from ("[sst_expanded] 0", "[signals_width] 200")
@@ -134,18 +138,19 @@ class Row(NamedTuple):
 
 
 def grouped(variables: Sequence[Variable]) -> Iterator[tuple[str, list[Row]]]:
-    """The rows of each chip: texts and curves first, then pins.  A bus that is there as a whole needs no wires."""
+    """The rows of each axis and chip: texts and curves, then pins.  A bus that is there as a whole needs no wires."""
     named = {variable.name for variable in variables}
     shown = [variable for variable in variables if not (variable.bus and variable.bus in named)]
     ranks = {"string": 0, "real": 1, "wire": 2}
-    scopes = {_scope(variable): None for variable in shown}
-    for scope in scopes:
+    chips = list(dict.fromkeys(_scope(variable).split(".")[0] for variable in shown))
+    scopes = dict.fromkeys(_scope(variable) for variable in shown)
+    for scope in sorted(scopes, key=lambda scope: (chips.index(scope.split(".")[0]), "." not in scope)):
         inside = sorted((v for v in shown if _scope(v) == scope), key=lambda variable: ranks[variable.kind])
         yield scope, list(_rows(inside))
 
 
 def _scope(variable: Variable) -> str:
-    return variable.name.split(".")[0] if "." in variable.name else "slewline"
+    return variable.name.rpartition(".")[0] or "slewline"
 
 
 def _rows(variables: Iterable[Variable]) -> Iterator[Row]:
