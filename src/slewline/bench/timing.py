@@ -189,7 +189,7 @@ class _Window:
     def check(self, chip: Chip, limit: Limit) -> Checked:
         """What a limit's intervals say of it, or which pin is not recorded."""
         bound = Bound.of(limit, chip.crystal_hz)
-        for pin in (limit.start.split()[0], limit.end.split()[0], *(pin for pin, _ in limit.given)):
+        for pin in (limit.start.split()[0], limit.end.split()[0], *(pin for pin, _ in (*limit.given, *limit.before))):
             try:
                 self.signal(f"{chip.name}.{pin}")
             except NotRecorded:
