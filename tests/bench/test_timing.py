@@ -367,6 +367,8 @@ def test_a_symbol_stands_for_the_time_that_is_nearest_to_its_limit():
         ([("run falls 9", "pulse falls")], "there is no run falls 9 in the window"),
         ([("pulse falls",)], "expected two edges"),
         ("t14", "expected a list"),
+        (14, "expected a list"),
+        ([14], "expected two edges"),
         ([("pulse drops", "run falls")], "write a pin, how it changes"),
         ([("db falls", "run falls")], "a bus changes"),
     ],
@@ -375,6 +377,17 @@ def test_what_cannot_be_measured_is_said(between, says):
     bench = recorded("cy525")
     with pytest.raises(UsageError, match=says):
         bench.intervals(between)
+
+
+def test_names_of_chips_and_pins_come_in_lists():
+    bench = recorded("cy525")
+    for chips in ("x", bench.chips["x"]):
+        with pytest.raises(UsageError, match=r"check_timing\(.*\): expected a list of names of chips"):
+            bench.check_timing(chips)
+    with pytest.raises(UnknownName, match="allowed x"):
+        bench.check_timing([bench.chips["x"]])
+    with pytest.raises(UsageError, match=r"such as \['x.pulse'\]"):
+        bench.timing_figure("x.pulse")
 
 
 # ------------------------------------------------------------------------------------------------------------- pictures
