@@ -277,6 +277,29 @@ def test_pulses_of_a_cy525_that_are_no_steps_are_not_taken_for_steps():
     assert bench.check_timing().violated == ()
 
 
+def test_io_select_belongs_to_a_read_out_only_if_it_is_high_in_it():
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x")
+    bench.record()
+    host = bench.host(x)
+    host.send("A 0\rF 3\rR 3\rZ 1\rS 1\rN 1\rG\r")
+    bench.run_until_idle()
+    host.send("N 50\rG\r")  # MOTION COMPLETE rises
+    bench.run_until(x.reaches(10))
+    bench.run("100 us")
+    host.port.select.drive(1)
+    bench.run("10 us")
+    host.port.select.drive(0)  # between two steps: nothing was read
+    bench.run_until(x.reaches(15))
+    assert bench.check_timing().violated == ()
+    host.port.select.drive(1)
+    bench.run_until(x.reaches(16))
+    bench.run("100 us")
+    host.port.select.drive(0)
+    bench.run("1 us")
+    assert [row.bound.limit.end for row in bench.check_timing().violated] == ["io_select falls"]
+
+
 def test_limits_without_recorded_pins_are_named():
     bench = slewline.Bench()
     x = bench.add("cy525", name="x")

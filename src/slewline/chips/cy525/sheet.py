@@ -143,7 +143,7 @@ LIMITS = (
     Limit("pulse rises", "pulse falls", "PULSE high between two steps", "s.3 item 6", least=2500 * NS, mhz=11),
     Limit("pulse falls", "pulse falls", "a step while SLEW is low, at 9675 steps/s", "T.VII", least=103_359 * NS, mhz=11, given=(("slew", 0),), trust="derived"),
     Limit("motion_complete falls", "ready rises", "end of motion to READY", "s.11, fig. 11.4", typical=30 * US, mhz=6),
-    Limit("motion_complete rises", "io_select falls", "I/O SELECT low again behind a read-out in motion", "s.6", most=50 * US, mhz=11, keeper="host", given=(("ready", 0),)),
+    Limit("motion_complete rises", "io_select falls", "I/O SELECT low again behind a read-out in motion", "s.6", most=50 * US, mhz=11, keeper="host", given=(("ready", 0),), before=(("io_select", 1),)),
     Limit("clk15 falls", "clk15 rises", "CLK/15 low", "T.I", least=300 * NS),
     Limit("clk15 rises", "clk15 falls", "CLK/15 high", "T.I", least=300 * NS),
 )
