@@ -25,7 +25,7 @@ def cy525() -> slewline.Bench:
     bench.run("1 ms")
     host.send("C\rE\rB\rC\r0\rQX\r")
     bench.run_until_idle()
-    host.send("A 0\rF 20\rR 127\rS 255\rN 40\rG\r")
+    host.send("A 0\rF 120\rR 127\rS 255\rZ 1\rN 300\rG\r")
     bench.run_until(x.reaches(10))
     host.read_position()
     bench.run_until_idle()
@@ -71,8 +71,12 @@ def mc1451a() -> slewline.Bench:
 
 
 RUNS = {"cy525": cy525, "gs-c200s": gs_c200s, "mc1451a-e": mc1451a}
-NOT_THERE = {("mc1451a-e", "hostread falls", "hostslct falls"), ("mc1451a-e", "hostread falls", "hostcmd changes")}
-# ^ of a host that selects behind its strobe: see the strobes by hand below
+LATE = [
+    (f"host{strobe} falls", change) for strobe in ("read", "write") for change in ("hostslct falls", "hostcmd changes")
+]
+NOT_THERE = {
+    ("mc1451a-e", *edges) for edges in LATE
+}  # of a host that selects behind its strobe: see those by hand below
 
 
 @cache
@@ -95,7 +99,8 @@ def test_every_limit_is_between_pins_of_the_part(part):
         assert limit.least or limit.typical or limit.most
         assert limit.where
         assert limit.says
-        for edge in (limit.start, limit.end, *(f"{pin} falls" for pin, level in limit.given if level in (0, 1))):
+        levels = (*limit.given, *limit.before)
+        for edge in (limit.start, limit.end, *(f"{pin} falls" for pin, level in levels if level in (0, 1))):
             pin, change = edge.split()
             if pin == sheet.bus:
                 assert change in ("changes", "appears", "vanishes")
@@ -103,7 +108,7 @@ def test_every_limit_is_between_pins_of_the_part(part):
                 assert pin in names, edge
                 assert change in ("falls", "rises", "changes")
         least, most = limit.least or 0, limit.most or limit.typical or 10**12
-        assert least <= (limit.typical or most) <= most
+        assert most < 0 or least <= (limit.typical or most) <= most
         driver = names.get(limit.end.split()[0])
         if driver is not None:
             assert (limit.keeper == "host") == (driver.way == "in")
@@ -122,7 +127,7 @@ def test_every_limit_occurs_in_a_recorded_run_and_is_kept(run):
 
 @pytest.mark.parametrize("part", ["gs-c200", "mc1151a", "mc1251a-e"])
 def test_what_the_sister_parts_have(part):
-    expected = {"gs-c200": 3, "mc1151a": 21, "mc1251a-e": 30}
+    expected = {"gs-c200": 3, "mc1151a": 23, "mc1251a-e": 32}
     assert len(sheet_of(part).limits) == expected[part]
 
 
@@ -162,26 +167,47 @@ WRITE = {"hostslct": (0, 190), "hostcmd": (0, 190), "hostdata0": (0, 190), "host
 READ = {"hostslct": (0, 190), "hostread": (30, 110)}
 
 
+def ports(*names: str) -> slewline.Bench:
+    """Chips whose host ports share all wires but HOSTSLCT, at rest."""
+    bench = slewline.Bench()
+    chips = [bench.add("mc1451a", name=name) for name in names]
+    for name in names[1:]:
+        for pin in ("hostwrite", "hostread", "hostcmd", "hostdata"):
+            bench.wire(f"{names[0]}.{pin}", f"{name}.{pin}")
+    bench.record()
+    for chip in chips:
+        chip.pin("hostslct").drive(1)
+    for pin, level in ("hostwrite", 1), ("hostread", 1), ("hostcmd", 0):
+        chips[0].pin(pin).drive(level)
+    bench.run("10 ms")
+    return bench
+
+
+def play(bench: slewline.Bench, *pulses: dict[str, tuple[int, int]], chip: str = "x") -> None:
+    """Make pins of a chip active from one instant (ns) to another, and wait for a slice."""
+    begin, x = bench.now_ps, bench.chips["x"]
+    changes = ((at, pin, end) for each in pulses for pin, ends in each.items() for end, at in enumerate(ends))
+    for at, pin, end in sorted(changes):
+        bench.run_to(begin + at * NS)
+        if pin.startswith("hostdata"):
+            x.pin(pin).release() if end else x.pin(pin).drive(1)
+        else:
+            owner = bench.chips[chip] if pin == "hostslct" else x
+            owner.pin(pin).drive(end ^ (pin == "hostcmd"))
+    bench.run("100 us")
+
+
+def violated(bench: slewline.Bench) -> set[str]:
+    """The symbols of what is violated."""
+    return {row.bound.limit.symbol for row in bench.check_timing().violated}
+
+
 def strobes(*operations: dict[str, tuple[int, int]]) -> set[str]:
     """The symbols of what operations, one slice apart, violate."""
-    bench = slewline.Bench()
-    x = bench.add("mc1451a", name="x")
-    bench.record()
-    for pin in ("hostslct", "hostwrite", "hostread"):
-        x.pin(pin).drive(1)
-    x.pin("hostcmd").drive(0)
-    bench.run("10 ms")
+    bench = ports("x")
     for operation in operations:
-        changes = sorted((at, pin, end) for pin, ends in operation.items() for end, at in enumerate(ends))
-        begin = bench.now_ps
-        for at, pin, end in changes:
-            bench.run_to(begin + at * NS)
-            if pin == "hostdata0":
-                x.pin(pin).release() if end else x.pin(pin).drive(1)
-            else:
-                x.pin(pin).drive(end ^ (pin == "hostcmd"))
-        bench.run("100 us")
-    return {row.bound.limit.symbol for row in bench.check_timing().violated}
+        play(bench, operation)
+    return violated(bench)
 
 
 @pytest.mark.fact("PMD-HOST-11")
@@ -189,7 +215,11 @@ def strobes(*operations: dict[str, tuple[int, int]]) -> set[str]:
     ("symbol", "pin", "end", "kept", "violated"),
     [
         ("t7", "hostslct", 0, 20, 21),
+        ("t7", "hostslct", 0, 20, 30),
+        ("t7", "hostslct", 0, 20, 31),  # behind the begin of the strobe
         ("t8", "hostcmd", 0, 20, 21),
+        ("t8", "hostcmd", 0, 20, 30),
+        ("t8", "hostcmd", 0, 20, 79),
         ("t14", "hostwrite", 1, 80, 79),
         ("t15", "hostdata0", 0, 75, 76),
         ("t16", "hostdata0", 1, 140, 139),
@@ -212,6 +242,62 @@ def test_a_host_that_reads_may_select_the_port_behind_its_strobe():
     late = {**READ, "hostslct": (50, 190)}
     assert strobes(WRITE, READ) == strobes(WRITE, late) == set()
     assert strobes(WRITE, {**late, "hostslct": (51, 190)}) == {"t7"}
+
+
+@pytest.mark.fact("PMD-HOST-11")
+@pytest.mark.parametrize(("symbol", "strobe"), [("t18", "hostwrite"), ("t17", "hostread")])
+@pytest.mark.parametrize(("pause", "kept"), [(60, True), (59, False)])
+def test_a_host_waits_between_two_strobes_of_a_word(symbol, strobe, pause, kept):
+    bench = ports("x")
+    play(bench, {**WRITE, "hostdata4": (0, 190)})
+    play(bench, {"hostslct": (0, 390), strobe: (30, 110)}, {strobe: (110 + pause, 190 + pause)})
+    assert violated(bench) == (set() if kept else {symbol})
+
+
+def test_strobes_of_another_chip_on_the_same_wires_are_none_of_this_one():
+    bench = ports("x", "y")
+    for chip, strobe in (("x", "write"), ("y", "read"), ("x", "read"), ("y", "write"), ("x", "read")):
+        if strobe == "write":
+            play(bench, WRITE, chip=chip)
+        else:
+            play(bench, {"hostslct": (0, 350), "hostread": (30, 110)}, {"hostread": (190, 270)}, chip=chip)
+    assert bench.check_timing().violated == ()
+    play(bench, {"hostslct": (0, 124), "hostwrite": (30, 110), "hostcmd": (0, 190)}, chip="y")
+    assert [row.name for row in bench.check_timing().violated] == ["y t6"]
+
+
+def test_pulses_of_a_cy525_that_are_no_steps_are_not_taken_for_steps():
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x")
+    host = bench.host(x)
+    bench.record()
+    host.send("E\rO 129\rO 130\rO 131\r0\rQX\r")
+    bench.run_until_idle()
+    assert np.diff(bench.edges("x.pulse")[0][::2]).max() < 103 * US
+    assert bench.check_timing().violated == ()
+
+
+def test_io_select_belongs_to_a_read_out_only_if_it_is_high_in_it():
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x")
+    bench.record()
+    host = bench.host(x)
+    host.send("A 0\rF 3\rR 3\rZ 1\rS 1\rN 1\rG\r")
+    bench.run_until_idle()
+    host.send("N 50\rG\r")  # MOTION COMPLETE rises
+    bench.run_until(x.reaches(10))
+    bench.run("100 us")
+    host.port.select.drive(1)
+    bench.run("10 us")
+    host.port.select.drive(0)  # between two steps: nothing was read
+    bench.run_until(x.reaches(15))
+    assert bench.check_timing().violated == ()
+    host.port.select.drive(1)
+    bench.run_until(x.reaches(16))
+    bench.run("100 us")
+    host.port.select.drive(0)
+    bench.run("1 us")
+    assert [row.bound.limit.end for row in bench.check_timing().violated] == ["io_select falls"]
 
 
 def test_limits_without_recorded_pins_are_named():
@@ -279,7 +365,7 @@ def test_a_time_carries_the_limit_that_is_printed_for_it(run):
         "mc1451a-e": ("x.hostread falls", "x.hostdata appears"),
     }[part]
     (found,) = bench.intervals([edges])
-    says = {"cy525": "t = 2.545455 µs (min. 2.5 µs: kept)", "mc1451a-e": "t10 = 40 ns (max. 50 ns: kept)"}
+    says = {"cy525": "t = 2.545454 µs (min. 2.5 µs: kept)", "mc1451a-e": "t10 = 40 ns (max. 50 ns: kept)"}
     assert str(found) == says.get(part, "tcpw = 1.7 µs (typ. 1.7 µs, max. 5 µs: kept)")
     (other,) = bench.intervals([(edges[0], f"{edges[1]} 2")])
     assert other.bounds == ()  # from an edge to the one after the next is another time
@@ -304,6 +390,8 @@ def test_a_symbol_stands_for_the_time_that_is_nearest_to_its_limit():
         ([("run falls 9", "pulse falls")], "there is no run falls 9 in the window"),
         ([("pulse falls",)], "expected two edges"),
         ("t14", "expected a list"),
+        (14, "expected a list"),
+        ([14], "expected two edges"),
         ([("pulse drops", "run falls")], "write a pin, how it changes"),
         ([("db falls", "run falls")], "a bus changes"),
     ],
@@ -312,6 +400,17 @@ def test_what_cannot_be_measured_is_said(between, says):
     bench = recorded("cy525")
     with pytest.raises(UsageError, match=says):
         bench.intervals(between)
+
+
+def test_names_of_chips_and_pins_come_in_lists():
+    bench = recorded("cy525")
+    for chips in ("x", bench.chips["x"]):
+        with pytest.raises(UsageError, match=r"check_timing\(.*\): expected a list of names of chips"):
+            bench.check_timing(chips)
+    with pytest.raises(UnknownName, match="allowed x"):
+        bench.check_timing([bench.chips["x"]])
+    with pytest.raises(UsageError, match=r"such as \['x.pulse'\]"):
+        bench.timing_figure("x.pulse")
 
 
 # ------------------------------------------------------------------------------------------------------------- pictures

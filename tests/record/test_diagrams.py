@@ -144,10 +144,30 @@ def test_times_at_arrows_say_what_is_printed_and_are_coloured():
 
 
 def test_a_picture_tells_of_what_it_leaves_out():
-    shown = texts(draw(bursts()))
-    assert "9.98 ms" in shown
+    diagram = bursts(quiet=5 * MS)
+    figure = draw(diagram)
+    shown = texts(figure)
+    across = figure.axes[0].lines[0].get_xdata()  # of the lane, from end to end
+    scale = Scale(diagram, across[0] + 0.08, across[-1] - 0.08)
+    left_out = sum(float(text.split()[0]) for text in shown if text.endswith(" ms"))
+    assert left_out == pytest.approx((diagram.stop - (scale.right - scale.left) * scale.ps_per_inch) / MS, abs=0.02)
+    assert sum(text.endswith(" ms") for text in shown) == len(scale.cuts) == 2
     assert any("at a zigzag time is cut short" in text for text in shown)
     assert any("Time in ms" in text for text in texts(draw(bursts(quiet=0))))
+
+
+@pytest.mark.parametrize("width", ["page", "phone"])
+def test_a_long_title_takes_several_lines(width):
+    words = " ".join(f"word{n}" for n in range(30))
+    figure = draw(Diagram(words, 0, 100, [lane("a", 50)]), width=width)
+    short = draw(Diagram("word", 0, 100, [lane("a", 50)]), width=width)
+    lines = [text for text in figure.axes[0].texts if text.get_text().startswith("word")]
+    lines.sort(key=lambda text: -text.get_position()[1])
+    assert " ".join(text.get_text() for text in lines) == words
+    assert figure.get_figheight() - short.get_figheight() == pytest.approx(0.2 * (len(lines) - 1))
+    figure.canvas.draw()
+    assert all(text.get_window_extent().x1 < figure.bbox.x1 for text in lines)
+    assert lines[0].get_window_extent().y1 < figure.bbox.y1
 
 
 def test_the_same_diagram_gives_the_same_bytes_again(tmp_path):

@@ -83,6 +83,22 @@ def test_a_limit_counts_only_at_the_levels_that_it_names():
     assert (begins.tolist(), ends.tolist()) == ([50], [55])
 
 
+def test_a_limit_counts_only_from_the_levels_before_that_it_names():
+    limit = Limit("a rises", "b rises", "", "", least=1, before=(("b", 0),))
+    pins = {"a": signal((10, 1), (12, 0), (40, 1), level=0), "b": signal((20, 0), (40, 1), (50, 0), (60, 1))}
+    begins, ends = intervals(limit, pins.__getitem__)
+    assert (begins.tolist(), ends.tolist()) == ([40], [40])  # b was low when a rose
+
+
+def test_what_has_to_come_first_violates_when_it_comes_behind():
+    limit = Limit("a falls", "b falls", "", "", most=-10, given=(("a", 0),))
+    pins = {"a": signal((10, 0), (20, 1), (40, 0), (50, 1)), "b": signal((10, 0), (30, 1), (43, 0))}
+    begins, ends = intervals(limit, pins.__getitem__)
+    assert (begins.tolist(), ends.tolist()) == ([40], [43])  # at one instant, the set-up time of b says so
+    assert Checked.of("x", Bound.of(limit, 1), begins, ends).violations == (40,)
+    assert str(Bound.of(Limit("a falls", "b falls", "", "", most=-10 * NS), 1)) == "max. -10 ns"
+
+
 def test_where_only_what_is_typical_is_printed_an_answer_belongs_to_what_began_before():
     pins = {"request": signal((10, 0), (20, 1), (60, 0)), "ready": signal((30, 0), (60, 1))}
     of = {"start": "request falls", "end": "ready rises", "says": "", "where": ""}

@@ -114,12 +114,14 @@ class TimingDiagrams(Recording):
             NotRecorded: nothing is recorded.
         """
         self._chosen(None)
+        if chips is not None and (isinstance(chips, str) or not isinstance(chips, Iterable)):
+            raise UsageError(f"check_timing({chips!r}): expected a list of names of chips, such as {list(self.chips)}")
         window = _Window(self, *self._window(start, stop), reach=start is None)
         found = [self._chip(name) for name in chips] if chips is not None else list(self.chips.values())
         return TimingTable(window.check(chip, limit) for chip in found for limit in chip.sheet.limits)
 
     def _chip(self, name: str) -> Chip:
-        if name not in self.chips:
+        if not isinstance(name, str) or name not in self.chips:
             raise UnknownName(f"chip {name!r}: allowed {', '.join(self.chips)}")
         return self.chips[name]
 
@@ -137,6 +139,8 @@ class TimingDiagrams(Recording):
     ) -> Diagram:
         from ..record.diagram import Diagram
 
+        if isinstance(pins, str):
+            raise UsageError(f"pins={pins!r}: expected a list of pins, such as [{pins!r}]")
         chosen = [self._full_name(name) for name in pins] if pins is not None else list(self._chosen(None))
         window = _Window(self, *self._window_of(self._chosen(chosen), start, stop))
         labels = {self._full_name(name): label for name, label in (names or {}).items()}
@@ -189,7 +193,7 @@ class _Window:
     def check(self, chip: Chip, limit: Limit) -> Checked:
         """What a limit's intervals say of it, or which pin is not recorded."""
         bound = Bound.of(limit, chip.crystal_hz)
-        for pin in (limit.start.split()[0], limit.end.split()[0], *(pin for pin, _ in limit.given)):
+        for pin in (limit.start.split()[0], limit.end.split()[0], *(pin for pin, _ in (*limit.given, *limit.before))):
             try:
                 self.signal(f"{chip.name}.{pin}")
             except NotRecorded:
@@ -199,7 +203,7 @@ class _Window:
     # ---------------------------------------------------------------------------------------------------------- arrows
     def measure(self, between: Iterable[Between]) -> list[Interval]:
         """The times of pairs of edges, and of symbols."""
-        if isinstance(between, str):
+        if isinstance(between, str) or not isinstance(between, Iterable):
             raise UsageError(f"between={between!r}: expected a list of pairs of edges, or of symbols such as 't14'")
         return [interval for each in between for interval in self._measured(each)]
 
@@ -207,7 +211,7 @@ class _Window:
         if isinstance(between, str):
             yield from self._named(between)
             return
-        if len(between) != 2:
+        if not isinstance(between, Sequence) or len(between) != 2:
             raise UsageError(f"between {between!r}: expected two edges, or the symbol of a printed time")
         first, second = (Edge.read(text) for text in between)
         first, second = (edge._replace(pin=self.bench._full_name(edge.pin)) for edge in (first, second))

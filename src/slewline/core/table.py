@@ -226,7 +226,7 @@ class Limit:
     "vanishes", where something begins or ceases to drive it.  What counts is an `end` with no other `end` since the
     last `start`: of two strobes within a selection the first one ends a set-up time, the second one begins a hold time.
     A start and an end at one instant are 0 apart; but where only what is typical is printed, the end comes first.  An
-    interval counts only if the pins have the levels of `given` at its end.
+    interval counts only if the pins have the levels of `given` at its end, and had those of `before` when it began.
 
     `mhz` is the crystal that the time is printed for; 0: it holds with every crystal.  `keeper` must see to it: the
     "part" itself, or the "host" and whatever else drives its inputs.  `symbol` is what the sheet calls it.
@@ -243,6 +243,7 @@ class Limit:
     mhz: int = 0
     keeper: Literal["part", "host"] = "part"
     given: tuple[tuple[str, int], ...] = ()
+    before: tuple[tuple[str, int], ...] = ()
     trust: Trust = "stated"
 
     def at(self, crystal_hz: int) -> tuple[int | None, int | None, int | None]:

@@ -391,6 +391,8 @@ def _printed(sheet: Sheet) -> str:
         for limit in sheet.limits
     ]
     note = "What `bench.check_timing()` checks. From the last such edge; with another crystal, scaled."
+    if any(limit.most is not None and limit.most < 0 for limit in sheet.limits):
+        note += " Below zero: it has to come first."
     return f"## Limits\n\n{table(heads, rows)}\n\n{note}" if rows else ""
 
 

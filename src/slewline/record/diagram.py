@@ -69,7 +69,7 @@ class Diagram:
 
 
 class Scale:
-    """Time to inches: linear, but for the stretches that are cut short; `cuts` are those (ps)."""
+    """Time to inches: linear, but for the stretches that are cut short: `cuts`, each drawn `room` long (ps)."""
 
     def __init__(self, diagram: Diagram, left: float, right: float) -> None:
         import numpy as np
@@ -86,7 +86,8 @@ class Scale:
             if 2 * gaps[gaps > quiet].sum() < stop - start:
                 quiet = 0
         self.cuts: list[tuple[int, int]] = []
-        points, shown, room = [(start, 0)], 0, quiet // 4
+        points, shown = [(start, 0)], 0
+        self.room = room = quiet // 4
         for n in np.flatnonzero(gaps > quiet).tolist() if quiet else ():
             begin, end = int(instants[n]), int(instants[n + 1])
             first = begin + room if begin > start else begin

@@ -120,7 +120,11 @@ def intervals(limit: Limit, signals: Callable[[str], Signal]) -> tuple[NDArray[A
     """
     (first, begins), (second, ends) = limit.start.split(), limit.end.split()
     answer = limit.least is None and limit.most is None  # a host may ask again at the instant of the answer
-    found = pairs(signals(first).edges(begins), signals(second).edges(ends), answer or limit.start == limit.end)
+    never = limit.most is not None and limit.most < 0  # the end must come first; at one instant it is 0 in front
+    starts = signals(first).edges(begins)
+    for pin, level in limit.before:
+        starts = starts[signals(pin).level_at(starts - 1) == level]
+    found = pairs(starts, signals(second).edges(ends), answer or never or limit.start == limit.end)
     for pin, level in limit.given:
         held = signals(pin).level_at(found[1]) == level
         found = found[0][held], found[1][held]

@@ -8,6 +8,7 @@ DATA    -----<  4A 'J'  >------ \\ \\ -----
 from __future__ import annotations
 
 from itertools import pairwise
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from ..core.timebase import readable
@@ -18,6 +19,8 @@ from .recorder import FLOATING
 from .style import Palette, TimeAxis, duration, inches, number, styled
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import numpy as np
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -27,6 +30,7 @@ TAIL, EDGE = 0.08, 0.045  # inches: how far levels run on at both ends of the wi
 CAPITAL = 0.012  # inches: the width of a letter of a name, per point
 DENSE, FEWEST = 0.02, 6  # edges closer than this (inches) are a band, if there are as many
 LARGE, TINY = 8.5, 6.5  # points
+TITLE, NEXT = 0.1, 0.2  # inches: the width of a letter of the title, and from one of its lines to the next
 
 
 def draw(diagram: Diagram, width: str | float = "page", dark: bool = False) -> Figure:
@@ -47,11 +51,13 @@ def draw(diagram: Diagram, width: str | float = "page", dark: bool = False) -> F
         left = 0.16 + max(len(lane.label) for lane in diagram.lanes) * CAPITAL * LARGE
         scale = Scale(diagram, left + TAIL, page - RIGHT - TAIL)  # at both ends the levels run on
         layout = Layout.of(diagram, scale)
-        figure = Figure(figsize=(page, layout.height), facecolor=colours.ground)
+        title = wrap(diagram.title, int((page - 0.24) / TITLE)) or [""]
+        height = layout.height + NEXT * (len(title) - 1)
+        figure = Figure(figsize=(page, height), facecolor=colours.ground)
         axes = figure.add_axes((0, 0, 1, 1))
         axes.set_axis_off()
-        axes.set(xlim=(0, page), ylim=(0, layout.height))
-        Drawing(axes, colours, diagram, scale, layout).draw()
+        axes.set(xlim=(0, page), ylim=(0, height))
+        Drawing(axes, colours, diagram, scale, layout).draw(title)
         return figure
 
 
@@ -63,16 +69,17 @@ class Drawing:
         self.slant = EDGE * min((scale.right - scale.left) / 8, 1)
         self.centres = [float(scale(list(cut)).mean()) for cut in scale.cuts]
 
-    def draw(self) -> None:
-        """Draw all of it."""
-        self._text(0.12, self.layout.height - 0.2, self.diagram.title, size=11, weight="bold", ha="left")
+    def draw(self, title: Sequence[str]) -> None:
+        """Draw all of it; the title in lines."""
+        for row, line in enumerate(reversed(title)):
+            self._text(0.12, self.layout.height - 0.2 + NEXT * row, line, size=11, weight="bold", ha="left")
         for lane, foot in zip(self.diagram.lanes, self.layout.feet, strict=True):
             self._text(self.scale.left - TAIL - 0.08, foot + SWING / 2, lane.label, size=LARGE, ha="right")
             (self._bus if lane.signal.bus else self._pin)(lane, foot)
             self._words(lane, foot + SWING + 0.03)
         self._time()
         for place, (begin, end) in zip(self.centres, self.scale.cuts, strict=True):
-            self._cut(place, end - begin)
+            self._cut(place, end - begin - self.scale.room)
         for arrow in self.layout.arrows:
             self._arrow(arrow)
         for cause in self.diagram.causes:
@@ -160,7 +167,8 @@ class Drawing:
                 self._text((a + b) / 2, foot + SWING / 2 - 0.005, text, color=self.colours.bus, bbox=box, zorder=6)
                 break
         if len(meant) > 3 and len(f"{plain} {meant}") * LETTER * SMALL >= room:
-            self._text(a, foot + SWING + 0.06, meant, TINY, color=self.colours.bus, ha="left", zorder=6)
+            box = {"facecolor": self.colours.ground, "edgecolor": "none", "pad": 0.2}
+            self._text(a, foot + SWING + 0.06, meant, TINY, color=self.colours.bus, ha="left", bbox=box, zorder=6)
 
     def _words(self, lane: Lane, foot: float) -> None:
         """Decoded characters over a line, each as long as it lasts."""
@@ -206,7 +214,7 @@ class Drawing:
         self._text(a + long + 0.08, y, note, color=colours.soft, ha="left")
 
     def _cut(self, place: float, ps: int) -> None:
-        """A zigzag from top to bottom where a stretch is cut short, and how long it is."""
+        """A zigzag from top to bottom where a stretch is cut short, and how much longer it is than drawn."""
         import numpy as np
 
         top, foot = self.layout.height - TOP + 0.05, BOTTOM - 0.04

@@ -131,15 +131,19 @@ TIMES = MappingProxyType({
 # fmt: on
 NS, US = 1000, 1_000_000  # ps
 # fmt: off
-LIMITS = (  # what the manual prints, between edges; the step period is that of the highest rate of Table VII
+# What the manual prints, between edges.  The step period is that of the highest rate of Table VII; O above 127 pulses as
+# well, with SLEW high.
+LIMITS = (
     Limit("reset falls", "reset rises", "RESET low while running", "s.9", least=15 * US, mhz=6, keeper="host"),
     Limit("io_request falls", "ready rises", "a byte without further work", "s.7, fig. 7.3", typical=200 * US, mhz=11),
     Limit("ready falls", "run falls", "the end of X taken to RUN low", "s.7, fig. 7.5", typical=150 * US, mhz=11),
     Limit("run falls", "programmable_output rises", "a program that begins with B", "s.7, fig. 7.6", typical=60 * US, mhz=11),
+    Limit("programmable_output rises", "programmable_output falls", "B, C in a program", "s.7, fig. 7.6", typical=40 * US, mhz=11, given=(("run", 0),)),
+    Limit("programmable_output falls", "run rises", "C, 0 in a program", "s.7, fig. 7.6", typical=40 * US, mhz=11),
     Limit("pulse rises", "pulse falls", "PULSE high between two steps", "s.3 item 6", least=2500 * NS, mhz=11),
-    Limit("pulse falls", "pulse falls", "a step, at 9675 steps/s", "T.VII", least=103_359 * NS, mhz=11, trust="derived"),
+    Limit("pulse falls", "pulse falls", "a step while SLEW is low, at 9675 steps/s", "T.VII", least=103_359 * NS, mhz=11, given=(("slew", 0),), trust="derived"),
     Limit("motion_complete falls", "ready rises", "end of motion to READY", "s.11, fig. 11.4", typical=30 * US, mhz=6),
-    Limit("motion_complete rises", "io_select falls", "I/O SELECT low again behind a read-out in motion", "s.6", most=50 * US, mhz=11, keeper="host", given=(("ready", 0),)),
+    Limit("motion_complete rises", "io_select falls", "I/O SELECT low again behind a read-out in motion", "s.6", most=50 * US, mhz=11, keeper="host", given=(("ready", 0),), before=(("io_select", 1),)),
     Limit("clk15 falls", "clk15 rises", "CLK/15 low", "T.I", least=300 * NS),
     Limit("clk15 rises", "clk15 falls", "CLK/15 high", "T.I", least=300 * NS),
 )

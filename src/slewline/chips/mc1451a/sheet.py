@@ -316,28 +316,32 @@ TIMES = MappingProxyType({
 })
 # The clock's own times (t4, t5) and that from stable power to reset have no edge on a pin; the index of t3 has no pin.
 NS, US = 1000, 1_000_000  # ps
-_WRITE, _READ = (("hostwrite", 0), ("hostslct", 0)), (("hostread", 0), ("hostslct", 0))
+# A strobe counts for the chip that is selected at its end; t7 and t8 of a write are set-up times, hence below zero behind it.
+_SELECTED = (("hostslct", 0),)
+_WRITE, _READ = (("hostwrite", 0), *_SELECTED), (("hostread", 0), *_SELECTED)
 LIMITS = (
     Limit("reset falls", "reset rises", "~RESET low", _AC, least=US, keeper="host"),
-    Limit("hostwrite rises", "hostslct rises", "~HostSlct hold, write", _AC, least=15 * NS, most=2000 * NS, symbol="t6", keeper="host"),
-    Limit("hostread rises", "hostslct rises", "~HostSlct hold, read", _AC, least=15 * NS, most=2000 * NS, symbol="t6", keeper="host"),
-    Limit("hostslct falls", "hostwrite falls", "~HostSlct set-up, write", _AC, least=10 * NS, symbol="t7", keeper="host", given=(("hostslct", 0),)),
+    Limit("hostwrite rises", "hostslct rises", "~HostSlct hold, write", _AC, least=15 * NS, most=2000 * NS, symbol="t6", keeper="host", before=_SELECTED),
+    Limit("hostread rises", "hostslct rises", "~HostSlct hold, read", _AC, least=15 * NS, most=2000 * NS, symbol="t6", keeper="host", before=_SELECTED),
+    Limit("hostslct falls", "hostwrite falls", "~HostSlct set-up, write", _AC, least=10 * NS, symbol="t7", keeper="host", given=_SELECTED),
     Limit("hostread falls", "hostslct falls", "~HostSlct behind ~HostRead", _AC, most=20 * NS, symbol="t7", keeper="host", given=(("hostread", 0),)),
-    Limit("hostcmd changes", "hostwrite falls", "HostCmd set-up, write", _AC, least=10 * NS, symbol="t8", keeper="host", given=(("hostslct", 0),)),
+    Limit("hostwrite falls", "hostslct falls", "~HostSlct behind ~HostWrite", _AC, most=-10 * NS, symbol="t7", keeper="host", given=_WRITE),
+    Limit("hostcmd changes", "hostwrite falls", "HostCmd set-up, write", _AC, least=10 * NS, symbol="t8", keeper="host", given=_SELECTED),
     Limit("hostread falls", "hostcmd changes", "HostCmd behind ~HostRead", _AC, most=20 * NS, symbol="t8", keeper="host", given=_READ),
-    Limit("hostwrite rises", "hostcmd changes", "HostCmd hold, write", _AC, least=25 * NS, symbol="t9", keeper="host"),
-    Limit("hostread rises", "hostcmd changes", "HostCmd hold, read", _AC, least=25 * NS, symbol="t9", keeper="host"),
+    Limit("hostwrite falls", "hostcmd changes", "HostCmd behind ~HostWrite", _AC, most=-10 * NS, symbol="t8", keeper="host", given=_WRITE),
+    Limit("hostwrite rises", "hostcmd changes", "HostCmd hold, write", _AC, least=25 * NS, symbol="t9", keeper="host", before=_SELECTED),
+    Limit("hostread rises", "hostcmd changes", "HostCmd hold, read", _AC, least=25 * NS, symbol="t9", keeper="host", before=_SELECTED),
     Limit("hostread falls", "hostdata appears", "read data access", _AC, most=50 * NS, symbol="t10", given=_READ),
-    Limit("hostread rises", "hostdata changes", "read data hold", _AC, least=10 * NS, symbol="t11"),
-    Limit("hostread rises", "hostdata vanishes", "~HostRead high to Hi-Z", _AC, most=50 * NS, symbol="t12"),
-    Limit("hostwrite rises", "hostrdy falls", "HostRdy delay, write", _AC, most=70 * NS, symbol="t13"),
-    Limit("hostread rises", "hostrdy falls", "HostRdy delay, read", _AC, most=70 * NS, symbol="t13"),
+    Limit("hostread rises", "hostdata changes", "read data hold", _AC, least=10 * NS, symbol="t11", before=_SELECTED),
+    Limit("hostread rises", "hostdata vanishes", "~HostRead high to Hi-Z", _AC, most=50 * NS, symbol="t12", before=_SELECTED),
+    Limit("hostwrite rises", "hostrdy falls", "HostRdy delay, write", _AC, most=70 * NS, symbol="t13", before=_SELECTED),
+    Limit("hostread rises", "hostrdy falls", "HostRdy delay, read", _AC, most=70 * NS, symbol="t13", before=_SELECTED),
     Limit("hostrdy falls", "hostrdy rises", "busy to ready", "pin descriptions", typical=82_500 * NS, mhz=MHZ),
-    Limit("hostwrite falls", "hostwrite rises", "~HostWrite low", _AC, least=50 * NS, symbol="t14", keeper="host", given=(("hostslct", 0),)),
-    Limit("hostdata changes", "hostwrite rises", "write data set-up", _AC, least=35 * NS, symbol="t15", keeper="host", given=(("hostslct", 0),)),
-    Limit("hostwrite rises", "hostdata changes", "write data hold", _AC, least=30 * NS, symbol="t16", keeper="host"),
-    Limit("hostread rises", "hostread falls", "read recovery", _AC, least=60 * NS, symbol="t17", keeper="host", given=_READ),
-    Limit("hostwrite rises", "hostwrite falls", "write recovery", _AC, least=60 * NS, symbol="t18", keeper="host", given=_WRITE),
+    Limit("hostwrite falls", "hostwrite rises", "~HostWrite low", _AC, least=50 * NS, symbol="t14", keeper="host", given=_SELECTED),
+    Limit("hostdata changes", "hostwrite rises", "write data set-up", _AC, least=35 * NS, symbol="t15", keeper="host", given=_SELECTED),
+    Limit("hostwrite rises", "hostdata changes", "write data hold", _AC, least=30 * NS, symbol="t16", keeper="host", before=_SELECTED),
+    Limit("hostread rises", "hostread falls", "read recovery", _AC, least=60 * NS, symbol="t17", keeper="host", given=_READ, before=_SELECTED),
+    Limit("hostwrite rises", "hostwrite falls", "write recovery", _AC, least=60 * NS, symbol="t18", keeper="host", given=_WRITE, before=_SELECTED),
     *(Limit(f"quad{one}{n} changes", f"quad{one}{n} changes", f"axis {n}: a level of encoder channel {one.upper()}", _AC, least=1600 * NS, symbol="t1", keeper="host") for n in range(1, 5) for one in "ab"),
     *(Limit(f"quad{one}{n} changes", f"quad{two}{n} changes", f"axis {n}: a state of the encoder", _AC, least=800 * NS, symbol="t2", keeper="host") for n in range(1, 5) for one, two in ("ab", "ba")),
     *(Limit(f"home{n} changes", f"home{n} changes", f"axis {n}: a level of ~HOME that is seen", "encoder position feedback", least=480 * NS, keeper="host") for n in range(1, 5)),
