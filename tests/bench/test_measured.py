@@ -59,8 +59,12 @@ def test_a_measured_pin_is_drawn_over_the_models(model, measured):
     over = {"x.pulse": measured.trace("pulse", shift=shift)}
     begin, end = model.edges("x.pulse")[0][[20, 30]]
     axes = model.figure(pins=["x.pulse"], over=over, start=int(begin) - 5, stop=int(end) + 50 * US).axes[-1]
-    for gid, times in (("pulse", model.edges("x.pulse")[0]), ("measured pulse", measured.edges("pulse")[0] + shift)):
-        seen = drawn(axes, gid).get_xdata()[1:-1]
+    both = (
+        (axes.lines[0], model.edges("x.pulse")[0]),
+        (drawn(axes, "measured pulse"), measured.edges("pulse")[0] + shift),
+    )
+    for line, times in both:
+        seen = line.get_xdata()[1:-1]
         inside = times[(times > begin - 5) & (times <= end + 50 * US)]
         np.testing.assert_allclose(seen, inside / MS, rtol=1e-12)
     pairs, unit = late_of(model, measured)

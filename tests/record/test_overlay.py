@@ -122,7 +122,7 @@ def lanes(**more):
 def test_a_lane_shows_both_and_where_they_differ():
     picture = lanes()
     (axes,) = picture.axes
-    model, measured = drawn(axes, "slew"), drawn(axes, "measured measured")
+    model, measured = axes.lines[0], drawn(axes, "measured measured")
     assert model.get_xdata().tolist() == [0, 20, 80, 100]
     assert measured.get_xdata().tolist() == [5, 22, 80, 90]  # as far as it is known
     assert set(model.get_ydata()) == set(measured.get_ydata())
@@ -162,7 +162,7 @@ def diagram(model, measured, **more):
 def test_a_timing_diagram_shows_both_and_where_they_differ():
     shown = diagram(trace(20, 80), trace(30, 80, since=10))
     (axes,) = draw(shown).axes
-    begin, end = drawn(axes, "x.a").get_xdata()[[0, -1]]
+    begin, end = axes.lines[0].get_xdata()[[0, -1]]
     place = lambda at: begin + 0.08 + (end - begin - 0.16) * at / 100  # noqa: E731
     measured = drawn(axes, "measured x.a").get_xdata()
     assert measured[0] == pytest.approx(place(10))
@@ -176,7 +176,7 @@ def test_a_timing_diagram_shows_both_and_where_they_differ():
 def test_notes_make_a_timing_diagram_higher_and_move_no_lane():
     with_notes, without = (draw(diagram(trace(20, 80), over)) for over in (trace(30, 80), None))
     assert with_notes.get_figheight() == pytest.approx(without.get_figheight() + 0.17)
-    assert drawn(with_notes.axes[0], "x.a").get_ydata().tolist() == drawn(without.axes[0], "x.a").get_ydata().tolist()
+    assert with_notes.axes[0].lines[0].get_ydata().tolist() == without.axes[0].lines[0].get_ydata().tolist()
 
 
 def test_a_measured_bus_in_a_timing_diagram():

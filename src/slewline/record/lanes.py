@@ -90,7 +90,7 @@ def _draw_trace(
         heights = base + high * np.where(levels == FLOATING, np.nan, levels)
         panel.plot(
             times, heights, color=color, linewidth=1.1, linestyle=dashes, drawstyle="steps-post",
-            solid_joinstyle="miter", gid=f"{'measured ' * over}{trace.name}",
+            solid_joinstyle="miter", gid=f"measured {trace.name}" if over else None,
         )  # fmt: skip
         _draw_floating(panel, times, levels, color, base + high / 2)
     if len(bands):

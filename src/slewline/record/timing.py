@@ -133,7 +133,7 @@ class Drawing:
 
     def _pin(self, lane: Lane, foot: float) -> None:
         trace = self.colours.trace
-        self._levels(self._runs(lane.signal, -EVER, EVER), foot, trace, f"{trace}60", gid=lane.pin)
+        self._levels(self._runs(lane.signal, -EVER, EVER), foot, trace, f"{trace}60")
 
     def _levels(self, runs: Runs, foot: float, color: str, band: str, **how: Any) -> None:
         """Levels and their edges, and bands where these are dense."""
