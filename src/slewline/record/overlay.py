@@ -69,7 +69,8 @@ def differing(model: Levelled, measured: Trace, start: int, stop: int) -> NDArra
 
     start, stop = max(start, measured.since), min(stop, measured.until)
     both = np.concatenate([model.times_ps, measured.times_ps])
-    times = np.unique(np.concatenate([[start], both[(start < both) & (both < stop)], [max(start, stop)]]))
+    inside = np.sort(both[(start < both) & (both < stop)], kind="stable")  # two ascending rows are soon merged
+    times = np.concatenate([[start], inside, [max(start, stop)]])
     one, other = (
         np.append(each.level, each.levels)[np.searchsorted(each.times_ps, times[:-1], side="right")]
         for each in (model, measured)
