@@ -11,7 +11,7 @@ import pytest
 import slewline
 from slewline.core.chip import Chip
 from slewline.errors import NotRecorded, UnknownName
-from slewline.record.lanes import Trace
+from slewline.record.traces import Trace
 
 MS = 10**9
 ROOT = Path(__file__).parents[2]

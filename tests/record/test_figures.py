@@ -20,10 +20,10 @@ from slewline.core.timebase import Clock
 from slewline.errors import UsageError
 from slewline.record import figures, lanes, marks, panels
 from slewline.record.figures import Contents, description_of, figure
-from slewline.record.lanes import Trace
 from slewline.record.panels import Track
 from slewline.record.pictures import save
 from slewline.record.style import DARK, LIGHT, TimeAxis, duration, inches, number
+from slewline.record.traces import Trace
 
 MS = 10**9
 

@@ -6,10 +6,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from ..core.axis import Mark
+from ..core.axis import Mark, Steps
 from ..core.chip import Chip, OneAxis
 from ..core.timebase import Time, moment, picoseconds, readable
 from ..errors import UnknownName, UsageError
+from .motions import first_step, moving_from_to
 from .recording import FilePath, Recording
 
 if TYPE_CHECKING:
@@ -18,8 +19,8 @@ if TYPE_CHECKING:
 
     from ..record.cursors import Readings
     from ..record.figures import Contents
-    from ..record.lanes import Trace
     from ..record.panels import Track
+    from ..record.traces import Trace
 
 AROUND = 20  # so much of the motion is shown before and after it: 1/20
 TOLD = 3  # values of a parameter that are told, of motions in which it differs
@@ -38,7 +39,8 @@ class Drawing(Recording):
         stop: Time | None = None,
         *,
         axes: Sequence[int | str] | int | str | None = None,
-        runs: Mapping[str, Drawing] | None = None,
+        runs: Mapping[str, Drawing | Steps] | None = None,
+        over: Mapping[str, Trace] | None = None,
         ideal: bool = False,
         cursors: Iterable[Time] = (),
         dark: bool = False,
@@ -57,7 +59,10 @@ class Drawing(Recording):
             start, stop: the window; by default the motion, and a twentieth of it before and after.
             axes: which axes: numbers from 1 on, names of chips, or names such as "x axis 2"; by default all.
             runs: further benches by the name that the picture gives them, each laid over this one, its motion
-                beginning with this one's; `start` and `stop` then count from there.
+                beginning with this one's; `start` and `stop` then count from there.  Measured steps as well, such as
+                `read_vcd(path).steps("pulse")`, their first one at the instant of this bench's first one.
+            over: what was measured of pins, such as {"x.slew": measured.trace("slew", shift="-3 ms")}: it is drawn over
+                them, stretches in which the two differ are marked, and how late it comes at most is told.
             ideal: lay the ideal of each motion over it, as far as the part defines one, and tell the difference.
             cursors: instants that are marked by numbered lines; `readings` has the values there.
             dark: light on dark.
@@ -72,7 +77,7 @@ class Drawing(Recording):
         """
         from ..record.figures import figure
 
-        contents = self._contents(title, pins, start, stop, axes, runs, ideal, cursors, marks)
+        contents = self._contents(title, pins, start, stop, axes, runs, over, ideal, cursors, marks)
         return figure(contents, width=width, dark=dark, ax=ax)
 
     def plot(
@@ -84,7 +89,8 @@ class Drawing(Recording):
         stop: Time | None = None,
         *,
         axes: Sequence[int | str] | int | str | None = None,
-        runs: Mapping[str, Drawing] | None = None,
+        runs: Mapping[str, Drawing | Steps] | None = None,
+        over: Mapping[str, Trace] | None = None,
         ideal: bool = False,
         cursors: Iterable[Time] = (),
         dark: bool = False,
@@ -100,7 +106,7 @@ class Drawing(Recording):
         from ..record.pictures import check_suffix, save
 
         check_suffix(path)
-        contents = self._contents(title, pins, start, stop, axes, runs, ideal, cursors, marks)
+        contents = self._contents(title, pins, start, stop, axes, runs, over, ideal, cursors, marks)
         picture = figure(contents, width=width, dark=dark)
         save(picture, path, contents.title, description_of(picture), dark)
 
@@ -109,22 +115,29 @@ class Drawing(Recording):
         at: Iterable[Time],
         pins: Sequence[str] | None = None,
         axes: Sequence[int | str] | int | str | None = None,
+        over: Mapping[str, Trace] | None = None,
     ) -> Readings:
         """Return what every axis and every recorded pin is at some instants, and the differences between neighbours.
 
         Print it for a table; its `rows` are the same as data.
 
+        Args:
+            over: what was measured of pins, as for `figure`: a row each, below all others.
+
         Raises:
             UsageError: an instant is still to come, or there is none.
         """
-        from ..record.cursors import readings
+        from ..record.cursors import measured, readings
+        from ..record.overlay import checked
 
         instants = self._instants(at)
         if not instants:
             raise UsageError('readings: no instant; give some, such as bench.readings(["10 ms", "20 ms"])')
         nets = dict(self.recorded) if pins is None else self._chosen(pins)
         tracks = [(self._name_of(axis), axis.quantities()) for axis in self._axes(axes)]
-        return readings(instants, tracks, [(name, net, self.recorder) for name, net in nets.items()])
+        found = readings(instants, tracks, [(name, net, self.recorder) for name, net in nets.items()])
+        rows = [measured(name, trace, instants) for name, trace in checked(over).items()]
+        return replace(found, rows=(*found.rows, *rows))
 
     # ------------------------------------------------------------------------------------------------- what is shown
     def _contents(
@@ -134,7 +147,8 @@ class Drawing(Recording):
         start: Time | None,
         stop: Time | None,
         axes: Sequence[int | str] | int | str | None,
-        runs: Mapping[str, Drawing] | None,
+        runs: Mapping[str, Drawing | Steps] | None,
+        over: Mapping[str, Trace] | None,
         ideal: bool,
         cursors: Iterable[Time],
         marks: bool,
@@ -143,19 +157,21 @@ class Drawing(Recording):
 
         if not self.chips:
             raise UnknownName("the bench has no chip to plot")
-        benches: list[tuple[str, Drawing]] = [("", self)]
-        if runs:
-            benches = [*runs.items()] if self in runs.values() else [("this run", self), *runs.items()]
+        benches = [("", self)] if not runs else [(n, run) for n, run in runs.items() if isinstance(run, Drawing)]
+        if runs and not any(bench is self for _, bench in benches):
+            benches.insert(0, ("this run", self))
         begins = {name: (bench._motion(bench._axes(axes)) or (0, 0))[0] if runs else 0 for name, bench in benches}
-        first, last = self._picture(axes, pins, start, stop, benches, begins)
+        zero = next(begins[name] for name, bench in benches if bench is self)
+        measured = [*self._measured(runs or {}, axes, zero)]
+        first, last = self._picture(axes, pins, start, stop, benches, begins, measured)
         tracks: list[Track] = []
         for name, bench in benches:
             tracks += bench._tracks(axes, name, begins[name], first, last, ideal)
-        zero = next(begins[name] for name, bench in benches if bench is self)
+        tracks += measured
         return Contents(
             title or self._named(),
             tracks,
-            self._traces(pins, first, last, zero),
+            self._traces(pins, first, last, zero, over),
             first,
             last,
             notes=[*self._notes(tracks), *differences(tracks)],
@@ -177,14 +193,17 @@ class Drawing(Recording):
         stop: Time | None,
         benches: Sequence[tuple[str, Drawing]],
         begins: Mapping[str, int],
+        measured: Sequence[Track],
     ) -> tuple[int, int]:
         """The window of a picture, in ps of the picture: the motion, unless it is told otherwise."""
-        longest = max(bench.kernel.now - begins[name] for name, bench in benches)
+        ends = [bench.kernel.now - begins[name] for name, bench in benches]
+        longest = max(ends + [track.until - track.zero for track in measured])
         first = None if start is None else moment(start)
         last = None if stop is None else min(moment(stop), longest)
         if first is None or last is None:
             moved = [(bench._motion(bench._axes(axes)), begins[name]) for name, bench in benches]
             spans = [(span[0] - zero, span[1] - zero) for span, zero in moved if span is not None]
+            spans += [(t.since - t.zero, t.until - t.zero) for t in measured]
             if not spans and (edges := self._activity(pins)) is not None:
                 spans = [edges]
             begin = min((span[0] for span in spans), default=0)
@@ -274,25 +293,58 @@ class Drawing(Recording):
             axis.phases(first, last) if len(motions) <= MOST_PHASED else (),
             [(law, axis.deviation(motion)) for motion, law in ideals if law is not None],
             zero,
-            self.kernel.now,
+            until=self.kernel.now,
         )
 
     def _findings(self, chip: Chip, first: int, last: int) -> list[Mark]:
         return [Mark(f.time_ps, "finding", f.code) for f in chip.findings if first <= f.time_ps <= last]
 
-    def _traces(self, pins: Sequence[str | Trace] | None, first: int, last: int, zero: int) -> list[Trace]:
-        """What the pins did in a window of the picture; names without their chip, if there is but one."""
-        from ..record.lanes import Trace
+    def _measured(self, runs: Mapping[str, Any], axes: Any, zero: int) -> Iterator[Track]:
+        """Measured steps among some runs, their first one at that of this bench (ps; `zero` of it is 0)."""
+        from ..record.measured import track
 
+        found = {name: run for name, run in runs.items() if not isinstance(run, Drawing)}
+        first = (
+            min(
+                (step for axis in self._axes(axes) if (step := first_step(axis, self.kernel.now)) is not None),
+                default=zero,
+            )
+            if found
+            else zero
+        )
+        for name, steps in found.items():
+            if not isinstance(steps, Steps):
+                raise UsageError(
+                    f"runs: {name!r}: expected a bench, or steps such as those of read_vcd(path).steps('pulse')"
+                )
+            yield track(name, steps, first - zero)
+
+    def _traces(
+        self,
+        pins: Sequence[str | Trace] | None,
+        first: int,
+        last: int,
+        zero: int,
+        over: Mapping[str, Trace] | None = None,
+    ) -> list[Trace]:
+        """What the pins did in a window of the picture; names without their chip, if there is but one."""
+        from ..record.overlay import checked, fitting
+        from ..record.recorder import width_of
+        from ..record.traces import Trace
+
+        laid = checked(over)
         found: list[Trace] = []
-        for pin in self.recorded if pins is None else pins:
+        shown = list(self.recorded if pins is None else pins)
+        for pin in [*shown, *(name for name in laid if name not in shown)]:
             if isinstance(pin, Trace):
                 found.append(pin.shifted(-zero).within(first, last))
                 continue
             net = self._chosen([pin])[pin]
             begin = max(first + zero, self.recorder.since(net))
             name = pin.partition(".")[2] if len(self.chips) == 1 else pin
-            found.append(Trace.of(name or pin, net, self.recorder, begin, max(last + zero, begin)).shifted(-zero))
+            measured = fitting(pin, width_of(net) > 1, laid.get(pin))
+            trace = Trace.of(name or pin, net, self.recorder, begin, max(last + zero, begin), measured)
+            found.append(trace.shifted(-zero))
         return found
 
     # --------------------------------------------------------------------------------------------------- what is told
@@ -312,20 +364,6 @@ class Drawing(Recording):
             if instant > self.kernel.now:
                 raise UsageError(f"{time!r} is still to come; it is {readable(self.kernel.now)}")
         return instants
-
-
-def moving_from_to(axis: OneAxis, start: int, stop: int) -> tuple[int, int] | None:
-    """Return the first and the last instant of a window at which an axis moves; None: it makes no step there."""
-    played = [(train, a, b) for _, train, a, b in axis.motor.played(start, stop)]
-    if not played:
-        return None
-    train, a, _ = played[0]
-    begin = max(train.clock.ps(train.begin(a) if a else train.origin), start)
-    train, _, b = played[-1]
-    last = train.clock.ps(train.begin(b - 1))
-    times, values = axis.quantities()[0].outline(last, stop, 100)
-    rests = times[values == 0]
-    return begin, int(rests[0]) if len(rests) else stop
 
 
 def differences(tracks: Sequence[Track]) -> Iterator[str]:

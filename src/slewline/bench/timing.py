@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from ..record.diagram import Diagram, Lane
     from ..record.diagram import Word as Written
+    from ..record.traces import Trace
 
 Between = str | tuple[str, str]
 
@@ -36,6 +37,7 @@ class TimingDiagrams(Recording):
         between: Iterable[Between] = (),
         causes: Iterable[tuple[str, str]] = (),
         title: str | None = None,
+        over: Mapping[str, Trace] | None = None,
         names: Mapping[str, str] | None = None,
         decode: bool = False,
         quiet: Time | None = None,
@@ -51,6 +53,8 @@ class TimingDiagrams(Recording):
                 the data sheet, "t14".  The second edge of a pair is the first such one behind the first; a number asks
                 for a later one.  A time that the sheet prints limits of is checked against them.
             causes: pairs of edges, the second brought about by the first: curved arrows.
+            over: what was measured of pins, such as {"x.slew": measured.trace("slew", shift="-3 ms")}: it is drawn over
+                them, stretches in which the two differ are marked, and how late it comes at most is told.
             names: what to write beside pins instead of their names.
             decode: write the characters over serial lines.
             quiet: cut stretches without any edge short from this length on; "0 s": none; by default as it fits.
@@ -65,7 +69,7 @@ class TimingDiagrams(Recording):
         from ..record.timing import draw
 
         check_suffix(path)
-        diagram = self._diagram(pins, start, stop, between, causes, title, names, decode, quiet)
+        diagram = self._diagram(pins, start, stop, between, causes, title, over, names, decode, quiet)
         save(draw(diagram, width, dark), path, diagram.title, diagram.description, dark)
         return list(diagram.measured)
 
@@ -78,6 +82,7 @@ class TimingDiagrams(Recording):
         between: Iterable[Between] = (),
         causes: Iterable[tuple[str, str]] = (),
         title: str | None = None,
+        over: Mapping[str, Trace] | None = None,
         names: Mapping[str, str] | None = None,
         decode: bool = False,
         quiet: Time | None = None,
@@ -87,7 +92,7 @@ class TimingDiagrams(Recording):
         """Return the picture that `timing` writes as a matplotlib Figure."""
         from ..record.timing import draw
 
-        return draw(self._diagram(pins, start, stop, between, causes, title, names, decode, quiet), width, dark)
+        return draw(self._diagram(pins, start, stop, between, causes, title, over, names, decode, quiet), width, dark)
 
     def intervals(
         self, between: Iterable[Between], start: Time | None = None, stop: Time | None = None
@@ -133,22 +138,26 @@ class TimingDiagrams(Recording):
         between: Iterable[Between],
         causes: Iterable[tuple[str, str]],
         title: str | None,
+        over: Mapping[str, Trace] | None,
         names: Mapping[str, str] | None,
         decode: bool,
         quiet: Time | None,
     ) -> Diagram:
         from ..record.diagram import Diagram
+        from ..record.overlay import checked
 
         if isinstance(pins, str):
             raise UsageError(f"pins={pins!r}: expected a list of pins, such as [{pins!r}]")
         chosen = [self._full_name(name) for name in pins] if pins is not None else list(self._chosen(None))
+        laid = {self._full_name(name): trace for name, trace in checked(over).items()}
+        chosen += [name for name in laid if name not in chosen]
         window = _Window(self, *self._window_of(self._chosen(chosen), start, stop))
         labels = {self._full_name(name): label for name, label in (names or {}).items()}
         measured, causing = window.measure(between), window.measure(causes)
         missing = [edge.split()[0] for each in (*measured, *causing) for edge in (each.start, each.end)]
         chosen += [name for name in dict.fromkeys(missing) if name not in chosen]
         owners = {name.partition(".")[0] for name in chosen}
-        lanes = [window.lane(name, labels.get(name), len(owners) > 1, decode) for name in chosen]
+        lanes = [window.lane(name, labels.get(name), len(owners) > 1, decode, laid.get(name)) for name in chosen]
         what = title or ", ".join(f"{name}: {chip.sheet.part.upper()}" for name, chip in self.chips.items())
         cut = None if quiet is None else picoseconds(quiet)
         return Diagram(what, window.start, window.stop, lanes, measured, causing, cut)
@@ -255,9 +264,10 @@ class _Window:
             raise UsageError(f"between {symbol!r}: it does not occur in the window, or its pins are not recorded")
 
     # ----------------------------------------------------------------------------------------------------------- lanes
-    def lane(self, name: str, label: str | None, several: bool, decode: bool) -> Lane:
-        """A pin or bus as a lane; `several`: the owner's name stands before it."""
+    def lane(self, name: str, label: str | None, several: bool, decode: bool, over: Trace | None) -> Lane:
+        """A pin or bus as a lane, and what is laid over it; `several`: the owner's name stands before it."""
         from ..record.diagram import Lane
+        from ..record.overlay import fitting
 
         owner, _, pin = name.partition(".")
         chip = self.bench.chips.get(owner)
@@ -265,7 +275,9 @@ class _Window:
             label = (f"{owner}: " if several else "") + _printed(chip, pin)
         signal = self.signal(name)
         words = self._characters(chip, name) if decode and chip is not None and pin in ("rxd", "txd") else []
-        return Lane(name, label, signal, words, self._meaning(chip) if signal.bus else None)
+        return Lane(
+            name, label, signal, words, self._meaning(chip) if signal.bus else None, fitting(name, signal.bus, over)
+        )
 
     def _characters(self, chip: Chip, name: str) -> list[Written]:
         """The characters on a serial line, also those that only begin or end in the window."""

@@ -57,7 +57,7 @@ def comments_of(chips: Iterable[Chip], values: bool) -> Iterator[str]:
 def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> View:
     """What a viewer shows first of a window in ps: the motion, or all of it if nothing moves, with marks."""
     from ..record.layouts import View
-    from .drawing import moving_from_to
+    from .motions import moving_from_to
 
     axes = [axis for chip in chips for _, axis in axes_of(chip)]
     spans = [span for axis in axes if (span := moving_from_to(axis, start, stop)) is not None]

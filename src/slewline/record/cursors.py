@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from ..core.quantity import Quantity
 from .recorder import FLOATING, Probe, Recorder, width_of
 from .style import duration, number
+from .traces import Trace
 
 Value = float | int | None
 
@@ -79,3 +80,10 @@ def readings(
         levels = (recorder.level_at(probe, instant) for instant in instants)
         rows.append(Reading(name, "", tuple(None if v == FLOATING else v for v in levels), width_of(probe)))
     return Readings(tuple(instants), tuple(rows))
+
+
+def measured(name: str, trace: Trace, instants: Sequence[int]) -> Reading:
+    """Return what was measured of a pin at some instants (ps); None where it floats or is not known."""
+    levels = trace.levels_at(instants)
+    values = tuple(None if level == FLOATING else level for level in levels)
+    return Reading(f"{name} measured", "", values, 8 if trace.bus else 1)

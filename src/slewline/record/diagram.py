@@ -7,17 +7,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from textwrap import wrap
 from typing import Any, NamedTuple
 
 from ..core.timebase import readable
 from .intervals import Interval, Signal
+from .overlay import told
 from .style import duration
+from .traces import Trace
 
 # inches
 LANE, SWING, WORDS, ROW, TOP, BOTTOM, RIGHT = 0.34, 0.2, 0.17, 0.2, 0.42, 0.42, 0.2
 LETTER = 0.0088  # width of a letter, per point
 QUIET = 8  # a stretch is quiet if it is so many times as long as most stretches between edges
-SMALL = 7.5  # points
+EDGE, NOTE = 0.12, 0.17  # where titles begin; a line of notes
+SMALL, LARGE = 7.5, 8.5  # points
 
 
 class Word(NamedTuple):
@@ -31,7 +35,7 @@ class Word(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Lane:
-    """A pin or a bus in a diagram.
+    """A pin or a bus in a diagram, and what was measured of it.
 
     `pin` is its full name, `label` what stands beside it; `says` tells what a value of a bus means, from the value and
     the instant (ps) at which it ends.
@@ -42,6 +46,7 @@ class Lane:
     signal: Signal
     words: Sequence[Word] = ()
     says: Callable[[int, int], str] | None = None
+    over: Trace | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +70,13 @@ class Diagram:
         """What it shows, in words."""
         names = ", ".join(lane.label for lane in self.lanes)
         times = "".join(f" From {each.start} to {each.end}: {each}." for each in self.measured)
-        return f"Timing diagram of {names}, from {readable(self.start)} to {readable(self.stop)}.{times}"
+        compared = "".join(f" {line}." for line in self.compared)
+        return f"Timing diagram of {names}, from {readable(self.start)} to {readable(self.stop)}.{times}{compared}"
+
+    @property
+    def compared(self) -> list[str]:
+        """How well the lanes agree with what is laid over them, in a line; none without such a lane."""
+        return told(((lane.label, lane.signal, lane.over) for lane in self.lanes), self.start, self.stop)
 
 
 class Scale:
@@ -77,6 +88,7 @@ class Scale:
         start, stop = diagram.start, diagram.stop
         self.start, self.stop, self.left, self.right = start, stop, left, right
         busy = [times for lane in diagram.lanes for times in (lane.signal.times_ps, _ends(lane.words))]
+        busy += [lane.over.times_ps for lane in diagram.lanes if lane.over is not None]
         instants = np.unique(np.concatenate([[start, stop], *busy])).astype(np.int64)
         instants = instants[(instants >= start) & (instants <= stop)]
         gaps = np.diff(instants)
@@ -134,11 +146,13 @@ class Arrow(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Where everything stands: the foot of every lane, and the arrows."""
+    """Where everything stands: the top of the lanes, the foot of each, the arrows, and notes under the title."""
 
     height: float
+    top: float
     feet: tuple[float, ...]
     arrows: tuple[Arrow, ...] = field(default=())
+    notes: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, diagram: Diagram, scale: Scale) -> Layout:
@@ -155,12 +169,14 @@ class Layout:
             LANE + ROW * count + (0.06 if count else 0) + (WORDS if lane.words else 0)
             for lane, count in zip(diagram.lanes, rows, strict=True)
         ]
-        height = TOP + sum(heights) + BOTTOM
-        feet, below = [], height - TOP
+        letters = int((scale.right + RIGHT - EDGE) / (LETTER * LARGE))
+        notes = tuple(line for note in diagram.compared for line in wrap(note, letters))
+        top = sum(heights) + BOTTOM
+        feet, below = [], top
         for lane, tall in zip(diagram.lanes, heights, strict=True):
             feet.append(below - LANE + 0.05 - (WORDS if lane.words else 0))
             below -= tall
-        return cls(height, tuple(feet), tuple(arrows))
+        return cls(top + TOP + NOTE * len(notes), top, tuple(feet), tuple(arrows), notes)
 
 
 def lanes_of(interval: Interval, lanes: Sequence[Lane]) -> tuple[int, int]:

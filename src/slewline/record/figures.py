@@ -20,10 +20,10 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from ..errors import UsageError
-from . import lanes, marks, panels
-from .lanes import Trace
+from . import lanes, marks, overlay, panels
 from .panels import Curve, Track
 from .style import DASHES, Palette, TimeAxis, duration, inches, number, palette, styled
+from .traces import Trace
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -135,7 +135,9 @@ class Layout:
         self.flags = marks.flags_of(contents.tracks, self.axis, self.across) if contents.marks else []
         self.phases = marks.phases_of(contents.tracks, self.axis, self.across) if curves else []
         letters = int((width - 2 * EDGE) / LETTER)
-        self.notes = [line for note in contents.notes for line in wrap(note, letters)]
+        pins = ((trace.name, trace, trace.over) for trace in contents.traces)
+        self.compared = overlay.told(pins, contents.start, contents.stop)
+        self.notes = [line for note in (*contents.notes, *self.compared) for line in wrap(note, letters)]
         self.title = wrap(contents.title, int((width - 2 * EDGE) / 0.1)) or [""]
         self.legend = self._legend()
         self.panels = self._panels(curves)
@@ -219,7 +221,8 @@ def figure(
             return _draw_into(layout, ax, colours)
         paper = Paper(size, layout.height, dark)
         curves = [panel.curves for panel in layout.panels]
-        paper.figure.description = _described(contents, curves)  # type: ignore[attr-defined]
+        described = [_described(contents, curves), *(f"{line}." for line in layout.compared)]
+        paper.figure.description = " ".join(described)  # type: ignore[attr-defined]
         _write_head(paper, layout, colours)
         _draw(_make_panels(paper, layout, colours), layout, colours, whole=True)
         return paper.figure

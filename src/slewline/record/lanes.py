@@ -3,53 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from . import outlines
-from .recorder import FLOATING, Probe, Recorder, width_of
+from .overlay import marked
+from .recorder import FLOATING
 from .style import Palette, TimeAxis
+from .traces import Trace
 
 if TYPE_CHECKING:
     import numpy as np
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from .recorder import Levels
-
 HIGH = 0.6  # of a lane: how much higher a 1 lies than a 0
 LANE, NAMED_LANE = 0.27, 0.36  # inches; the second with its name above the line
 BYTE_SHARE = 0.03  # of the window: what a byte needs to be written
 APART = 0.009  # of the window: what must lie between two bands
-
-
-@dataclass(frozen=True, slots=True)
-class Trace:
-    """What one pin does: edges as Recorder.edges gives them, and the level before the first; a bus shows its bytes."""
-
-    name: str
-    times_ps: NDArray[np.int64]
-    levels: Levels
-    level: int
-    bus: bool = False
-
-    @classmethod
-    def of(cls, name: str, probe: Probe, recorder: Recorder, start: int, stop: int) -> Trace:
-        """Return the trace of a recorded net or pin in a window (ps), as far as a picture of it shows."""
-        times, levels = outlines.edges(recorder, probe, start, stop)
-        return cls(name, times, levels, recorder.level_at(probe, start), width_of(probe) > 1)
-
-    def shifted(self, by: int) -> Trace:
-        """Return the same so many ps later."""
-        return replace(self, times_ps=self.times_ps + by) if by else self
-
-    def within(self, start: int, stop: int) -> Trace:
-        """Return what of it lies in a window (ps): of a file, which knows no window."""
-        import numpy as np
-
-        first, last = np.searchsorted(self.times_ps, (start, stop), side="right").tolist()
-        level = int(self.levels[first - 1]) if first else self.level
-        return replace(self, times_ps=self.times_ps[first:last], levels=self.levels[first:last], level=level)
+TICK = 0.09  # of a lane: how high a tick is below a stretch in which two traces differ
+MARKS = 2000  # stretches in a row that can be told apart
+MEASURED: Any = (0, (3, 2))  # dashes of what is laid over
 
 
 def wrapped(name: str, letters: int) -> str | None:
@@ -89,24 +62,67 @@ def draw_lanes(
 
 
 def _draw_lane(panel: Axes, trace: Trace, axis: TimeAxis, colours: Palette, base: float, high: float) -> None:
-    import numpy as np
+    _draw_trace(panel, trace, axis, colours, base, high)
+    if trace.over is not None:
+        start, stop = max(axis.start, trace.since), min(axis.stop, trace.until)
+        _draw_differing(panel, trace.name, marked(trace, trace.over, start, stop), axis, colours, base, high)
+        _draw_trace(panel, trace.over, axis, colours, base, high, over=True)
 
-    outline, bands = outlines.logic(trace.times_ps, trace.levels, trace.level, axis.start, axis.stop)
+
+def _draw_trace(
+    panel: Axes, trace: Trace, axis: TimeAxis, colours: Palette, base: float, high: float, over: bool = False
+) -> None:
+    """Draw what is known of a trace; `over`: as what is laid over another."""
+    import numpy as np
+    from matplotlib.collections import PolyCollection
+
+    start, stop = max(axis.start, trace.since), min(axis.stop, trace.until)
+    if stop <= start:
+        return
+    known = trace.within(start, stop)
+    outline, bands = outlines.logic(known.times_ps, known.levels, known.level, start, stop)
     times, levels = axis.scaled(outline[0]), outline[1]
-    color = colours.bus if trace.bus else colours.trace
+    color = colours.measured if over else colours.bus if trace.bus else colours.trace
+    dashes: Any = MEASURED if over else "solid"
     if trace.bus:
-        _draw_bus(panel, times, levels, colours, base, high)
+        _draw_bus(panel, times, levels, colours, base, high, over)
     else:
         heights = base + high * np.where(levels == FLOATING, np.nan, levels)
-        panel.plot(times, heights, color=color, linewidth=1.1, drawstyle="steps-post", solid_joinstyle="miter")
+        panel.plot(
+            times, heights, color=color, linewidth=1.1, linestyle=dashes, drawstyle="steps-post",
+            solid_joinstyle="miter", gid=f"measured {trace.name}" if over else None,
+        )  # fmt: skip
         _draw_floating(panel, times, levels, color, base + high / 2)
     if len(bands):
-        from matplotlib.collections import PolyCollection
-
         close = bands[1:, 0] - bands[:-1, 1] < APART * (axis.stop - axis.start)
         ends = axis.scaled(np.stack([bands[np.append(True, ~close), 0], bands[np.append(~close, True), 1]], axis=1))
-        boxes = [[(a, base), (b, base), (b, base + high), (a, base + high)] for a, b in ends]
-        panel.add_collection(PolyCollection(boxes, facecolor=f"{color}60", edgecolor=color, linewidth=0.9))
+        face = "none" if over else f"{color}60"
+        shown = boxes(ends, base, high)
+        panel.add_collection(PolyCollection(shown, facecolor=face, edgecolor=color, linewidth=0.9, linestyle=dashes))
+
+
+def _draw_differing(
+    panel: Axes, name: str, stretches: NDArray[np.int64], axis: TimeAxis, colours: Palette, base: float, high: float
+) -> None:
+    """Mark stretches: shaded, and a tick below the lane, which is seen however short they are."""
+    import numpy as np
+    from matplotlib.collections import PolyCollection
+
+    if not len(stretches):
+        return
+    least = (axis.stop - axis.start) // MARKS
+    wide = stretches[stretches[:, 1] - stretches[:, 0] > least]
+    apart = np.diff(stretches.ravel())[1::2] > least
+    ends = np.stack([stretches[np.append(True, apart), 0], stretches[np.append(apart, True), 1]], axis=1)
+    shade, ticks = boxes(axis.scaled(wide), base, high), boxes(axis.scaled(ends), base - TICK - 0.05, TICK)
+    panel.add_collection(PolyCollection(shade, facecolor=f"{colours.alarm}40", linewidth=0, zorder=0.5))
+    alarm, gid = colours.alarm, f"where {name} differs"
+    panel.add_collection(PolyCollection(ticks, facecolor=alarm, edgecolor=alarm, linewidth=0.8, gid=gid))
+
+
+def boxes(ends: Any, base: float, high: float) -> list[list[tuple[float, float]]]:
+    """Return boxes from begins to ends, (n, 2), so high above a base."""
+    return [[(a, base), (b, base), (b, base + high), (a, base + high)] for a, b in ends]
 
 
 def _draw_floating(panel: Axes, times: Any, levels: Any, color: str, middle: float) -> None:
@@ -118,21 +134,27 @@ def _draw_floating(panel: Axes, times: Any, levels: Any, color: str, middle: flo
         panel.hlines(np.full(len(floating), middle), times[floating], times[floating + 1], color, "dashed", lw=0.9)
 
 
-def _draw_bus(panel: Axes, times: Any, levels: Any, colours: Palette, base: float, high: float) -> None:
-    """Boxes with their bytes, as far as these have room; a line in the middle while nothing drives."""
+def _draw_bus(
+    panel: Axes, times: Any, levels: Any, colours: Palette, base: float, high: float, over: bool = False
+) -> None:
+    """Boxes with their bytes, as far as these have room; a line in the middle while nothing drives.
+
+    Of what is laid over, the outlines alone.
+    """
     from matplotlib.collections import PolyCollection
 
     span = times[-1] - times[0]
-    boxes = []
+    hexagons = []
     for begin, end, level in zip(times[:-1], times[1:], levels[:-1], strict=True):
         if level != level or level == FLOATING or end <= begin:  # NaN: inside a band
             continue
         slant = min(0.002 * span, (end - begin) / 2)
         across = [begin, begin + slant, end - slant, end, end - slant, begin + slant]
         up = [base + high / 2, base + high, base + high, base + high / 2, base, base]
-        boxes.append(list(zip(across, up, strict=True)))
-        if end - begin > BYTE_SHARE * span:
+        hexagons.append(list(zip(across, up, strict=True)))
+        if end - begin > BYTE_SHARE * span and not over:
             middle = (begin + end) / 2, base + high / 2
             panel.text(*middle, f"{int(level):02X}", ha="center", va="center_baseline", fontsize=7.5, color=colours.bus)
-    panel.add_collection(PolyCollection(boxes, facecolor=colours.byte, edgecolor=colours.bus, linewidth=0.9))
-    _draw_floating(panel, times, levels, colours.bus, base + high / 2)
+    color, face, dashes = (colours.measured, "none", MEASURED) if over else (colours.bus, colours.byte, "solid")
+    panel.add_collection(PolyCollection(hexagons, facecolor=face, edgecolor=color, linewidth=0.9, linestyle=dashes))
+    _draw_floating(panel, times, levels, color, base + high / 2)

@@ -37,7 +37,8 @@ class Track:
         phases: stretches with a label, begin and end in ps.
         ideals: what is laid over the motions, and how far they leave it.
         zero: the instant of the run that is 0 in the picture, ps.
-        until: the last instant that is known, ps.
+        since, until: the first and the last instant that is known, ps.
+        over: it was measured, and is drawn over the others.
     """
 
     name: str
@@ -47,11 +48,13 @@ class Track:
     phases: Sequence[tuple[int, int, str]] = ()
     ideals: Sequence[tuple[Ideal, Deviation]] = ()
     zero: int = 0
+    since: int = 0
     until: int = 1 << 62
+    over: bool = False
 
     def window(self, axis: TimeAxis) -> tuple[int, int]:
         """Return the window of a picture in the time of this run."""
-        start = max(axis.start + self.zero, 0)
+        start = max(axis.start + self.zero, self.since)
         return start, max(min(axis.stop + self.zero, self.until), start)
 
 
@@ -174,8 +177,9 @@ def _draw_curve(panel: Axes, curve: Curve, axis: TimeAxis, colours: Palette, sev
         times,
         values,
         color=color,
-        linewidth=1.5,
+        linewidth=1.2 if curve.track.over else 1.5,
         linestyle=dashes,
+        zorder=2.2 if curve.track.over else 2,
         drawstyle=style,
         solid_joinstyle="miter",
         label=curve.track.name,

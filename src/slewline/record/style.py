@@ -40,6 +40,7 @@ class Palette:
     alarm: str  # findings, limits that are hit, times that are out of range
     home: str
     cursor: str
+    measured: str  # a pin that is laid over the model's
 
 
 LIGHT = Palette(
@@ -58,6 +59,7 @@ LIGHT = Palette(
     alarm="#c0262d",
     home="#0b7a4b",
     cursor="#a3258a",
+    measured="#dd7414",
 )
 DARK = Palette(
     ground="#14191f",
@@ -75,6 +77,7 @@ DARK = Palette(
     alarm="#ff7b72",
     home="#56d394",
     cursor="#f778c9",
+    measured="#ffb454",
 )
 
 

@@ -9,14 +9,34 @@ from __future__ import annotations
 
 from itertools import pairwise
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ..core.timebase import readable
 from ..errors import UsageError
-from .diagram import BOTTOM, LETTER, RIGHT, ROW, SMALL, SWING, TOP, WORDS, Arrow, Diagram, Lane, Layout, Scale, lanes_of
+from .diagram import (
+    BOTTOM,
+    EDGE,
+    LARGE,
+    LETTER,
+    NOTE,
+    RIGHT,
+    ROW,
+    SMALL,
+    SWING,
+    WORDS,
+    Arrow,
+    Diagram,
+    Lane,
+    Layout,
+    Scale,
+    lanes_of,
+)
 from .intervals import Interval, Signal, rounded
+from .lanes import MEASURED, boxes
+from .overlay import marked
 from .recorder import FLOATING
 from .style import Palette, TimeAxis, duration, inches, number, styled
+from .traces import EVER, Trace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,11 +46,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-TAIL, EDGE = 0.08, 0.045  # inches: how far levels run on at both ends of the window; the width of an edge
+    Runs: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64], list[tuple[int, int]]]
+
+TAIL, STEEP = 0.08, 0.045  # inches: how far levels run on at both ends of the window; the width of an edge
 CAPITAL = 0.012  # inches: the width of a letter of a name, per point
 DENSE, FEWEST = 0.02, 6  # edges closer than this (inches) are a band, if there are as many
-LARGE, TINY = 8.5, 6.5  # points
+TINY = 6.5  # points
 TITLE, NEXT = 0.1, 0.2  # inches: the width of a letter of the title, and from one of its lines to the next
+TICK = 0.03  # inches: how high a tick is below a stretch in which two signals differ
 
 
 def draw(diagram: Diagram, width: str | float = "page", dark: bool = False) -> Figure:
@@ -66,16 +89,21 @@ class Drawing:
 
     def __init__(self, axes: Axes, colours: Palette, diagram: Diagram, scale: Scale, layout: Layout) -> None:
         self.axes, self.colours, self.diagram, self.scale, self.layout = axes, colours, diagram, scale, layout
-        self.slant = EDGE * min((scale.right - scale.left) / 8, 1)
+        self.slant = STEEP * min((scale.right - scale.left) / 8, 1)
         self.centres = [float(scale(list(cut)).mean()) for cut in scale.cuts]
 
     def draw(self, title: Sequence[str]) -> None:
         """Draw all of it; the title in lines."""
+        above = self.layout.height - 0.2
         for row, line in enumerate(reversed(title)):
-            self._text(0.12, self.layout.height - 0.2 + NEXT * row, line, size=11, weight="bold", ha="left")
+            self._text(EDGE, above + NEXT * row, line, size=11, weight="bold", ha="left")
+        for row, note in enumerate(self.layout.notes):
+            self._text(EDGE, above - 0.2 - NOTE * row, note, LARGE, color=self.colours.soft, ha="left")
         for lane, foot in zip(self.diagram.lanes, self.layout.feet, strict=True):
             self._text(self.scale.left - TAIL - 0.08, foot + SWING / 2, lane.label, size=LARGE, ha="right")
             (self._bus if lane.signal.bus else self._pin)(lane, foot)
+            if lane.over is not None:
+                self._over(lane, lane.over, foot)
             self._words(lane, foot + SWING + 0.03)
         self._time()
         for place, (begin, end) in zip(self.centres, self.scale.cuts, strict=True):
@@ -93,34 +121,41 @@ class Drawing:
         self.axes.plot(across, up, color=color, linewidth=width, solid_joinstyle="miter", **how)
 
     # ----------------------------------------------------------------------------------------------------------- lanes
-    def _runs(self, signal: Signal) -> tuple[NDArray[np.float64], NDArray[np.int64], list[tuple[int, int]]]:
-        """Places of the edges with both ends of the window, the levels from each on, and which edges are bands."""
+    def _runs(self, signal: Signal, since: int, until: int) -> Runs:
+        """Places of the edges with both ends of what is known, the levels from each on, and which edges are bands."""
         import numpy as np
 
-        inside = (signal.times_ps > self.diagram.start) & (signal.times_ps <= self.diagram.stop)
-        times = np.concatenate([[self.diagram.start], signal.times_ps[inside], [self.diagram.stop]])
-        level = signal.level_at(np.array([self.diagram.start]))
+        start, stop = max(self.diagram.start, since), min(self.diagram.stop, until)
+        inside = (signal.times_ps > start) & (signal.times_ps <= stop)
+        times = np.concatenate([[start], signal.times_ps[inside], [stop]])
+        level = signal.level_at(np.array([start]))
         levels = np.concatenate([level, signal.levels[inside]]).astype(np.int64)
         places = self.scale(times)
-        places[0] -= TAIL
-        places[-1] += TAIL
+        places[0] -= TAIL * (start == self.diagram.start)
+        places[-1] += TAIL * (stop == self.diagram.stop)
         far = np.flatnonzero(np.diff(places[1:-1]) > DENSE)
         firsts, lasts = np.append(1, far + 2), np.append(far + 1, len(places) - 2)
         bands = [(a, b) for a, b in zip(firsts.tolist(), lasts.tolist(), strict=True) if b - a + 1 >= FEWEST]
         return places, levels, bands
 
     def _pin(self, lane: Lane, foot: float) -> None:
-        places, levels, bands = self._runs(lane.signal)
+        trace = self.colours.trace
+        self._levels(self._runs(lane.signal, -EVER, EVER), foot, trace, f"{trace}60")
+
+    def _levels(self, runs: Runs, foot: float, color: str, band: str, **how: Any) -> None:
+        """Levels and their edges, and bands where these are dense."""
+        places, levels, bands = runs
         begin = 0
         for first, last in [*bands, (len(places) - 1, len(places) - 1)]:
-            self._edges(places[begin : first + 1], levels[begin:first], foot)
+            self._edges(places[begin : first + 1], levels[begin:first], foot, color, **how)
             if last > first:
                 across = [places[first], places[last], places[last], places[first]]
-                trace = self.colours.trace
-                self.axes.fill(across, _box(foot), facecolor=f"{trace}60", edgecolor=trace, linewidth=0.9)
+                self.axes.fill(across, _box(foot), facecolor=band, edgecolor=color, linewidth=0.9, **how)
             begin = last
 
-    def _edges(self, places: NDArray[np.float64], levels: NDArray[np.int64], foot: float) -> None:
+    def _edges(
+        self, places: NDArray[np.float64], levels: NDArray[np.int64], foot: float, color: str, **how: Any
+    ) -> None:
         """Levels with slanted edges between them, as one line."""
         import numpy as np
 
@@ -129,11 +164,34 @@ class Drawing:
         half = np.minimum(slant[:-1], slant[1:])
         across = np.concatenate([places[:1], np.stack([places[1:-1] - half, places[1:-1] + half], 1).ravel()])
         across = np.append(across, places[-1])
-        self._line(across, np.repeat(heights, 2), self.colours.trace)
+        self._line(across, np.repeat(heights, 2), color, **how)
+
+    def _over(self, lane: Lane, trace: Trace, foot: float) -> None:
+        """What was measured, over a lane; stretches in which it differs are shaded, with a tick below each."""
+        from matplotlib.collections import PolyCollection
+
+        start, stop, alarm = self.diagram.start, self.diagram.stop, self.colours.alarm
+        if min(stop, trace.until) <= max(start, trace.since):
+            return
+        ends = self.scale(marked(lane.signal, trace, start, stop)).tolist()
+        shade, ticks = boxes(ends, foot, SWING), boxes(ends, foot - 2 * TICK, TICK)
+        self.axes.add_collection(PolyCollection(shade, facecolor=f"{alarm}40", linewidth=0, zorder=0.5))
+        gid = f"where {lane.pin} differs"
+        self.axes.add_collection(PolyCollection(ticks, facecolor=alarm, edgecolor=alarm, linewidth=0.8, gid=gid))
+        signal = Signal(trace.times_ps, trace.levels, trace.level, trace.bus)
+        runs = self._runs(signal, trace.since, trace.until)
+        how: dict[str, Any] = {"linestyle": MEASURED, "zorder": 2.2, "gid": f"measured {lane.pin}"}
+        if not trace.bus:
+            self._levels(runs, foot, self.colours.measured, "none", **how)
+            return
+        places, levels, _ = runs
+        for (a, b), level in zip(pairwise(places.tolist()), levels.tolist(), strict=True):
+            low, high = (foot + SWING / 2,) * 2 if level == FLOATING else (foot, foot + SWING)
+            self._line([a, a, b, b, a], [low, high, high, low, low], self.colours.measured, 0.9, **how)
 
     def _bus(self, lane: Lane, foot: float) -> None:
         """Hexagons with values; a line in the middle while nothing drives; a band where there is no room for them."""
-        places, levels, bands = self._runs(lane.signal)
+        places, levels, bands = self._runs(lane.signal, -EVER, EVER)
         hidden = {n for first, last in bands for n in range(first, last)}
         color = self.colours.bus
         times = [*lane.signal.times_ps[lane.signal.times_ps > self.diagram.start].tolist(), self.diagram.stop]
@@ -190,7 +248,7 @@ class Drawing:
         from matplotlib.ticker import MaxNLocator
 
         colours, scale, diagram = self.colours, self.scale, self.diagram
-        top = self.layout.height - TOP + 0.08
+        top = self.layout.top + 0.08
         if not scale.cuts:
             axis = TimeAxis(diagram.start, diagram.stop)
             ends = axis.scaled([diagram.start, diagram.stop])
@@ -217,7 +275,7 @@ class Drawing:
         """A zigzag from top to bottom where a stretch is cut short, and how much longer it is than drawn."""
         import numpy as np
 
-        top, foot = self.layout.height - TOP + 0.05, BOTTOM - 0.04
+        top, foot = self.layout.top + 0.05, BOTTOM - 0.04
         count = max(int((top - foot) / 0.09), 2)
         up = np.linspace(foot, top, count)
         bend = np.where(np.arange(count) % 2, 0.025, -0.025)

@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..core.axis import Steps
-from ..core.timebase import Time, moment, readable
+from ..core.timebase import Time, moment, picoseconds, readable
 from ..errors import NotRecorded, UnknownName, UsageError
-from .lanes import Trace
 from .recorder import FLOATING, real_edges
+from .traces import Trace
 from .vcd_changes import Changes
 from .vcd_header import Header, Variable
 from .vcd_words import MOST_BITS, UNKNOWN
@@ -124,12 +124,14 @@ class Waveforms:
         value = signal.levels[index - 1] if index else signal.level
         return value.item() if isinstance(value, np.generic) else value
 
-    def trace(self, signal: str, name: str | None = None, shift: Time = 0) -> Trace:
-        """Return a signal as a trace of a picture.
+    def trace(self, signal: str, name: str | None = None, shift: Time = 0, *, tolerance: Time | None = None) -> Trace:
+        """Return a signal as a trace of a picture, beside the pins of a bench or over one of them.
 
         Args:
             name: what it is called there; the signal's own name without scopes by default.
             shift: added to its times, to lay it over another recording; may be negative.
+            tolerance: laid over a pin, up to this length a difference is not marked; by default the unit of the file's
+                times, to which they are rounded.
         """
         import numpy as np
 
@@ -137,9 +139,11 @@ class Waveforms:
         if found.variable.kind != "bits":
             raise UsageError(f"{signal} is a {found.variable.kind} variable; a trace has levels")
         levels = np.where(found.levels == UNKNOWN, FLOATING, found.levels).astype(found.levels.dtype)
-        moved = found.times_ps + moment(shift, negative=True)
         name = signal.rpartition(".")[2] if name is None else name
-        return Trace(name, moved, levels, max(int(found.level), FLOATING), found.variable.width > 1)
+        level, bus = max(int(found.level), FLOATING), found.variable.width > 1
+        agrees = self.timescale_ps if tolerance is None else picoseconds(tolerance)
+        trace = Trace(name, found.times_ps, levels, level, bus, self.start_ps, self.stop_ps, agrees)
+        return trace.shifted(moment(shift, negative=True))
 
     def steps(
         self, pulse: str, direction: str | None = None, edge: str = "falling", *, forward: int = 1, position: int = 0

@@ -1,0 +1,71 @@
+"""What a picture draws of one pin: of a recorded one, or of a signal of a file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from . import outlines
+from .recorder import FLOATING, Probe, Recorder, width_of
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from .recorder import Levels
+
+EVER = 1 << 62
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """What one pin does: edges as Recorder.edges gives them, and the level before the first; a bus shows its bytes.
+
+    Args:
+        since, until: what is known of it, ps; nothing is drawn before and behind.
+        tolerance_ps: up to this length a difference from what it is laid over is none.
+        over: what was measured of the same pin: it is drawn over it, and where they differ is marked.
+    """
+
+    name: str
+    times_ps: NDArray[np.int64]
+    levels: Levels
+    level: int
+    bus: bool = False
+    since: int = -EVER
+    until: int = EVER
+    tolerance_ps: int = 0
+    over: Trace | None = None
+
+    @classmethod
+    def of(cls, name: str, probe: Probe, recorder: Recorder, start: int, stop: int, over: Trace | None = None) -> Trace:
+        """Return the trace of a recorded net or pin in a window (ps), as far as a picture of it shows.
+
+        With all its edges, if something is laid over it: each may differ.
+        """
+        edges = recorder.edges(probe, start + 1, stop) if over else outlines.edges(recorder, probe, start, stop)
+        level, bus = recorder.level_at(probe, start), width_of(probe) > 1
+        return cls(name, *edges, level, bus, since=start, over=over)
+
+    def shifted(self, by: int) -> Trace:
+        """Return the same so many ps later."""
+        over = self.over.shifted(by) if self.over else None
+        return replace(self, times_ps=self.times_ps + by, since=self.since + by, until=self.until + by, over=over)
+
+    def within(self, start: int, stop: int) -> Trace:
+        """Return what of it lies in a window (ps): of a file, which knows no window."""
+        import numpy as np
+
+        first, last = np.searchsorted(self.times_ps, (start, stop), side="right").tolist()
+        level = int(self.levels[first - 1]) if first else self.level
+        return replace(self, times_ps=self.times_ps[first:last], levels=self.levels[first:last], level=level)
+
+    def levels_at(self, times_ps: Sequence[int]) -> list[int]:
+        """Return the levels at some instants (ps), edges there included; FLOATING where nothing is known."""
+        import numpy as np
+
+        at = np.array(times_ps, np.int64)
+        levels = np.append(self.level, self.levels)[np.searchsorted(self.times_ps, at, side="right")]
+        found: list[int] = np.where((self.since <= at) & (at <= self.until), levels, FLOATING).tolist()
+        return found
