@@ -215,3 +215,16 @@ def test_what_a_unit_hides_is_told(cy525, tmp_path):
     assert (len(times), levels.tolist()) == (1000, [0, 1] * 500)
     assert 500 > within > 300, "PULSE is high for 2.5 us"
     assert cy525.save_vcd(tmp_path / "a.vcd", ["x.pulse"], timescale="10 us") == 2 * within
+
+
+def test_the_head_tells_the_crystals_of_parts_that_have_one_and_units_in_ascii(tmp_path):
+    bench = slewline.Bench()
+    bench.add("gs-c200s", name="g")
+    bench.add("mc1151a", name="m")
+    bench.record()
+    bench.run("1 us")
+    bench.save_vcd(tmp_path / "a.vcd", values=True)
+    said = [line for line in (tmp_path / "a.vcd").read_text().splitlines() if line.startswith("$comment")]
+    assert said[0] == "$comment g: GS-C200S $end"
+    assert "$comment m: MC1151A, 25000000 Hz $end" in said
+    assert "$comment m.acceleration in steps/s^2 $end" in said
