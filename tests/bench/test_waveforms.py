@@ -215,3 +215,60 @@ def test_what_a_unit_hides_is_told(cy525, tmp_path):
     assert (len(times), levels.tolist()) == (1000, [0, 1] * 500)
     assert 500 > within > 300, "PULSE is high for 2.5 us"
     assert cy525.save_vcd(tmp_path / "a.vcd", ["x.pulse"], timescale="10 us") == 2 * within
+
+
+def test_the_head_tells_the_crystals_of_parts_that_have_one_and_units_in_ascii(tmp_path):
+    bench = slewline.Bench()
+    bench.add("gs-c200s", name="g")
+    bench.add("mc1151a", name="m")
+    bench.record()
+    bench.run("1 us")
+    bench.save_vcd(tmp_path / "a.vcd", values=True)
+    said = [line for line in (tmp_path / "a.vcd").read_text().splitlines() if line.startswith("$comment")]
+    assert said[0] == "$comment g: GS-C200S $end"
+    assert "$comment m: MC1151A, 25000000 Hz $end" in said
+    assert "$comment m.acceleration in steps/s^2 $end" in said
+
+
+@pytest.fixture
+def s_curve():
+    """An S-curve in progress, and how to send another one."""
+    bench = slewline.Bench()
+    x = bench.add("mc1151a", name="x")
+    host = bench.host(x)
+    bench.record("x.pulse1")
+    host.send("SET_PRFL_S_CRV\nSET_VEL 0x8000\nSET_MAX_ACC 0x400\nSET_JERK 0x20000\nSET_POS 5\nUPDATE")
+    bench.run("30 ms")
+    return bench, x, host
+
+
+def test_the_acceleration_of_an_s_curve_is_in_the_file_cycle_by_cycle(s_curve, tmp_path):
+    bench, x, _ = s_curve
+    bench.save_vcd(tmp_path / "a.vcd", timescale="1 ps", values=True)
+    read = slewline.read_vcd(tmp_path / "a.vcd")
+    (acceleration,) = (quantity for quantity in x.axis(1).quantities() if quantity.name == "acceleration")
+    times = x.axis(1).cycles().times_ps
+    assert len(times) > 80
+    assert [read.level_at("acceleration", int(time)) for time in times] == acceleration.at(times).tolist()
+    assert len(read.edges("acceleration")[0]) == len(times[times > 4_916_200_000]) + 1, "one phase begins in mid-cycle"
+
+
+def test_a_stream_of_sloping_values_is_the_saved_file(s_curve, tmp_path):
+    """However its pieces are cut: a window that ends in mid-phase ends with the value there."""
+    bench, _, host = s_curve
+    start = bench.now_ps
+    with bench.stream_vcd(tmp_path / "a.vcd", timescale="1 ps", values=True):
+        host.send("SET_POS 9\nUPDATE")
+        for duration in (1, 10**6, 123_456_789, 10**9, 3 * 10**9, 10**10, 10**10, 2 * 10**10):
+            bench.run(f"{duration} ps")
+    bench.save_vcd(tmp_path / "b.vcd", timescale="1 ps", values=True, start=start)
+    assert (tmp_path / "a.vcd").read_bytes() == (tmp_path / "b.vcd").read_bytes()
+
+
+def test_a_window_that_ends_in_a_phase_ends_with_its_value(s_curve):
+    bench, x, _ = s_curve
+    (quantity,) = (quantity for quantity in x.axis(1).quantities() if quantity.name == "acceleration")
+    for stop in range(6 * 10**9, bench.now_ps, 10**9):
+        times, values = quantity.changes(5 * 10**9, stop)
+        assert values[-1] == pytest.approx(quantity.at(np.array([stop]))[0]), stop
+        assert times[-1] <= stop

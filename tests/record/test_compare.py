@@ -209,3 +209,15 @@ def test_a_measured_recording_against_a_run(tmp_path):
     assert [(row.kind, row.level) for row in found.rows] == [("missing", 0), ("missing", 1)]
     assert found.rows[0].time_ps == x.steps().times_ps[199]
     assert len(board.steps("pulse")) == 299
+
+
+@pytest.mark.parametrize("begin", [0, 13, 101, 500])
+def test_the_best_shift_of_a_recording_that_begins_in_mid_move(begin):
+    """In the ramp, in the plateau, and the other way round: the recording began before the model's."""
+    gaps = [*range(900, 100, -8), *[100] * 800, *range(100, 900, 8)]
+    times = np.cumsum(gaps) * US
+    model = times, np.arange(len(times)) % 2
+    found = slewline.compare_edges(model, (times[begin:] + 7_000 * US, model[1][begin:]), shift="best", tolerance=US)
+    assert (found.shift_ps, len(found.missing), len(found.extra), len(found.rows)) == (-7_000 * US, begin, 0, begin)
+    found = slewline.compare_edges((times[begin:], model[1][begin:]), model, shift="best", tolerance=US)
+    assert (found.shift_ps, len(found.missing), len(found.extra), len(found.rows)) == (0, 0, begin, begin)

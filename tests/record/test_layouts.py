@@ -36,15 +36,16 @@ def by_pyvcd() -> str:
     save.sst_expanded(False)
     save.signals_width(200)
     with save.group("x.axis1"):
-        save.trace("x.axis1.velocity", datafmt="signed", extraflags=GTKWFlag.analog_step)
+        analog = GTKWFlag.analog_step
+        save.trace("x.axis1.velocity", alias="x axis1 velocity", datafmt="signed", extraflags=analog)
         for _ in range(3):
             save.blank(analog_extend=True)
     with save.group("x"):
-        save.trace("x.finding", datafmt="ascii")
-        save.trace("x.slew")
-        save.trace("#{x.db[7:0]} x.db7 x.db6 x.db5 x.db4 x.db3 x.db2 x.db1 x.db0")
+        save.trace("x.finding", alias="x finding", datafmt="ascii")
+        save.trace("x.slew", alias="x slew")
+        save.trace("+{x db} #{x.db[7:0]} x.db7 x.db6 x.db5 x.db4 x.db3 x.db2 x.db1 x.db0")
     with save.group("y"):
-        save.trace("y.wait")
+        save.trace("y.wait", alias="y wait")
     return file.getvalue()
 
 
@@ -62,6 +63,19 @@ def rows(text: str) -> list[tuple[str, str]]:
 def test_a_layout_for_gtkwave_is_the_one_that_pyvcd_writes():
     ours = "\n".join(gtkwave_lines("weld.vcd", "weld.gtkw", VARIABLES, VIEW))
     assert rows(ours) == rows(by_pyvcd())
+
+
+def test_no_two_rows_of_gtkwave_read_alike():
+    """It shows the last part of a name only: an axis stands before it, and of several chips the chip."""
+    curves = [Variable(f"m.axis{axis}.velocity", "real", 64) for axis in (1, 2)]
+    one = list(gtkwave_lines("a.vcd", "a.gtkw", [Variable("m.pulse1"), *curves], VIEW))
+    assert [line for line in one if line.endswith(("velocity", "pulse1"))] == [
+        "+{axis1 velocity} m.axis1.velocity",
+        "+{axis2 velocity} m.axis2.velocity",
+        "m.pulse1",
+    ]
+    two = list(gtkwave_lines("a.vcd", "a.gtkw", [Variable("m.pulse1"), Variable("n.pulse1")], VIEW))
+    assert [line for line in two if line.endswith("pulse1")] == ["+{m pulse1} m.pulse1", "+{n pulse1} n.pulse1"]
 
 
 def test_a_layout_for_surfer_line_by_line():

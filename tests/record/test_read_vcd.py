@@ -591,6 +591,20 @@ def test_a_file_that_was_cut_off(parse):
             parse(text)
 
 
+def test_a_file_that_was_cut_off_among_its_declarations(parse):
+    """Behind a whole declaration too: else signals would be missing, and nothing would say so."""
+    first = SMALL.index("$var")
+    ends = [at for at in range(first, SMALL.index("$enddefinitions")) if SMALL.startswith("$end", at)]
+    assert len(ends) > 3
+    for cut in (end + len(behind) for end in ends for behind in ("$end", "$end\n")):
+        with pytest.raises(
+            WaveformError, match=r"line \d: '\$.*\$end': the file ends among its declarations: it was cut"
+        ):
+            parse(SMALL[:cut])
+        assert 1 <= len(parse(SMALL[:cut], torn=True).names) <= 4
+    assert len(parse(SMALL[: SMALL.index("#1\n")]).names) == 4, "no changes, but all declarations"
+
+
 def test_a_time_beyond_an_array_of_picoseconds(parse):
     text = SMALL.replace("1 ns", "100 s").replace("#12", "#92234")
     with pytest.raises(WaveformError, match=r"a\.vcd: a time beyond 2\^63 ps"):

@@ -23,7 +23,7 @@ class Staircase:
     def at(self, times_ps):
         return self.heights[np.searchsorted(self.times, times_ps, side="right") - 1]
 
-    def changes(self, start, stop):
+    def staircase(self, start, stop):
         inside = (self.times > start) & (self.times <= stop)
         now = self.at(np.array([start]))
         return np.append(start, self.times[inside]), np.append(now, self.heights[inside])

@@ -49,7 +49,8 @@ def values_of(chips: Iterable[Chip]) -> list[Source]:
 def comments_of(chips: Iterable[Chip], values: bool) -> Iterator[str]:
     """What the head of the file says: the parts, and the units of the quantities."""
     for chip in chips:
-        yield f"{chip.name}: {chip.sheet.part.upper()}, {chip.crystal_hz} Hz"
+        crystal = f", {chip.crystal_hz} Hz" if chip.sheet.crystal_high_hz else ""
+        yield f"{chip.name}: {chip.sheet.part.upper()}{crystal}"
         for scope, axis in axes_of(chip) if values else ():
             yield from (f"{scope}.{quantity.name} in {quantity.unit}" for quantity in axis.quantities())
 

@@ -61,6 +61,13 @@ class Quantity:
         """Return every change at start < t <= stop (ps), after the value at `start`."""
         raise NotImplementedError
 
+    def staircase(self, start: int, stop: int) -> Outline:
+        """Return the value at `start` and every change at start < t <= stop (ps), all of them held until the next.
+
+        What grows evenly is a flight of small stairs here, the same ones for every window.
+        """
+        return self.changes(start, stop)
+
     def outline(self, start: int, stop: int, columns: int) -> Outline:
         """Return what a picture of so many columns shows of the window (ps): at most some four points a column."""
         return thinned(self.changes(start, stop), start, stop, columns)

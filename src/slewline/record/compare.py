@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 NEVER = 1 << 62
 FEW, MANY = 64, 1 << 16  # pairs that are tried at a time
+PATTERN, ALIKE = 24, 3  # edges whose distances are compared, and how many places where they are alike are tried
 CANDIDATES, PROBED = 12, 400  # edges that may be the first pair, and edges that judge it
 MOST_DRIFT = 1e-3  # of a clock against another: crystals keep to a tenth of it, resonators to half
 ENOUGH = 10  # pairs that make a drift more than chance
@@ -187,7 +188,7 @@ def _first(model: Edges, measured: Edges) -> int:
 
 
 def _best(model: Edges, measured: Edges) -> int:
-    """Of the shifts that make two of the first edges meet, the one that brings the most edges near to each other."""
+    """Of the shifts that may be right, the one that brings the most edges near to each other."""
     import numpy as np
 
     shifts = {
@@ -196,15 +197,56 @@ def _best(model: Edges, measured: Edges) -> int:
         for other, same in zip(measured[0][:CANDIDATES], measured[1], strict=False)
         if level == same
     }
-    some, others = ((times[:PROBED], levels[:PROBED]) for times, levels in (model, measured))
-    period = float(np.median(some[0][2:] - some[0][:-2])) if len(some[0]) > 2 else 1.0
+    shifts |= dict.fromkeys(_alike(model, measured)) | dict.fromkeys(-shift for shift in _alike(measured, model))
+    period = float(np.median(model[0][2:] - model[0][:-2])) if len(model[0]) > 2 else 1.0
 
     def merit(shift: int) -> float:
-        pairs = _pairs(some, (others[0] + shift, others[1]))
-        late = abs(others[0][pairs[:, 1]] + shift - some[0][pairs[:, 0]])
-        return float(np.maximum(1 - late / period, 0).sum())
+        begin = np.searchsorted(model[0], measured[0][0] + shift - int(period))
+        since = np.searchsorted(measured[0], model[0][0] - shift - int(period))
+        some = model[0][begin : begin + PROBED], model[1][begin : begin + PROBED]
+        others = measured[0][since : since + PROBED], measured[1][since : since + PROBED]
+        return _near(some, others, shift, period / 4)
 
-    return max(shifts, key=merit, default=0)
+    merits = {shift: merit(shift) for shift in shifts}
+    nearly = 0.95 * max(merits.values(), default=0.0)
+    nearest = [shift for shift, found in merits.items() if found >= nearly]  # a plateau looks alike everywhere
+    return max(nearest, key=lambda shift: _near(model, measured, shift, period / 4), default=0)
+
+
+def _near(model: Edges, measured: Edges, shift: int, reach: float) -> float:
+    """How many measured edges have an edge of the model within reach, those far away counting less."""
+    import numpy as np
+
+    count = 0.0
+    for level in np.unique(model[1][:PROBED]):
+        times = np.concatenate([[-NEVER], model[0][model[1] == level], [NEVER]])
+        others = measured[0][measured[1] == level] + shift
+        behind = np.searchsorted(times, others)
+        distance = np.minimum(times[behind] - others, others - times[behind - 1])
+        count += float(np.maximum(1 - distance / reach, 0).sum())
+    return count
+
+
+def _alike(long: Edges, short: Edges) -> list[int]:
+    """Shifts with which edges at the begin of the second one lie as they do somewhere in the first one."""
+    import numpy as np
+
+    shifts: list[int] = []
+    for begin in range(0, min(CANDIDATES, len(short[0]) - 1), 3):  # the very first ones may be glitches
+        rest = len(short[0]) - begin
+        for length in {min(rest, PATTERN), rest}:  # a few edges close together, or some of all
+            count = len(long[0]) - length + 1
+            if count < 1:
+                continue
+            places = np.unique(np.linspace(0, length - 1, PATTERN).astype(np.int64))
+            by = long[0][:count] - short[0][begin]
+            apart = np.zeros(count)
+            for place in places[1:]:
+                apart += abs(long[0][place : place + count] - short[0][begin + place] - by)
+            apart[long[1][:count] != short[1][begin]] = np.inf
+            nearest = np.argsort(apart, kind="stable")[:ALIKE]
+            shifts += [int(by[n]) for n in nearest if apart[n] < np.inf]
+    return shifts
 
 
 # ------------------------------------------------------------------------------------------------------------- pairs

@@ -85,25 +85,34 @@ def gtkwave_lines(dump: str, name: str, variables: Sequence[Variable], view: Vie
     yield f"*{-log2(span * FRAME_PX / WAVES_PX):.6f} -1 {' '.join(instants)}"
     yield from (f"[markername] {letter}{text}" for letter, (_, text) in zip(LETTERS, marks, strict=False))
     yield from ("[sst_expanded] 0", "[signals_width] 200")
-    for scope, rows in grouped(variables):
+    groups = list(grouped(variables))
+    one_chip = len({scope.split(".")[0] for scope, _ in groups}) == 1
+    for scope, rows in groups:
         yield from (f"@{GROUP | BLANK:x}", f"-{scope}")
         for row in rows:
-            yield from _gtkwave_row(row)
+            yield from _gtkwave_row(row, _whose(scope, one_chip))
         yield from (f"@{END | BLANK:x}", f"-{scope}")
 
 
-def _gtkwave_row(row: Row) -> Iterator[str]:
+def _whose(scope: str, one_chip: bool) -> str:
+    """What stands before the names of a group, so that no two rows read alike: "axis2", "x", "x axis2" or nothing."""
+    return (scope.partition(".")[2] if one_chip else scope).replace(".", " ")
+
+
+def _gtkwave_row(row: Row, whose: str) -> Iterator[str]:
+    """A row; GTKWave shows the last part of its name, or what stands in +{}."""
     first = row.variables[0]
+    alias = f"+{{{whose} {row.name.rpartition('.')[2]}}} " if whose else ""
     if first.kind == "real":
-        yield from (f"@{STEP | SIGNED | RIGHT:x}", row.name, f"@{STRETCH | BLANK:x}", *["-"] * CURVE_ROWS)
+        yield from (f"@{STEP | SIGNED | RIGHT:x}", f"{alias}{row.name}", f"@{STRETCH | BLANK:x}", *["-"] * CURVE_ROWS)
     elif first.kind == "string":
-        yield from (f"@{ASCII | RIGHT:x}", row.name)
+        yield from (f"@{ASCII | RIGHT:x}", f"{alias}{row.name}")
     elif len(row.variables) > 1:
         wires = " ".join(variable.name for variable in reversed(row.variables))
-        yield from (f"@{HEX | RIGHT:x}", f"#{{{row.name}[{len(row.variables) - 1}:0]}} {wires}")
+        yield from (f"@{HEX | RIGHT:x}", f"{alias}#{{{row.name}[{len(row.variables) - 1}:0]}} {wires}")
     else:
         bits = f"[{first.size - 1}:0]" if first.size > 1 else ""  # GTKWave gives every vector a range
-        yield from (f"@{HEX | RIGHT:x}", f"{row.name}{bits}")
+        yield from (f"@{HEX | RIGHT:x}", f"{alias}{row.name}{bits}")
 
 
 # ---------------------------------------------------------------------------------------------------------- Surfer

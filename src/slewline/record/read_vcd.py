@@ -18,6 +18,7 @@ from .vcd_header import Header, Place, read_header
 from .waveforms import Waveforms
 
 BLOCK = 1 << 20  # bytes: what the words of a block take beside it fits into a processor's cache
+CUT_OFF = "it was cut off; read_vcd(..., torn=True) reads what stands before"
 FORMATS = {  # how files begin that are often taken for a VCD file
     b"\x1f\x8b": "compressed (gzip); unpack it with gunzip",
     b"BZh": "compressed (bzip2); unpack it with bunzip2",
@@ -60,6 +61,8 @@ def _read(path: str, file: BufferedReader, unit: int | None, torn: bool) -> tupl
     header, at = read_header(Place(path, head))
     if not header.variables:
         raise WaveformError(f"{path}: declares no variable ($var); is it cut off, or another kind of file?")
+    if not (header.whole or torn):
+        raise Place(path, head).error(len(head.rstrip()) - 1, f"the file ends among its declarations: {CUT_OFF}")
     changes = Changes(path, header, _unit(path, header.unit, unit))
     lines, rest, more = head.count(b"\n", 0, at), head[at:], True
     while more:
@@ -71,7 +74,7 @@ def _read(path: str, file: BufferedReader, unit: int | None, torn: bool) -> tupl
     if rest.strip() and not torn:
         raise Place(path, rest, lines).error(
             len(rest) - len(rest.lstrip()),
-            "the file ends before this does: it was cut off; read_vcd(..., torn=True) reads what stands before",
+            f"the file ends before this does: {CUT_OFF}",
         )
     return header, changes
 

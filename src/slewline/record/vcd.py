@@ -40,6 +40,7 @@ TIMESCALES = {f"{n} {unit}": n * UNITS[unit] for unit in ("ps", "ns", "us", "ms"
 ID_FIRST, ID_COUNT = 33, 94  # identifiers are made of the printable characters
 # A reader that skips a string takes its identifier for the next thing in the file: these begin with nothing of that.
 MISREAD = frozenset("#$01xXzZuUwWlLhH-bBrRsSpP")
+PLAIN = str.maketrans({"µ": "u", "²": "^2", "³": "^3"})
 ESCAPES = str.maketrans({" ": "\\x20", "\\": "\\\\", "\t": "\\t", "\n": "\\n", "\r": "\\r"})
 
 
@@ -287,7 +288,7 @@ def string(text: str) -> str:
 
 def ascii_of(text: str) -> str:
     """A text in printable ASCII."""
-    return "".join(letter if " " <= letter <= "~" else "?" for letter in text.replace("µ", "u"))
+    return "".join(letter if " " <= letter <= "~" else "?" for letter in text.translate(PLAIN))
 
 
 def _joined(units: NDArray[np.int64], texts: Sequence[str]) -> tuple[NDArray[np.int64], list[str]]:

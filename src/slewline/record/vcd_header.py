@@ -52,6 +52,7 @@ class Header:
     variables: dict[bytes, Variable] = field(default_factory=dict)
     names: dict[str, bytes] = field(default_factory=dict)
     scopes: list[str] = field(default_factory=list)
+    whole: bool = False  # something follows the declarations, or $enddefinitions ends them
 
 
 class Place:
@@ -89,6 +90,7 @@ def read_header(place: Place) -> tuple[Header, int]:
                 raise place.error(
                     word.start(), "no VCD file begins like this; expected a declaration such as $timescale"
                 )
+            header.whole = True
             return header, word.start()
         end = _END.search(block, word.end())
         if end is None:
@@ -99,6 +101,7 @@ def read_header(place: Place) -> tuple[Header, int]:
             raise place.error(word.start(), str(error)) from None
         at = end.end()
         if word[0] == b"$enddefinitions":
+            header.whole = True
             break
     return header, at
 

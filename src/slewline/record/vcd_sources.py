@@ -41,11 +41,8 @@ class Variable(NamedTuple):
 class Curve(Protocol):
     """Something that has a value at every instant, as `slewline.core.quantity.Quantity`."""
 
-    def at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Values at instants of the past."""
-
-    def changes(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Every change at start <= t <= stop; the first point is at start."""
+    def staircase(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """The value at `start` and every change at start < t <= stop, the same ones for every window."""
 
 
 class Source(Protocol):
@@ -117,13 +114,11 @@ class CurveSource:
 
     def values_at(self, ps: int) -> list[int]:
         """The value at an instant."""
-        import numpy as np
-
-        return [int(self.split(self.curve.at(np.array([ps], np.int64)))[0][0])]
+        return [int(self.split(self.curve.staircase(ps, ps)[1])[0][-1])]
 
     def changes(self, start: int, stop: int) -> Changes:
         """Every change."""
-        return self.curve.changes(start, stop)
+        return self.curve.staircase(start, stop)
 
     def split(self, values: NDArray[np.float64]) -> list[NDArray[np.int64]]:
         """The values."""

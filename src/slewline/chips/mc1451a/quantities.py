@@ -56,6 +56,14 @@ class Forces:
         ticks = (self.chip.origin + cycle * CYCLE_TICKS << PLACES) + parts * CYCLE_TICKS
         return (ticks * PS_PER_S // self.chip.crystal_hz) >> PLACES
 
+    def cycles(self, start: int, stop: int) -> NDArray[np.int64]:
+        """Return when cycles begin at start <= t <= stop (ps), and in which one `start` lies: (n,) int64 ps."""
+        import numpy as np
+
+        clock, origin = self.chip.clock, self.chip.origin
+        first, last = ((clock.ticks_until(ps) - origin) // CYCLE_TICKS for ps in (start, stop))
+        return clock.ps_array(np.arange(max(first, 0), last + 1) * CYCLE_TICKS, origin)
+
     def stretches(self, start: int, stop: int) -> list[Stretch]:
         """Return what begins by `stop` (ps), and what is in force at `start`; ascending, the first before `start`."""
         self.chip.motion.catch_up()
@@ -71,7 +79,7 @@ class Forces:
             if self.ps(entry.first) > stop:
                 break
             found += self._of_curve(entry, following) if entry.curve else self._of_run(entry, before, following)
-        return found
+        return [stretch for stretch in found if stretch.begin_ps <= stop]
 
     def _of_run(self, entry: Past, before: Past | None, following: Past | None) -> Iterator[Stretch]:
         """Even changes from cycle to cycle; in the first one from what was before, unless that is a jump."""
@@ -161,6 +169,20 @@ class Acceleration(Quantity):
             points.append((stop, self.value(stretches[-1], stop)))
         times, values = zip(*points, strict=True)
         return Outline(np.array(times, np.int64), np.array(values, np.float64) + 0.0)
+
+    def staircase(self, start: int, stop: int) -> Outline:
+        """Where it grows evenly, a value at the begin of every cycle."""
+        import numpy as np
+
+        stretches = self.forces.stretches(start, stop)
+        parts = [np.array([stretch.begin_ps for stretch in stretches])]
+        for stretch, end in zip(stretches, [*(later.begin_ps for later in stretches[1:]), stop + 1], strict=True):
+            if self.slope(stretch):
+                cycles = self.forces.cycles(max(stretch.begin_ps, start), end - 1)
+                parts.append(cycles[cycles >= stretch.begin_ps])
+        times = np.unique(np.concatenate(parts))
+        times = times[max(int(np.searchsorted(times, start, side="right")) - 1, 0) :]
+        return Outline(np.maximum(times, start), self.at(times) + 0.0)
 
 
 class Jerk(Acceleration):
