@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from slewline.core.axis import Mark, MotionStart
+from slewline.core.motions import Mark, MotionStart
 from slewline.core.quantity import Outline, Quantity
 from slewline.core.timebase import Clock
 from slewline.errors import UsageError

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from ..core.axis import Mark
 from ..core.chip import Chip, OneAxis
+from ..core.motions import Mark
 from ..core.timebase import Time, moment, picoseconds, readable
 from ..errors import UnknownName, UsageError
 from .recording import FilePath, Recording
@@ -224,27 +224,27 @@ class Drawing(Recording):
 
     def _axes(self, axes: Sequence[int | str] | int | str | None) -> list[OneAxis]:
         """The axes that are asked for; all of them by default."""
-        all_of_them = [(n, axis) for _, n, axis in self._chip_axes()]
+        all_of_them = [*self._chip_axes()]
         if axes is None:
-            return [axis for _, axis in all_of_them]
+            return [axis for _, _, axis in all_of_them]
         wanted = [axes] if isinstance(axes, int | str) else list(axes)
         found: list[OneAxis] = []
         for one in wanted:
-            fits = [axis for n, axis in all_of_them if one in (n, axis.name, self._chip_of(axis).name)]
+            fits = [axis for chip, n, axis in all_of_them if one in (n, axis.name, chip.name)]
             if not fits or isinstance(one, bool):
-                names = ", ".join(axis.name for _, axis in all_of_them)
+                names = ", ".join(axis.name for _, _, axis in all_of_them)
                 raise UnknownName(f"axes: no axis {one!r}; there are {names}, and numbers from 1 on")
             found += [axis for axis in fits if axis not in found]
         return found
 
-    def _chip_of(self, axis: OneAxis) -> Chip:
-        return axis if isinstance(axis, Chip) else axis.chip  # type: ignore[attr-defined]
+    def _owner(self, axis: OneAxis) -> tuple[Chip, int]:
+        """The chip of an axis, and its number there."""
+        return next((chip, n) for chip, n, one in self._chip_axes() if one.motor is axis.motor)
 
     def _name_of(self, axis: OneAxis) -> str:
         """An axis as the legend names it: with its chip, if there are several."""
-        chip = self._chip_of(axis)
-        number = getattr(axis, "number", None)
-        if number is None or chip.sheet.axes == 1:
+        chip, number = self._owner(axis)
+        if chip.sheet.axes == 1:
             return chip.name
         return f"axis {number}" if len(self.chips) == 1 else f"{chip.name} axis {number}"
 
@@ -270,7 +270,7 @@ class Drawing(Recording):
             self._name_of(axis),
             axis.quantities(),
             motions,
-            [*axis.marks(first, last), *self._findings(self._chip_of(axis), first, last)],
+            [*axis.marks(first, last), *self._findings(self._owner(axis)[0], first, last)],
             axis.phases(first, last) if len(motions) <= MOST_PHASED else (),
             [(law, axis.deviation(motion)) for motion, law in ideals if law is not None],
             zero,

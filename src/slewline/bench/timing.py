@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from ..record.diagram import Diagram, Lane
     from ..record.diagram import Word as Written
+    from ..record.intervals import Spans
 
 Between = str | tuple[str, str]
 
@@ -183,7 +184,8 @@ class _Window:
         since = max(self.start, recorder.since(probe)) if self.reach else self.start
         return Signal.of(probe, recorder, since, self.stop)
 
-    def _found(self, chip: Chip, limit: Limit):  # type: ignore[no-untyped-def]
+    def _found(self, chip: Chip, limit: Limit) -> Spans:
+        """Begin and end of every interval that a limit is about (ps)."""
         return intervals(limit, lambda pin: self.signal(f"{chip.name}.{pin}"))
 
     def check(self, chip: Chip, limit: Limit) -> Checked:
@@ -302,7 +304,7 @@ class _Window:
         return says
 
 
-def _rows(found) -> list[tuple[int, int]]:  # type: ignore[no-untyped-def]
+def _rows(found: Spans) -> list[tuple[int, int]]:
     begins, ends = found
     return list(zip(begins.tolist(), ends.tolist(), strict=True))
 

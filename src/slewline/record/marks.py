@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ..core.axis import Mark
+from ..core.motions import Mark
 from .panels import Track
 from .style import Palette, TimeAxis
 
