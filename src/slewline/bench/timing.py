@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from ..record.intervals import Spans
 
 Between = str | tuple[str, str]
+STAYS = 1_000_000  # ps: so long, at most, a word stays on the bus behind the strobe that has written it
 
 
 class TimingDiagrams(Recording):
@@ -286,20 +288,19 @@ class _Window:
 
     def _meaning(self, chip: Chip | None) -> Callable[[int, int], str]:
         """What a value of the bus means: a character, or the command that is written."""
-        if chip is None or not chip.sheet.in_packets:
+        if chip is None or chip.sheet.packets is None:
             return lambda value, _end: f"'{chr(value)}'" if 32 < value < 127 else "CR" if value == 13 else ""
         try:
-            command, writing = (self.signal(f"{chip.name}.{pin}") for pin in ("hostcmd", "hostwrite"))
+            command, write = (self.signal(f"{chip.name}.{pin}") for pin in chip.sheet.packets.pins)
         except NotRecorded:
             return lambda _value, _end: ""
-        rows = chip.sheet.commands.by_code
+        rows, strobes = chip.sheet.commands.by_code, write.edges("rises")
 
         def says(value: int, end: int) -> str:
-            strobes = writing.edges("rises")
-            last = strobes[strobes <= end][-1:]
-            if len(last) and value in rows and command.level_at(last - 1)[0] == 1 and end - last[0] < 10**6:
-                return rows[value].name
-            return ""
+            before = bisect_right(strobes, end)
+            if not before or value not in rows or end - (strobe := strobes[before - 1]) >= STAYS:
+                return ""
+            return rows[value].name if command.level_at(strobe - 1) == 1 else ""
 
         return says
 
