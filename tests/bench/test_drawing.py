@@ -264,7 +264,8 @@ def test_readings_are_the_values_at_cursors_and_what_lies_between(tmp_path):
     assert rows["velocity"].values == tuple(bench["x"].velocity_at(["20 ms", "50 ms", "60 ms"]))
     first, second, third = rows["position"].values
     assert rows["position"].differences == (second - first, third - second)
-    assert rows["x.db"].differences == (None, None)
+    assert rows["x.slew"].values == (1, 1, 1)
+    assert rows["x.slew"].differences == rows["x.db"].differences == (None, None)
     assert rows["x.db"].bits == 8
     lines = str(found).splitlines()
     assert lines[0].split() == ["1", "2", "3", "2", "−", "1", "3", "−", "2"]
@@ -272,10 +273,19 @@ def test_readings_are_the_values_at_cursors_and_what_lies_between(tmp_path):
     assert lines[2].startswith("velocity, steps/s ")
     assert "floating" in lines[-1]
     assert len({len(line) for line in lines[:3]}) == 1
-    with pytest.raises(slewline.UsageError, match="still to come"):
-        bench.readings(["20 s"])
+    for late in (["20 s"], "20 s", 20 * 10**12, (time for time in ["1 ms", "20 s"])):
+        with pytest.raises(slewline.UsageError, match=r"^20 s is still to come"):
+            bench.readings(late)
     with pytest.raises(slewline.UsageError, match="no instant"):
         bench.readings([])
+
+
+@pytest.mark.parametrize("instants", ["20 ms", 20 * MS, ["20 ms"], np.array([20 * MS]), [500, "20 ms"]])
+def test_cursors_and_readings_take_the_same_instants(instants):
+    bench = move()
+    assert bench.readings(instants).instants_ps[-1] == 20 * MS
+    drawn = bench._contents(None, [], 0, None, None, None, False, instants, True).cursors
+    assert tuple(drawn) == bench.readings(instants).instants_ps
 
 
 def test_readings_name_their_axis_where_there_are_several():

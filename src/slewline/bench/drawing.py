@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.chip import Chip, OneAxis
 from ..core.motions import Mark
-from ..core.timebase import Time, moment, picoseconds, readable
+from ..core.timebase import Time, moment, readable
 from ..errors import UnknownName, UsageError
 from .recording import FilePath, Recording
 
@@ -40,7 +40,7 @@ class Drawing(Recording):
         axes: Sequence[int | str] | int | str | None = None,
         runs: Mapping[str, Drawing] | None = None,
         ideal: bool = False,
-        cursors: Iterable[Time] = (),
+        cursors: Time | Iterable[Time] = (),
         dark: bool = False,
         width: str | float = "page",
         ax: Axes | Sequence[Axes] | None = None,
@@ -86,7 +86,7 @@ class Drawing(Recording):
         axes: Sequence[int | str] | int | str | None = None,
         runs: Mapping[str, Drawing] | None = None,
         ideal: bool = False,
-        cursors: Iterable[Time] = (),
+        cursors: Time | Iterable[Time] = (),
         dark: bool = False,
         width: str | float = "page",
         marks: bool = True,
@@ -106,7 +106,7 @@ class Drawing(Recording):
 
     def readings(
         self,
-        at: Iterable[Time],
+        at: Time | Iterable[Time],
         pins: Sequence[str] | None = None,
         axes: Sequence[int | str] | int | str | None = None,
     ) -> Readings:
@@ -119,9 +119,11 @@ class Drawing(Recording):
         """
         from ..record.cursors import readings
 
-        instants = self._instants(at)
+        instants = moments_of(at)
         if not instants:
             raise UsageError('readings: no instant; give some, such as bench.readings(["10 ms", "20 ms"])')
+        if max(instants) > self.kernel.now:
+            raise UsageError(f"{readable(max(instants))} is still to come; it is {readable(self.kernel.now)}")
         nets = dict(self.recorded) if pins is None else self._chosen(pins)
         tracks = [(self._name_of(axis), axis.quantities()) for axis in self._axes(axes)]
         return readings(instants, tracks, [(name, net, self.recorder) for name, net in nets.items()])
@@ -136,7 +138,7 @@ class Drawing(Recording):
         axes: Sequence[int | str] | int | str | None,
         runs: Mapping[str, Drawing] | None,
         ideal: bool,
-        cursors: Iterable[Time],
+        cursors: Time | Iterable[Time],
         marks: bool,
     ) -> Contents:
         from ..record.figures import Contents
@@ -159,7 +161,7 @@ class Drawing(Recording):
             first,
             last,
             notes=[*self._notes(tracks), *differences(tracks)],
-            cursors=[picoseconds(cursor) for cursor in cursors],
+            cursors=moments_of(cursors),
             zero_is="from the begin of the motion on" if runs else "",
             marks=marks,
         )
@@ -306,12 +308,10 @@ class Drawing(Recording):
             if line:
                 yield f"{name}: {line}" if name else line
 
-    def _instants(self, times: Iterable[Time]) -> list[int]:
-        instants = [moment(time) for time in ([times] if isinstance(times, str) else times)]
-        for time, instant in zip([*times], instants, strict=False):
-            if instant > self.kernel.now:
-                raise UsageError(f"{time!r} is still to come; it is {readable(self.kernel.now)}")
-        return instants
+
+def moments_of(times: Time | Iterable[Time]) -> list[int]:
+    """Return the picoseconds of an instant, or of several."""
+    return [moment(time) for time in ([times] if isinstance(times, str | int) else times)]
 
 
 def moving_from_to(axis: OneAxis, start: int, stop: int) -> tuple[int, int] | None:
