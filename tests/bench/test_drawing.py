@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 
 import slewline
+from slewline.bench.drawing import differences
 from slewline.core.chip import Chip
+from slewline.core.ideal import Deviation
 from slewline.errors import NotRecorded, UnknownName
 from slewline.record.lanes import Trace
+from slewline.record.panels import Track
 
 MS = 10**9
 ROOT = Path(__file__).parents[2]
@@ -278,6 +281,16 @@ def test_readings_are_the_values_at_cursors_and_what_lies_between(tmp_path):
             bench.readings(late)
     with pytest.raises(slewline.UsageError, match="no instant"):
         bench.readings([])
+
+
+def test_the_greatest_distance_from_the_ideals_is_told_in_numbers_and_words_that_agree():
+    def says(*positions):
+        ideals = [(None, Deviation(position, 0, 150.0, 0)) for position in positions]
+        return [*differences([Track("x", [], ideals=ideals)])]
+
+    assert says(0.5, -0.999) == ["Dotted: the ideal; position within 0.999 steps, velocity within 150 steps/s"]
+    assert says(-0.9999, 0.5) == ["Dotted: the ideal; position within 1 step, velocity within 150 steps/s"]
+    assert says() == []
 
 
 @pytest.mark.parametrize("instants", ["20 ms", 20 * MS, ["20 ms"], np.array([20 * MS]), [500, "20 ms"]])

@@ -334,10 +334,10 @@ def differences(tracks: Sequence[Track]) -> Iterator[str]:
 
     for track in tracks:
         if track.ideals:
-            position = max(abs(deviation.position) for _, deviation in track.ideals)
+            position = few(max(abs(deviation.position) for _, deviation in track.ideals))
             velocity = max(abs(deviation.velocity) for _, deviation in track.ideals)
             whose = f"{track.name}: d" if len(tracks) > 1 else "D"
-            steps = f"{few(position)} step{'s' * (position != 1)}"
+            steps = f"{position} step{'s' * (position != '1')}"
             yield f"{whose}otted: the ideal; position within {steps}, velocity within {few(velocity)} steps/s"
 
 
