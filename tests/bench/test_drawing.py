@@ -176,16 +176,23 @@ def test_a_bench_at_time_0_and_a_window_of_no_length_are_refused():
 # ------------------------------------------------------------------------------------------------------------- the axes
 def test_axes_share_panels_and_those_that_do_not_move_are_left_out():
     bench = chipset(axis1=500, axis3=-700)
-    assert {"velocity of axis 1", "position of axis 3"} <= set(lines(bench.figure()))
-    assert not any(name.endswith("axis 2") for name in lines(bench.figure()))
-    assert len(headings(bench.figure())) == len(set(headings(bench.figure())))
-    for axes, shown in [(3, {3}), ([1, 3], {1, 3}), ("m axis 2", {2}), ("m", {1, 2, 3, 4})]:
-        found = {name[-1] for name in lines(bench.figure(axes=axes)) if name.startswith("position")} or {
-            str(number) for number in shown
-        }
-        assert found in ({str(number) for number in shown}, {"m"}), axes
-    with pytest.raises(UnknownName, match="no axis 5; there are m axis 1, m axis 2"):
-        bench.figure(axes=[1, 5])
+    assert headings(bench.figure()) == ["Velocity, steps/s", "Position, steps", "Acceleration, steps/s²"]
+    chosen = [
+        (None, {1, 3}),
+        (3, {3}),
+        ([1, 3], {1, 3}),
+        ("m axis 2", {2}),
+        ("m", {1, 2, 3, 4}),
+        ([1, "m axis 1"], {1}),
+    ]
+    for axes, shown in chosen:
+        picture = bench.figure(axes=axes)
+        found = {name for name in lines(picture) if name.startswith("velocity")}
+        assert found == {f"velocity of axis {number}" for number in shown}
+        assert ("axis 1" in words(picture)) == (1 in shown and len(shown) > 1)  # a single one needs no legend
+    for unknown in (5, True, "m axis 5"):
+        with pytest.raises(UnknownName, match=f"no axis {unknown!r}; there are m axis 1, m axis 2"):
+            bench.figure(axes=[1, unknown])
 
 
 def test_runs_are_laid_over_from_the_begin_of_their_motion_on():
@@ -233,6 +240,8 @@ def test_rates_parameters_commands_and_findings_are_told():
     } <= told
     assert "G" in told
     assert "G" not in words(move().figure(marks=False))
+    under_way = move().figure(start="30 ms", stop="40 ms")
+    assert "R = 80, 5\u2009978 steps/s" in words(under_way)  # its motion has begun before
     picture = move("N 100", "G", "N 200", "G", "N 300", "G", "N 350", "G").figure()
     assert any("number N = 100, 200, 300 …" in text for text in words(picture))
 

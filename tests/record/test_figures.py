@@ -129,6 +129,14 @@ def test_great_numbers_are_written_in_thousands_or_millions():
     assert shown.axes[0].yaxis.get_major_formatter()(-20_000) == "\u221220\u2009000"
 
 
+def test_a_title_of_any_letters_is_told_to_a_screen_reader(tmp_path):
+    shown = figure(Contents('R < 80 & "S" > 2', [track()], [], 0, 100 * MS))
+    save(shown, tmp_path / "a.svg", 'R < 80 & "S" > 2', description_of(shown))
+    svg = ElementTree.parse(tmp_path / "a.svg")
+    assert svg.findtext("{*}title") == 'R < 80 & "S" > 2'
+    assert svg.findtext("{*}desc").startswith('R < 80 & "S" > 2, from 0 ps to 100 ms.')
+
+
 # ---------------------------------------------------------------------------------------------------------------- rates
 def rate_lines(axes) -> list[tuple[float, list[tuple[float, float]]]]:
     collections = [each for each in axes.collections if type(each).__name__ == "LineCollection"]
@@ -154,6 +162,15 @@ def test_a_rate_is_drawn_while_it_was_in_force_and_named_once():
     assert sorted(named) == sorted(
         ["F = 5, 500 steps/s", "R = 7, 700 steps/s", "F = 5, \u2212500 steps/s", "R = 7, \u2212700 steps/s"]
     )
+
+
+def test_a_rate_of_several_runs_is_one_line_as_long_as_it_was_in_force_in_one_of_them():
+    spans = {"a": (10, 60), "b": (20, 30), "c": (70, 80)}
+    runs = []
+    for name, (begin, end) in spans.items():
+        velocity = Told("velocity", "steps/s", [(0, 0), (begin * MS, 500), (end * MS, 0)])
+        runs.append(Track(name, [velocity], [MotionStart(begin * MS, "G", {"F = 5": 500.0})]))
+    assert dict(rate_lines(figure(contents(*runs)).axes[0])) == {500.0: [(10, 60), (70, 80)]}
 
 
 def test_names_of_rates_do_not_meet_and_the_outermost_stay():

@@ -166,11 +166,6 @@ class Drawing(Recording):
             marks=marks,
         )
 
-    def _named(self) -> str:
-        """The chips and their parts."""
-        parts = [(chip.name, chip.sheet.part.upper()) for chip in self.chips.values()]
-        return parts[0][1] if len(parts) == 1 else ", ".join(f"{name}: {part}" for name, part in parts)
-
     def _picture(
         self,
         axes: Any,

@@ -148,9 +148,8 @@ class TimingDiagrams(Recording):
         chosen += [name for name in dict.fromkeys(missing) if name not in chosen]
         owners = {name.partition(".")[0] for name in chosen}
         lanes = [window.lane(name, labels.get(name), len(owners) > 1, decode) for name in chosen]
-        what = title or ", ".join(f"{name}: {chip.sheet.part.upper()}" for name, chip in self.chips.items())
         cut = None if quiet is None else picoseconds(quiet)
-        return Diagram(what, window.start, window.stop, lanes, measured, causing, cut)
+        return Diagram(title or self._named(), window.start, window.stop, lanes, measured, causing, cut)
 
     def _full_name(self, name: str) -> str:
         """Return the full name of a recorded pin; the owner may be missing where only one has such a pin.
