@@ -231,6 +231,13 @@ def test_phases_are_shaded_and_named_if_they_have_room():
         assert not any(axes.patches for axes in shown.axes)  # no stripes
 
 
+def test_what_begins_a_motion_is_flagged_rather_than_a_load_beside_it():
+    loads = [Mark(9 * MS, "command", "A 0"), Mark(11 * MS, "command", "A 1"), Mark(90 * MS, "command", "A 2")]
+    shown = set(texts(figure(contents(track(motions=[MotionStart(10 * MS, "G")], marks=loads)))))
+    assert {"G", "A 2"} <= shown
+    assert not {"A 0", "A 1"} & shown
+
+
 def test_cursors_are_numbered_lines_through_all_panels():
     shown = figure(contents(track(), cursors=[20 * MS, 35 * MS]))
     assert {"1", "2"} <= set(texts(shown))
