@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 
 import slewline
+from slewline.bench.drawing import differences
 from slewline.core.chip import Chip
+from slewline.core.ideal import Deviation
 from slewline.errors import NotRecorded, UnknownName
+from slewline.record.panels import Track
 from slewline.record.traces import Trace
 
 MS = 10**9
@@ -173,16 +176,23 @@ def test_a_bench_at_time_0_and_a_window_of_no_length_are_refused():
 # ------------------------------------------------------------------------------------------------------------- the axes
 def test_axes_share_panels_and_those_that_do_not_move_are_left_out():
     bench = chipset(axis1=500, axis3=-700)
-    assert {"velocity of axis 1", "position of axis 3"} <= set(lines(bench.figure()))
-    assert not any(name.endswith("axis 2") for name in lines(bench.figure()))
-    assert len(headings(bench.figure())) == len(set(headings(bench.figure())))
-    for axes, shown in [(3, {3}), ([1, 3], {1, 3}), ("m axis 2", {2}), ("m", {1, 2, 3, 4})]:
-        found = {name[-1] for name in lines(bench.figure(axes=axes)) if name.startswith("position")} or {
-            str(number) for number in shown
-        }
-        assert found in ({str(number) for number in shown}, {"m"}), axes
-    with pytest.raises(UnknownName, match="no axis 5; there are m axis 1, m axis 2"):
-        bench.figure(axes=[1, 5])
+    assert headings(bench.figure()) == ["Velocity, steps/s", "Position, steps", "Acceleration, steps/s²"]
+    chosen = [
+        (None, {1, 3}),
+        (3, {3}),
+        ([1, 3], {1, 3}),
+        ("m axis 2", {2}),
+        ("m", {1, 2, 3, 4}),
+        ([1, "m axis 1"], {1}),
+    ]
+    for axes, shown in chosen:
+        picture = bench.figure(axes=axes)
+        found = {name for name in lines(picture) if name.startswith("velocity")}
+        assert found == {f"velocity of axis {number}" for number in shown}
+        assert ("axis 1" in words(picture)) == (1 in shown and len(shown) > 1)  # a single one needs no legend
+    for unknown in (5, True, "m axis 5"):
+        with pytest.raises(UnknownName, match=f"no axis {unknown!r}; there are m axis 1, m axis 2"):
+            bench.figure(axes=[1, unknown])
 
 
 def test_runs_are_laid_over_from_the_begin_of_their_motion_on():
@@ -230,6 +240,8 @@ def test_rates_parameters_commands_and_findings_are_told():
     } <= told
     assert "G" in told
     assert "G" not in words(move().figure(marks=False))
+    under_way = move().figure(start="30 ms", stop="40 ms")
+    assert "R = 80, 5\u2009978 steps/s" in words(under_way)  # its motion has begun before
     picture = move("N 100", "G", "N 200", "G", "N 300", "G", "N 350", "G").figure()
     assert any("number N = 100, 200, 300 …" in text for text in words(picture))
 
@@ -264,7 +276,8 @@ def test_readings_are_the_values_at_cursors_and_what_lies_between(tmp_path):
     assert rows["velocity"].values == tuple(bench["x"].velocity_at(["20 ms", "50 ms", "60 ms"]))
     first, second, third = rows["position"].values
     assert rows["position"].differences == (second - first, third - second)
-    assert rows["x.db"].differences == (None, None)
+    assert rows["x.slew"].values == (1, 1, 1)
+    assert rows["x.slew"].differences == rows["x.db"].differences == (None, None)
     assert rows["x.db"].bits == 8
     lines = str(found).splitlines()
     assert lines[0].split() == ["1", "2", "3", "2", "−", "1", "3", "−", "2"]
@@ -272,10 +285,29 @@ def test_readings_are_the_values_at_cursors_and_what_lies_between(tmp_path):
     assert lines[2].startswith("velocity, steps/s ")
     assert "floating" in lines[-1]
     assert len({len(line) for line in lines[:3]}) == 1
-    with pytest.raises(slewline.UsageError, match="still to come"):
-        bench.readings(["20 s"])
+    for late in (["20 s"], "20 s", 20 * 10**12, (time for time in ["1 ms", "20 s"])):
+        with pytest.raises(slewline.UsageError, match=r"^20 s is still to come"):
+            bench.readings(late)
     with pytest.raises(slewline.UsageError, match="no instant"):
         bench.readings([])
+
+
+def test_the_greatest_distance_from_the_ideals_is_told_in_numbers_and_words_that_agree():
+    def says(*positions):
+        ideals = [(None, Deviation(position, 0, 150.0, 0)) for position in positions]
+        return [*differences([Track("x", [], ideals=ideals)])]
+
+    assert says(0.5, -0.999) == ["Dotted: the ideal; position within 0.999 steps, velocity within 150 steps/s"]
+    assert says(-0.9999, 0.5) == ["Dotted: the ideal; position within 1 step, velocity within 150 steps/s"]
+    assert says() == []
+
+
+@pytest.mark.parametrize("instants", ["20 ms", 20 * MS, ["20 ms"], np.array([20 * MS]), [500, "20 ms"]])
+def test_cursors_and_readings_take_the_same_instants(instants):
+    bench = move()
+    assert bench.readings(instants).instants_ps[-1] == 20 * MS
+    drawn = bench._contents(None, [], 0, None, None, None, False, instants, True).cursors
+    assert tuple(drawn) == bench.readings(instants).instants_ps
 
 
 def test_readings_name_their_axis_where_there_are_several():

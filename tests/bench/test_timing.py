@@ -439,16 +439,32 @@ def test_a_written_command_has_its_name():
     assert "SET_" not in " ".join(words)
 
 
+def test_a_word_that_is_read_is_no_command():
+    bench = slewline.Bench()
+    host = bench.host(bench.add("mc1151a", name="x"))
+    bench.record()
+    host.command("SET_POS", 0x1000)  # the code of SET_POS is 10, and GET_POS returns this
+    host.command("UPDATE")
+    bench.run_until_idle()
+    assert host.query("GET_POS") == 0x1000
+    reads = bench.edges("x.hostread", bench.now_ps - MS)[0]
+    shown = " ".join(labels(bench.timing_figure(["hostread", "hostdata"], reads[0] - US, reads[-1] + US)))
+    assert "10" in shown.split(), shown
+    assert "SET_" not in shown
+
+
 def test_characters_stand_over_a_serial_line():
     bench = recorded("gs-c200s")
     shown = labels(bench.timing_figure(["rxd", "txd"], stop="20 ms", decode=True))
-    assert "".join(shown).startswith("x: GS-C200SRXDPo")
+    assert "".join(shown).startswith("GS-C200SRXDPo")
     begin = int(bench.edges("x.rxd")[0][0])
     later = labels(bench.timing_figure(["rxd"], begin + 2 * MS, begin + 4 * MS, decode=True))
     assert "o" in later
     assert "P" not in later
     halves = labels(bench.timing_figure(["rxd"], begin + 500 * US, begin + 2 * MS, decode=True))
     assert {"P", "o"} <= set(halves)  # the window cuts both
+    quiet, plain = (bench.timing_figure(["rxd"], 0, begin - US, decode=decode) for decode in (True, False))
+    assert quiet.get_figheight() == plain.get_figheight()  # no room for characters that are not there
 
 
 def test_a_pin_that_is_measured_gets_a_lane():

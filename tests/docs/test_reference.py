@@ -10,7 +10,7 @@ import pytest
 
 import slewline
 from slewline.core.axis import Steps
-from slewline.core.chip import Chip, Finding
+from slewline.core.chip import Chip, Finding, OneAxis
 from slewline.core.pin import Terminal
 from slewline.parts.host import Host
 from slewline.parts.packet_host import PacketHost
@@ -81,6 +81,8 @@ def fields(cls):
 def test_the_api_page_names_every_method_of_a_bench_and_everything_in_the_package():
     methods = [name for name, _ in inspect.getmembers(slewline.Bench, inspect.isfunction) if not name.startswith("_")]
     assert [name for name in methods if f"`bench.{name}(" not in API] == ["connect", "place"]  # for parts of one's own
+    asked = [name for name, _ in inspect.getmembers(OneAxis, inspect.isfunction) if not name.startswith("_")]
+    assert [name for name in asked if f"`x.{name}(" not in API] == []
     assert [name for name in slewline.__all__ if f"`slewline.{name}" not in API] == []
 
 

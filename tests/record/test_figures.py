@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from slewline.core.axis import Mark, MotionStart
+from slewline.core.motions import Mark, MotionStart
 from slewline.core.quantity import Outline, Quantity
 from slewline.core.timebase import Clock
 from slewline.errors import UsageError
@@ -129,6 +129,14 @@ def test_great_numbers_are_written_in_thousands_or_millions():
     assert shown.axes[0].yaxis.get_major_formatter()(-20_000) == "\u221220\u2009000"
 
 
+def test_a_title_of_any_letters_is_told_to_a_screen_reader(tmp_path):
+    shown = figure(Contents('R < 80 & "S" > 2', [track()], [], 0, 100 * MS))
+    save(shown, tmp_path / "a.svg", 'R < 80 & "S" > 2', description_of(shown))
+    svg = ElementTree.parse(tmp_path / "a.svg")
+    assert svg.findtext("{*}title") == 'R < 80 & "S" > 2'
+    assert svg.findtext("{*}desc").startswith('R < 80 & "S" > 2, from 0 ps to 100 ms.')
+
+
 # ---------------------------------------------------------------------------------------------------------------- rates
 def rate_lines(axes) -> list[tuple[float, list[tuple[float, float]]]]:
     collections = [each for each in axes.collections if type(each).__name__ == "LineCollection"]
@@ -154,6 +162,15 @@ def test_a_rate_is_drawn_while_it_was_in_force_and_named_once():
     assert sorted(named) == sorted(
         ["F = 5, 500 steps/s", "R = 7, 700 steps/s", "F = 5, \u2212500 steps/s", "R = 7, \u2212700 steps/s"]
     )
+
+
+def test_a_rate_of_several_runs_is_one_line_as_long_as_it_was_in_force_in_one_of_them():
+    spans = {"a": (10, 60), "b": (20, 30), "c": (70, 80)}
+    runs = []
+    for name, (begin, end) in spans.items():
+        velocity = Told("velocity", "steps/s", [(0, 0), (begin * MS, 500), (end * MS, 0)])
+        runs.append(Track(name, [velocity], [MotionStart(begin * MS, "G", {"F = 5": 500.0})]))
+    assert dict(rate_lines(figure(contents(*runs)).axes[0])) == {500.0: [(10, 60), (70, 80)]}
 
 
 def test_names_of_rates_do_not_meet_and_the_outermost_stay():
@@ -205,10 +222,20 @@ def test_phases_are_shaded_and_named_if_they_have_room():
     phases = [(10 * MS, 30 * MS, "1"), (30 * MS, 40 * MS, "2"), (40 * MS, 60 * MS, "3")]
     shown = figure(contents(track(phases=phases)))
     assert {"1", "2", "3"} <= set(texts(shown))
+    assert all(len(axes.patches) == 2 for axes in shown.axes)  # every second one
     short = [(n * 10**7, (n + 1) * 10**7, "slew") for n in range(1000)]
-    assert "slew" not in texts(figure(contents(track(phases=short))))
     differing = [track("a", phases=phases), track("b", phases=phases[:1])]
-    assert "1" not in texts(figure(contents(*differing)))
+    for tracks in ([track(phases=short)], differing):
+        shown = figure(contents(*tracks))
+        assert not {"slew", "1"} & set(texts(shown))
+        assert not any(axes.patches for axes in shown.axes)  # no stripes
+
+
+def test_what_begins_a_motion_is_flagged_rather_than_a_load_beside_it():
+    loads = [Mark(9 * MS, "command", "A 0"), Mark(11 * MS, "command", "A 1"), Mark(90 * MS, "command", "A 2")]
+    shown = set(texts(figure(contents(track(motions=[MotionStart(10 * MS, "G")], marks=loads)))))
+    assert {"G", "A 2"} <= shown
+    assert not {"A 0", "A 1"} & shown
 
 
 def test_cursors_are_numbered_lines_through_all_panels():

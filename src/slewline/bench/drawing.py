@@ -6,9 +6,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from ..core.axis import Mark, Steps
+from ..core.axis import Steps
 from ..core.chip import Chip, OneAxis
-from ..core.timebase import Time, moment, picoseconds, readable
+from ..core.motions import Mark
+from ..core.timebase import Time, moment, readable
 from ..errors import UnknownName, UsageError
 from .motions import first_step, moving_from_to
 from .recording import FilePath, Recording
@@ -42,7 +43,7 @@ class Drawing(Recording):
         runs: Mapping[str, Drawing | Steps] | None = None,
         over: Mapping[str, Trace] | None = None,
         ideal: bool = False,
-        cursors: Iterable[Time] = (),
+        cursors: Time | Iterable[Time] = (),
         dark: bool = False,
         width: str | float = "page",
         ax: Axes | Sequence[Axes] | None = None,
@@ -92,7 +93,7 @@ class Drawing(Recording):
         runs: Mapping[str, Drawing | Steps] | None = None,
         over: Mapping[str, Trace] | None = None,
         ideal: bool = False,
-        cursors: Iterable[Time] = (),
+        cursors: Time | Iterable[Time] = (),
         dark: bool = False,
         width: str | float = "page",
         marks: bool = True,
@@ -112,7 +113,7 @@ class Drawing(Recording):
 
     def readings(
         self,
-        at: Iterable[Time],
+        at: Time | Iterable[Time],
         pins: Sequence[str] | None = None,
         axes: Sequence[int | str] | int | str | None = None,
         over: Mapping[str, Trace] | None = None,
@@ -130,9 +131,11 @@ class Drawing(Recording):
         from ..record.cursors import measured, readings
         from ..record.overlay import checked
 
-        instants = self._instants(at)
+        instants = moments_of(at)
         if not instants:
             raise UsageError('readings: no instant; give some, such as bench.readings(["10 ms", "20 ms"])')
+        if max(instants) > self.kernel.now:
+            raise UsageError(f"{readable(max(instants))} is still to come; it is {readable(self.kernel.now)}")
         nets = dict(self.recorded) if pins is None else self._chosen(pins)
         tracks = [(self._name_of(axis), axis.quantities()) for axis in self._axes(axes)]
         found = readings(instants, tracks, [(name, net, self.recorder) for name, net in nets.items()])
@@ -150,7 +153,7 @@ class Drawing(Recording):
         runs: Mapping[str, Drawing | Steps] | None,
         over: Mapping[str, Trace] | None,
         ideal: bool,
-        cursors: Iterable[Time],
+        cursors: Time | Iterable[Time],
         marks: bool,
     ) -> Contents:
         from ..record.figures import Contents
@@ -175,15 +178,10 @@ class Drawing(Recording):
             first,
             last,
             notes=[*self._notes(tracks), *differences(tracks)],
-            cursors=[picoseconds(cursor) for cursor in cursors],
+            cursors=moments_of(cursors),
             zero_is="from the begin of the motion on" if runs else "",
             marks=marks,
         )
-
-    def _named(self) -> str:
-        """The chips and their parts."""
-        parts = [(chip.name, chip.sheet.part.upper()) for chip in self.chips.values()]
-        return parts[0][1] if len(parts) == 1 else ", ".join(f"{name}: {part}" for name, part in parts)
 
     def _picture(
         self,
@@ -243,27 +241,27 @@ class Drawing(Recording):
 
     def _axes(self, axes: Sequence[int | str] | int | str | None) -> list[OneAxis]:
         """The axes that are asked for; all of them by default."""
-        all_of_them = [(n, axis) for _, n, axis in self._chip_axes()]
+        all_of_them = [*self._chip_axes()]
         if axes is None:
-            return [axis for _, axis in all_of_them]
+            return [axis for _, _, axis in all_of_them]
         wanted = [axes] if isinstance(axes, int | str) else list(axes)
         found: list[OneAxis] = []
         for one in wanted:
-            fits = [axis for n, axis in all_of_them if one in (n, axis.name, self._chip_of(axis).name)]
+            fits = [axis for chip, n, axis in all_of_them if one in (n, axis.name, chip.name)]
             if not fits or isinstance(one, bool):
-                names = ", ".join(axis.name for _, axis in all_of_them)
+                names = ", ".join(axis.name for _, _, axis in all_of_them)
                 raise UnknownName(f"axes: no axis {one!r}; there are {names}, and numbers from 1 on")
             found += [axis for axis in fits if axis not in found]
         return found
 
-    def _chip_of(self, axis: OneAxis) -> Chip:
-        return axis if isinstance(axis, Chip) else axis.chip  # type: ignore[attr-defined]
+    def _owner(self, axis: OneAxis) -> tuple[Chip, int]:
+        """The chip of an axis, and its number there."""
+        return next((chip, n) for chip, n, one in self._chip_axes() if one.motor is axis.motor)
 
     def _name_of(self, axis: OneAxis) -> str:
         """An axis as the legend names it: with its chip, if there are several."""
-        chip = self._chip_of(axis)
-        number = getattr(axis, "number", None)
-        if number is None or chip.sheet.axes == 1:
+        chip, number = self._owner(axis)
+        if chip.sheet.axes == 1:
             return chip.name
         return f"axis {number}" if len(self.chips) == 1 else f"{chip.name} axis {number}"
 
@@ -289,7 +287,7 @@ class Drawing(Recording):
             self._name_of(axis),
             axis.quantities(),
             motions,
-            [*axis.marks(first, last), *self._findings(self._chip_of(axis), first, last)],
+            [*axis.marks(first, last), *self._findings(self._owner(axis)[0], first, last)],
             axis.phases(first, last) if len(motions) <= MOST_PHASED else (),
             [(law, axis.deviation(motion)) for motion, law in ideals if law is not None],
             zero,
@@ -358,12 +356,10 @@ class Drawing(Recording):
             if line:
                 yield f"{name}: {line}" if name else line
 
-    def _instants(self, times: Iterable[Time]) -> list[int]:
-        instants = [moment(time) for time in ([times] if isinstance(times, str) else times)]
-        for time, instant in zip([*times], instants, strict=False):
-            if instant > self.kernel.now:
-                raise UsageError(f"{time!r} is still to come; it is {readable(self.kernel.now)}")
-        return instants
+
+def moments_of(times: Time | Iterable[Time]) -> list[int]:
+    """Return the picoseconds of an instant, or of several."""
+    return [moment(time) for time in ([times] if isinstance(times, str | int) else times)]
 
 
 def differences(tracks: Sequence[Track]) -> Iterator[str]:
@@ -372,10 +368,10 @@ def differences(tracks: Sequence[Track]) -> Iterator[str]:
 
     for track in tracks:
         if track.ideals:
-            position = max(abs(deviation.position) for _, deviation in track.ideals)
+            position = few(max(abs(deviation.position) for _, deviation in track.ideals))
             velocity = max(abs(deviation.velocity) for _, deviation in track.ideals)
             whose = f"{track.name}: d" if len(tracks) > 1 else "D"
-            steps = f"{few(position)} step{'s' * (position != 1)}"
+            steps = f"{position} step{'s' * (position != '1')}"
             yield f"{whose}otted: the ideal; position within {steps}, velocity within {few(velocity)} steps/s"
 
 

@@ -212,6 +212,11 @@ class Recording:
         first, last = self._window(start, stop)
         save_steps(path, [(chip.name, n, axis.steps(first, last)) for chip, n, axis in self._chip_axes()])
 
+    def _named(self) -> str:
+        """The chips and their parts: the title of a picture that has none of its own."""
+        parts = [(chip.name, chip.sheet.part.upper()) for chip in self.chips.values()]
+        return parts[0][1] if len(parts) == 1 else ", ".join(f"{name}: {part}" for name, part in parts)
+
     def _chip_axes(self) -> Iterator[tuple[Chip, int, OneAxis]]:
         """Every axis of every chip, with its number."""
         for chip in self.chips.values():

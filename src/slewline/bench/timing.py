@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING
@@ -19,9 +20,11 @@ if TYPE_CHECKING:
 
     from ..record.diagram import Diagram, Lane
     from ..record.diagram import Word as Written
+    from ..record.intervals import Spans
     from ..record.traces import Trace
 
 Between = str | tuple[str, str]
+STAYS = 1_000_000  # ps: so long, at most, a word stays on the bus behind the strobe that has written it
 
 
 class TimingDiagrams(Recording):
@@ -158,9 +161,8 @@ class TimingDiagrams(Recording):
         chosen += [name for name in dict.fromkeys(missing) if name not in chosen]
         owners = {name.partition(".")[0] for name in chosen}
         lanes = [window.lane(name, labels.get(name), len(owners) > 1, decode, laid.get(name)) for name in chosen]
-        what = title or ", ".join(f"{name}: {chip.sheet.part.upper()}" for name, chip in self.chips.items())
         cut = None if quiet is None else picoseconds(quiet)
-        return Diagram(what, window.start, window.stop, lanes, measured, causing, cut)
+        return Diagram(title or self._named(), window.start, window.stop, lanes, measured, causing, cut)
 
     def _full_name(self, name: str) -> str:
         """Return the full name of a recorded pin; the owner may be missing where only one has such a pin.
@@ -196,7 +198,8 @@ class _Window:
         since = max(self.start, recorder.since(probe)) if self.reach else self.start
         return Signal.of(probe, recorder, since, self.stop)
 
-    def _found(self, chip: Chip, limit: Limit):  # type: ignore[no-untyped-def]
+    def _found(self, chip: Chip, limit: Limit) -> Spans:
+        """Begin and end of every interval that a limit is about (ps)."""
         return intervals(limit, lambda pin: self.signal(f"{chip.name}.{pin}"))
 
     def check(self, chip: Chip, limit: Limit) -> Checked:
@@ -300,25 +303,24 @@ class _Window:
 
     def _meaning(self, chip: Chip | None) -> Callable[[int, int], str]:
         """What a value of the bus means: a character, or the command that is written."""
-        if chip is None or not chip.sheet.in_packets:
+        if chip is None or chip.sheet.packets is None:
             return lambda value, _end: f"'{chr(value)}'" if 32 < value < 127 else "CR" if value == 13 else ""
         try:
-            command, writing = (self.signal(f"{chip.name}.{pin}") for pin in ("hostcmd", "hostwrite"))
+            command, write = (self.signal(f"{chip.name}.{pin}") for pin in chip.sheet.packets.pins)
         except NotRecorded:
             return lambda _value, _end: ""
-        rows = chip.sheet.commands.by_code
+        rows, strobes = chip.sheet.commands.by_code, write.edges("rises")
 
         def says(value: int, end: int) -> str:
-            strobes = writing.edges("rises")
-            last = strobes[strobes <= end][-1:]
-            if len(last) and value in rows and command.level_at(last - 1)[0] == 1 and end - last[0] < 10**6:
-                return rows[value].name
-            return ""
+            before = bisect_right(strobes, end)
+            if not before or value not in rows or end - (strobe := strobes[before - 1]) >= STAYS:
+                return ""
+            return rows[value].name if command.level_at(strobe - 1) == 1 else ""
 
         return says
 
 
-def _rows(found) -> list[tuple[int, int]]:  # type: ignore[no-untyped-def]
+def _rows(found: Spans) -> list[tuple[int, int]]:
     begins, ends = found
     return list(zip(begins.tolist(), ends.tolist(), strict=True))
 

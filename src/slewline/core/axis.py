@@ -13,15 +13,13 @@ from typing import TYPE_CHECKING
 
 from ..errors import UsageError
 from .kernel import Kernel
-from .motions import Mark, Motions, MotionStart, Parameters
+from .motions import Mark, Motions, MotionStart
 from .plan import Plan
 from .train import Playing, Train
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-__all__ = ["Axis", "Mark", "MotionStart", "Parameters", "Steps", "Stretch"]
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ..errors import UnknownName, UsageError
-from .axis import Axis, Mark, MotionStart, Parameters, Steps
+from .axis import Axis, Steps
 from .ideal import Deviation, deviation
 from .kernel import Kernel, Task
+from .motions import Mark, MotionStart, Parameters
 from .net import Bus, Driver, Net
 from .pin import Condition, Terminal
 from .quantity import Position, Quantity, Velocity
@@ -23,8 +24,6 @@ from .waits import first_of, until
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-    from .cycles import Cycles
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,19 +178,6 @@ class AxisOfChip(OneAxis):
 
     def __repr__(self) -> str:
         return f"<{self.name}>"
-
-
-class AxisInCycles(AxisOfChip):
-    """An axis whose controller decides in cycles; it can be asked for them afterwards."""
-
-    @property
-    def keeps_cycles(self) -> bool:
-        """Can it, as this chip is set up?"""
-        raise NotImplementedError
-
-    def cycles(self, start: Time | None = None, stop: Time | None = None) -> Cycles:
-        """Return the cycles that begin at start <= t <= stop; all of them by default."""
-        raise NotImplementedError
 
 
 class Chip(OneAxis):

@@ -342,9 +342,11 @@ class Packets:
     Codes without a row: `illegal` ones answer with checksum 0; `siblings` (words written, words read) are commands of
     sister parts without effect here; `reserved` and all others have no data.  `status` and `mode` are the words that
     tell about an axis, `version` the one that tells about the part.  `slips` are names that stand in the manual's text
-    but are no commands, each with what is meant.
+    but are no commands, each with what is meant.  Of `pins` the first one is high with a command, low with a word, and
+    the second one writes as it rises.
     """
 
+    pins: tuple[str, str]
     illegal: frozenset[int]
     reserved: frozenset[int]
     siblings: Mapping[int, tuple[int, int]]

@@ -12,18 +12,20 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from textwrap import fill
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from ..core.table import Limit
-from ..core.timebase import readable
 from ..errors import UsageError
 from .recorder import FLOATING, Recorder, width_of
+from .style import duration
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from .recorder import Levels, Probe
+
+    Spans: TypeAlias = tuple[NDArray[np.int64], NDArray[np.int64]]  # begins and ends
 
 CHANGES = ("falls", "rises", "changes", "appears", "vanishes")
 
@@ -101,7 +103,7 @@ class Edge(NamedTuple):
         return int(times[at]) if at < len(times) else None
 
 
-def pairs(starts: NDArray[np.int64], ends: NDArray[np.int64], strict: bool) -> tuple[NDArray[Any], NDArray[Any]]:
+def pairs(starts: NDArray[np.int64], ends: NDArray[np.int64], strict: bool) -> Spans:
     """Return begin and end of every interval: (m,) int64, ps; `strict`: none is 0 long, a start behind an end."""
     import numpy as np
 
@@ -112,7 +114,7 @@ def pairs(starts: NDArray[np.int64], ends: NDArray[np.int64], strict: bool) -> t
     return begun[real], ends[real]
 
 
-def intervals(limit: Limit, signals: Callable[[str], Signal]) -> tuple[NDArray[Any], NDArray[Any]]:
+def intervals(limit: Limit, signals: Callable[[str], Signal]) -> Spans:
     """Return begin and end of every interval that a limit is about: (m,) int64, ps.
 
     Args:
@@ -129,11 +131,6 @@ def intervals(limit: Limit, signals: Callable[[str], Signal]) -> tuple[NDArray[A
         held = signals(pin).level_at(found[1]) == level
         found = found[0][held], found[1][held]
     return found
-
-
-def written(ps: int) -> str:
-    """Return a time for people: "82.5 µs"."""
-    return readable(ps).replace("us", "µs")
 
 
 def rounded(ps: int, digits: int) -> int:
@@ -164,7 +161,7 @@ class Bound:
 
     def __str__(self) -> str:
         named = ("min.", self.least), ("typ.", self.typical), ("max.", self.most)
-        return ", ".join(f"{name} {written(rounded(ps, 6))}" for name, ps in named if ps is not None)
+        return ", ".join(f"{name} {duration(rounded(ps, 6))}" for name, ps in named if ps is not None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,7 +193,7 @@ class Interval:
     def __str__(self) -> str:
         limits = "; ".join(str(bound) for bound in self.bounds)
         verdict = "" if self.kept is None else ": kept" if self.kept else ": VIOLATED"
-        return f"{self.symbol} = {written(self.ps)}" + (f" ({limits}{verdict})" if limits else "")
+        return f"{self.symbol} = {duration(self.ps)}" + (f" ({limits}{verdict})" if limits else "")
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,7 +212,7 @@ class Checked:
     missing: str = ""  # the pin that was not recorded
 
     @classmethod
-    def of(cls, chip: str, bound: Bound, begins: NDArray[Any], ends: NDArray[Any]) -> Checked:
+    def of(cls, chip: str, bound: Bound, begins: NDArray[np.int64], ends: NDArray[np.int64]) -> Checked:
         """What a limit's intervals say of it."""
         if not len(begins):
             return cls(chip, bound)
@@ -250,7 +247,7 @@ class Checked:
         if self.kept:
             return "kept"
         times = f"{len(self.violations)} times, first" if len(self.violations) > 1 else "once,"
-        return f"VIOLATED {times} at {written(self.violations[0])}, by the {self.bound.limit.keeper}"
+        return f"VIOLATED {times} at {duration(self.violations[0])}, by the {self.bound.limit.keeper}"
 
 
 class TimingTable(Sequence[Checked]):
@@ -292,7 +289,7 @@ class TimingTable(Sequence[Checked]):
 
 def _cells(row: Checked) -> tuple[str, ...]:
     limit = row.bound.limit
-    measured = ("" if ps is None else written(ps) for ps in (row.shortest_ps, row.longest_ps))
+    measured = ("" if ps is None else duration(ps) for ps in (row.shortest_ps, row.longest_ps))
     return (
         row.name,
         limit.says,

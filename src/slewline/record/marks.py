@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from bisect import bisect
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ..core.axis import Mark
+from ..core.motions import Mark
 from .panels import Track
 from .style import Palette, TimeAxis
 
@@ -36,27 +37,31 @@ class Flag:
 
 
 def flags_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[Flag]:
-    """Return the flags of what happened in the window; those that would hide each other thinned, alarms last.
+    """Return the flags of what happened in the window; those that would hide each other thinned.
+
+    What begins a motion stays rather than another command, such as a load just before it.
 
     Args:
         width: of the panels, inches.
     """
-    marks: dict[tuple[int, str, str], Mark] = {}
+    marks: dict[tuple[int, str, str], bool] = {}  # does it begin a motion?
     for track in tracks:
         start, stop = track.window(axis)
         begun = [Mark(motion.time_ps, "command", motion.text) for motion in track.motions]
-        for mark in (*track.marks, *begun):
+        for number, mark in enumerate((*begun, *track.marks)):
             if start <= mark.time_ps <= stop:
-                marks.setdefault((mark.time_ps - track.zero, mark.kind, mark.text), mark)
+                marks.setdefault((mark.time_ps - track.zero, mark.kind, mark.text), number < len(begun))
     per_inch = _per_inch(axis, width)
     placed: list[Flag] = []
     taken: list[list[tuple[float, float]]] = [[] for _ in range(ROWS)]
-    ends: dict[str, float] = {}
-    for at_ps, kind, text in sorted(marks, key=lambda key: (URGENT.get(key[1], 9), key[0])):
+    kept: dict[str, list[float]] = {}
+    for at_ps, kind, text in sorted(marks, key=lambda key: (URGENT.get(key[1], 9), not marks[key], key[0])):
         at = float(axis.scaled(at_ps))
-        if at - ends.get(kind, float("-inf")) < SIDE_BY_SIDE * per_inch:
+        others = kept.setdefault(kind, [])
+        place = bisect(others, at)
+        if any(abs(at - other) < SIDE_BY_SIDE * per_inch for other in others[max(place - 1, 0) : place + 1]):
             continue
-        ends[kind] = at
+        others.insert(place, at)
         need = at, at + (0.14 + LETTER * len(text)) * per_inch
         last = float(axis.scaled(axis.stop)) + 0.2 * per_inch
         free = (row for row in range(ROWS) if all(need[1] <= a or b <= need[0] for a, b in taken[row]))

@@ -10,8 +10,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ..core.axis import Mark, MotionStart
 from ..core.ideal import Deviation, Ideal
+from ..core.motions import Mark, MotionStart
 from ..core.quantity import Outline, Quantity
 from .style import DASHES, Palette, TimeAxis, number
 

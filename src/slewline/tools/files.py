@@ -17,7 +17,6 @@ from ..errors import BenchFileError, UsageError
 
 LONGEST = 1000  # characters of a line
 STDIN = "-"
-PICTURES = (".svg", ".png", ".pdf")
 
 
 def read_program(path: str) -> str:

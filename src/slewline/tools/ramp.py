@@ -13,7 +13,8 @@ from ..chips import ramps_of
 from ..core.timebase import readable
 from ..errors import UsageError
 from ..language.ramps import Calculator, Move, Ramp
-from .files import PICTURES, Outputs
+from ..record.pictures import SUFFIXES
+from .files import Outputs
 from .programs import print_json
 from .transcript import counted
 
@@ -38,7 +39,7 @@ def ramp(
 ) -> int:
     """Print a ramp, or the ramps that come nearest to what is wanted."""
     outputs = Outputs([])
-    outputs.claim(plot, PICTURES)
+    outputs.claim(plot, SUFFIXES)
     calculator = ramps_of(chip)
     values = named(calculator, parameters)
     wanted = {"time_ps": time, "acceleration_sps2": accel, "steps": steps}
@@ -230,8 +231,9 @@ def draw(path: str, calculator: Calculator, ramp: Ramp, move: Move | None) -> No
 
 def track_of(calculator: Calculator, ramp: Ramp, move: Move) -> Track:
     """Return what an axis does in a move."""
-    from ..core.axis import Axis, MotionStart
+    from ..core.axis import Axis
     from ..core.kernel import Kernel
+    from ..core.motions import MotionStart
     from ..core.quantity import Position, Velocity
     from ..core.train import Playing
     from ..record.panels import Track

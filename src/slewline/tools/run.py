@@ -15,8 +15,9 @@ from ..chips import sheet_of
 from ..core.timebase import picoseconds, readable
 from ..errors import ProgramError, Timeout, TornJournal
 from ..record.layouts import layout_paths
+from ..record.pictures import SUFFIXES
 from ..record.vcd import unit_of
-from .files import PICTURES, STDIN, Outputs, chip_of, read_program, say_replaced
+from .files import STDIN, Outputs, chip_of, read_program, say_replaced
 from .transcript import Transcript, seconds
 
 if TYPE_CHECKING:
@@ -80,7 +81,7 @@ class Run:
                 outputs.claim(path)
             for path in self.layouts:
                 outputs.claim(path)
-            outputs.claim(self.plot, PICTURES)
+            outputs.claim(self.plot, SUFFIXES)
             say_replaced(self.journal)
             try:
                 bench = self.replayed() if self.replay else self.furnished(outputs.partial(self.journal))

@@ -12,7 +12,6 @@ from fractions import Fraction
 from functools import lru_cache
 from heapq import merge
 from itertools import accumulate, pairwise
-from typing import TYPE_CHECKING
 
 from ...core.table import Sheet
 from ...core.timebase import PS_PER_S, Clock
@@ -22,9 +21,6 @@ from ...language.ramps import Accelerations, Calculator, Candidate, Move, Quanti
 from ...language.rates import steps_per_s
 from . import profile
 from .sheet import COMMANDS, RAMP_UNIT, STEP_TICKS
-
-if TYPE_CHECKING:
-    pass
 
 NUMBER = COMMANDS["N"].args[0]
 SLOPE, DIVISOR = COMMANDS["S"].args[0], COMMANDS["Z"].args[0]

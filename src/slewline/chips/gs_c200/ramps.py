@@ -9,7 +9,6 @@ from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from itertools import pairwise
 from math import floor
-from typing import TYPE_CHECKING
 
 from ...core.table import Sheet
 from ...core.timebase import PS_PER_S, Clock
@@ -31,9 +30,6 @@ from ...language.ramps import (
 from ...language.rates import steps_per_s
 from . import profile
 from .sheet import POSITIONS, RATE_UNIT, TIMES
-
-if TYPE_CHECKING:
-    pass
 
 CLOCK = Clock(PS_PER_S)
 

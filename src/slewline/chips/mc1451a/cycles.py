@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ...core.chip import AxisInCycles
+from ...core.chip import AxisOfChip
 from ...core.curves import SCurve
 from ...core.cycles import Cycles
 from ...core.quantity import Quantity
@@ -21,14 +21,10 @@ if TYPE_CHECKING:
 RANGE = 1 << 47
 
 
-class ChipsetAxis(AxisInCycles):
+class ChipsetAxis(AxisOfChip):
     """An axis of a chipset, which can be asked for its cycles."""
 
     chip: Registers
-
-    @property
-    def keeps_cycles(self) -> bool:
-        return isinstance(self.chip.motion, Motion)
 
     def cycles(self, start: Time | None = None, stop: Time | None = None) -> Cycles:
         """Return the cycles since the last reset that begin at start <= t <= stop; all of them by default.

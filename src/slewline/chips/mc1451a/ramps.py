@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 from ...core.curves import PLACES, SCurve
 from ...core.cycles import CYCLE, ONE, CycleTrain, Law, Linear
@@ -35,9 +34,6 @@ from ...language.ramps import (
 )
 from . import profile
 from .sheet import ACCELERATION, HIGH_RANGE, JERK, MAX_ACCELERATION, POSITION, STANDARD_RANGE, START_VELOCITY, VELOCITY
-
-if TYPE_CHECKING:
-    pass
 
 TRAPEZOID, S_CURVE = ("profile", "trapezoid"), ("profile", "s-curve")
 FAR = 1 << 100  # 1/65536 step; further than any S-curve needs to come to its velocity

@@ -386,6 +386,7 @@ def _sheet(axes: int, encoder: bool) -> Sheet:
         suffix=f".{part}",
         notes=NOTES,
         packets=Packets(
+            pins=("hostcmd", "hostwrite"),
             illegal=(ILLEGAL | {2}) - set(rows.by_code),
             reserved=RESERVED,
             siblings=SIBLINGS,
