@@ -178,7 +178,8 @@ class Drawing(Recording):
         benches: Sequence[tuple[str, Drawing]],
         begins: Mapping[str, int],
     ) -> tuple[int, int]:
-        """The window of a picture, in ps of the picture: the motion, unless it is told otherwise."""
+        """The window of a picture, in ps of the picture: the motion, unless it is told otherwise; a window that
+        begins behind it, or ends before it, reaches to the end, or the begin, of the run."""
         longest = max(bench.kernel.now - begins[name] for name, bench in benches)
         first = None if start is None else moment(start)
         last = None if stop is None else min(moment(stop), longest)
@@ -194,8 +195,12 @@ class Drawing(Recording):
             loaded = max(
                 (bench._loaded(axes, begin + begins[name]) - begins[name] for name, bench in benches), default=0
             )
-            first = max(begin - around, earliest, loaded) if first is None else first
-            last = min(end + around, longest) if last is None else last
+            if first is None:
+                first = max(begin - around, earliest, loaded)
+                first = first if last is None or first < last else earliest
+            if last is None:
+                last = min(end + around, longest)
+                last = last if first < last else longest
         if last <= first:
             raise UsageError(
                 f"nothing to draw from {readable(first)} to {readable(last)}; let time pass with bench.run() before, "
@@ -290,9 +295,8 @@ class Drawing(Recording):
                 found.append(pin.shifted(-zero).within(first, last))
                 continue
             net = self._chosen([pin])[pin]
-            begin = max(first + zero, self.recorder.since(net))
             name = pin.partition(".")[2] if len(self.chips) == 1 else pin
-            found.append(Trace.of(name or pin, net, self.recorder, begin, max(last + zero, begin)).shifted(-zero))
+            found.append(Trace.of(name or pin, net, self.recorder, first + zero, last + zero).shifted(-zero))
         return found
 
     # --------------------------------------------------------------------------------------------------- what is told

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from . import outlines
-from .recorder import FLOATING, Probe, Recorder, width_of
+from .recorder import FLOATING, Probe, Recorder, net_of, width_of
 from .style import Palette, TimeAxis
 
 if TYPE_CHECKING:
@@ -25,23 +25,31 @@ APART = 0.009  # of the window: what must lie between two bands
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """What one pin does: edges as Recorder.edges gives them, and the level before the first; a bus shows its bytes."""
+    """What one pin does: edges as Recorder.edges gives them, and the level before the first; a bus shows its bytes.
+
+    `since` and `until` (ps) are the ends of what is known of it; None: of any picture.
+    """
 
     name: str
     times_ps: NDArray[np.int64]
     levels: Levels
     level: int
     bus: bool = False
+    since: int | None = None
+    until: int | None = None
 
     @classmethod
     def of(cls, name: str, probe: Probe, recorder: Recorder, start: int, stop: int) -> Trace:
-        """Return the trace of a recorded net or pin in a window (ps), as far as a picture of it shows."""
+        """Return the trace of a recorded net or pin in a window (ps), as far as it is recorded and a picture of it
+        shows."""
+        since, until = max(start, recorder.since(probe)), min(stop, net_of(probe).kernel.seen)
         times, levels = outlines.edges(recorder, probe, start, stop)
-        return cls(name, times, levels, recorder.level_at(probe, start), width_of(probe) > 1)
+        return cls(name, times, levels, recorder.level_at(probe, since), width_of(probe) > 1, since, until)
 
     def shifted(self, by: int) -> Trace:
         """Return the same so many ps later."""
-        return replace(self, times_ps=self.times_ps + by) if by else self
+        since, until = (None if end is None else end + by for end in (self.since, self.until))
+        return replace(self, times_ps=self.times_ps + by, since=since, until=until)
 
     def within(self, start: int, stop: int) -> Trace:
         """Return what of it lies in a window (ps): of a file, which knows no window."""
@@ -91,11 +99,14 @@ def draw_lanes(
 def _draw_lane(panel: Axes, trace: Trace, axis: TimeAxis, colours: Palette, base: float, high: float) -> None:
     import numpy as np
 
-    outline, bands = outlines.logic(trace.times_ps, trace.levels, trace.level, axis.start, axis.stop)
+    outline, bands = outlines.logic(
+        trace.times_ps, trace.levels, trace.level, axis.start, axis.stop, trace.since, trace.until
+    )
     times, levels = axis.scaled(outline[0]), outline[1]
     color = colours.bus if trace.bus else colours.trace
     if trace.bus:
-        _draw_bus(panel, times, levels, colours, base, high)
+        span = float(axis.scaled(axis.stop) - axis.scaled(axis.start))
+        _draw_bus(panel, times, levels, colours, base, high, span)
     else:
         heights = base + high * np.where(levels == FLOATING, np.nan, levels)
         panel.plot(times, heights, color=color, linewidth=1.1, drawstyle="steps-post", solid_joinstyle="miter")
@@ -118,11 +129,10 @@ def _draw_floating(panel: Axes, times: Any, levels: Any, color: str, middle: flo
         panel.hlines(np.full(len(floating), middle), times[floating], times[floating + 1], color, "dashed", lw=0.9)
 
 
-def _draw_bus(panel: Axes, times: Any, levels: Any, colours: Palette, base: float, high: float) -> None:
+def _draw_bus(panel: Axes, times: Any, levels: Any, colours: Palette, base: float, high: float, span: float) -> None:
     """Boxes with their bytes, as far as these have room; a line in the middle while nothing drives."""
     from matplotlib.collections import PolyCollection
 
-    span = times[-1] - times[0]
     boxes = []
     for begin, end, level in zip(times[:-1], times[1:], levels[:-1], strict=True):
         if level != level or level == FLOATING or end <= begin:  # NaN: inside a band
