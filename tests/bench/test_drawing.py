@@ -208,6 +208,15 @@ def test_runs_are_laid_over_from_the_begin_of_their_motion_on():
     assert "velocity of this run" in lines(slow.figure(pins=[], runs={"S = 250": fast}))
 
 
+@pytest.mark.parametrize("window", [{"start": "300 ms"}, {"stop": "400 us"}])
+def test_a_window_beside_the_motion_reaches_to_the_end_of_the_run(window):
+    bench = move()
+    bench.run("400 ms")
+    shown = bench.figure(pins=[], **window).axes[-1].lines[0].get_xdata()
+    first, last = shown[[0, -1]] * (1 if "start" in window else 1e-3)
+    assert (first, last) == ((300, bench.now_ps / MS) if "start" in window else (0, 0.4))
+
+
 # ------------------------------------------------------------------------------------------------------ pins, and words
 def test_pins_are_named_without_their_chip_if_there_is_but_one(tmp_path):
     bench = move()
@@ -219,6 +228,28 @@ def test_pins_are_named_without_their_chip_if_there_is_but_one(tmp_path):
     assert [label.get_text() for label in panel.get_yticklabels()] == ["slew", "measured"]
     with pytest.raises(NotRecorded, match=r"x\.pulse is not recorded"):
         bench.figure(pins=["x.pulse"])
+
+
+def lane(panel):
+    """The ends of the line of the first lane, in ms, and how many of its points are edges."""
+    (drawn,) = (line for line in panel.lines if line.get_drawstyle() == "steps-post")
+    first, last = drawn.get_xdata()[[0, -1]]
+    return round(first, 2), round(last, 2), len(drawn.get_xdata()) - 2
+
+
+def test_a_pin_is_drawn_only_where_it_is_known():
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x")
+    bench.run("10 ms")
+    bench.record("x.motion_complete")
+    bench.host(x).send("A 0\rF 10\rR 80\rS 240\rZ 1\rN 400\rG\r")
+    bench.run("290 ms")
+    assert lane(bench.figure(pins=["x.motion_complete"], start=0, stop="300 ms").axes[-1]) == (10, 300, 1)
+    assert bench.figure(pins=["x.motion_complete"], start=0, stop="5 ms").axes[-1].lines[:] == []
+    longer = move("N 2000", "G", pins=[])
+    shown = bench.figure(pins=["x.motion_complete"], runs={"short": bench, "long": longer}).axes[-1]
+    first, last, edges = lane(shown)
+    assert first < 0 < last < 300 < 350 < shown.get_xlim()[1] and edges == 1
 
 
 def test_a_trace_of_a_file_is_drawn_within_the_window():
@@ -306,7 +337,7 @@ def test_the_greatest_distance_from_the_ideals_is_told_in_numbers_and_words_that
 def test_cursors_and_readings_take_the_same_instants(instants):
     bench = move()
     assert bench.readings(instants).instants_ps[-1] == 20 * MS
-    drawn = bench._contents(None, [], 0, None, None, None, False, instants, True).cursors
+    drawn = bench._contents(None, [], 0, None, None, None, None, False, instants, True).cursors
     assert tuple(drawn) == bench.readings(instants).instants_ps
 
 

@@ -97,6 +97,30 @@ def test_a_rate_on_the_fly_is_marked(stepwise: bool) -> None:
 
 
 @BOTH
+@pytest.mark.fact("FLY-RATE-5", "FLY-RATE-6", "FLY-RATE-8")
+def test_rates_on_the_fly_take_the_place_of_those_in_force(stepwise: bool) -> None:
+    bench = slewline.Bench()
+    x: Any = bench.add("cy525", "x", "11 MHz", stepwise=stepwise)
+    host = bench.host(x)
+    host.send(RAMP + "N 60000\rH\rG\r")
+    bench.run("400 ms")
+    for rate in (90, 60, 60, 0, 100):
+        host.change_rate(rate)
+        bench.run("200 ms")
+    x.pin("abort").drive(0)
+    bench.run_until_idle("10 s")
+    (go,) = x.motions()
+    assert go.rates == x.parameters().rates == {"F = 3": speed(3), "R = 80": speed(80)}
+    instants, rates = zip(*go.changes, strict=True)
+    low, high = {"F = 60": speed(60), "R = 60": speed(60)}, {"F = 60": speed(60), "R = 100": speed(100)}
+    assert rates == ({"F = 3": speed(3), "R = 90": speed(90)}, low, low, {}, high)
+    assert list(instants) == [mark.time_ps for mark in x.marks() if mark.text.startswith("R ")]
+    host.send("N 9\rG\r")
+    bench.run_until_idle()
+    assert x.motions()[1].rates == go.rates and not x.motions()[1].changes  # for that motion only
+
+
+@BOTH
 def test_phases_are_the_legs_of_the_move(stepwise: bool) -> None:
     x = ran(RAMP + "N 3000\rG\r", stepwise)
     steps = x.steps().times_ps

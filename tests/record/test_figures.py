@@ -143,6 +143,19 @@ def rate_lines(axes) -> list[tuple[float, list[tuple[float, float]]]]:
     return [(c.get_segments()[0][0][1], [(s[0][0], s[1][0]) for s in c.get_segments()]) for c in collections]
 
 
+def test_a_rate_is_drawn_until_another_takes_its_place_in_the_same_motion():
+    velocity = Told("velocity", "steps/s", [(0, 0), (10 * MS, 700), (30 * MS, 500), (40 * MS, 0), (50 * MS, 900)])
+    changes = ((20 * MS, {"R = 5": 500.0}), (40 * MS, {}), (50 * MS, {"R = 90 and more": 900.0}))
+    motion = MotionStart(10 * MS, "G", {"R = 7": 700.0}, changes=changes)
+    whole = figure(contents(Track("x", [velocity], [motion])))
+    assert rate_lines(whole.axes[0]) == [(700.0, [(10, 20)]), (500.0, [(20, 40)]), (900.0, [(50, 100)])]
+    later = figure(contents(Track("x", [velocity], [motion]), start=25 * MS, stop=45 * MS))
+    assert rate_lines(later.axes[0]) == [(500.0, [(25, 40)])]
+    assert "R = 90 and more, 900 steps/s" in texts(whole)
+    narrower = figure(contents(Track("x", [velocity], [MotionStart(10 * MS, "G", {"R = 7": 700.0})])))
+    assert whole.axes[0].get_position().x1 < narrower.axes[0].get_position().x1  # room for the longest name
+
+
 def test_a_rate_is_drawn_while_it_was_in_force_and_named_once():
     velocity = Told(
         "velocity",

@@ -96,7 +96,7 @@ def test_what_has_to_come_first_violates_when_it_comes_behind():
     begins, ends = intervals(limit, pins.__getitem__)
     assert (begins.tolist(), ends.tolist()) == ([40], [43])  # at one instant, the set-up time of b says so
     assert Checked.of("x", Bound.of(limit, 1), begins, ends).violations == (40,)
-    assert str(Bound.of(Limit("a falls", "b falls", "", "", most=-10 * NS), 1)) == "max. -10 ns"
+    assert str(Bound.of(Limit("a falls", "b falls", "", "", most=-10 * NS), 1)) == "max. −10 ns"
 
 
 def test_where_only_what_is_typical_is_printed_an_answer_belongs_to_what_began_before():

@@ -22,10 +22,11 @@ S = outlines.STRIPES
 def drawn(recorder: Recorder, probe: Any, start: int, stop: int, *, whole: bool) -> tuple[Any, ...]:
     """The line and the bands, from all edges or from those that show."""
     if whole:
-        times, levels = recorder.edges(probe, start + 1, stop)
+        times, levels = recorder.edges(probe, max(start, recorder.since(probe)) + 1, stop)
     else:
         times, levels = outlines.edges(recorder, probe, start, stop)
-    (at, what), bands = outlines.logic(times, levels, recorder.level_at(probe, start), start, stop)
+    since = max(recorder.since(probe), start)
+    (at, what), bands = outlines.logic(times, levels, recorder.level_at(probe, since), start, stop, since)
     return at.tolist(), np.nan_to_num(what, nan=99).tolist(), bands.tolist()
 
 
@@ -44,6 +45,21 @@ def test_a_few_edges_show_what_all_edges_show(
             assert drawn(rig.recorder, net, start, stop, whole=False) == all_of_them, (name, start, stop)
             bands += len(all_of_them[2])
     assert bands
+
+
+def test_the_same_where_a_recording_begins_within_the_window(rig: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(outlines, "STRIPES", 8)
+    clock, net = Clock(11_000_000), rig.net("x.pulse", pull=1)
+    runs = [(500, 4), (9000, 1)] * 9
+    rig.drivers["x.pulse"].play(PulseView(Playing(StepTrain(clock, 0, runs)), 28))
+    rig.kernel.run(2 * MS)
+    rig.recorder.record(net)
+    rig.kernel.run(10 * MS)
+    for stop in range(3 * MS, 10 * MS, MS // 7):
+        whole = drawn(rig.recorder, net, 0, stop, whole=True)
+        assert drawn(rig.recorder, net, 0, stop, whole=False) == whole and whole[0][0] == 2 * MS
+    (at, _), bands = outlines.logic(*rig.recorder.edges(net, 2 * MS, 2 * MS), 0, 0, MS, 2 * MS)
+    assert not len(at) and not len(bands)
 
 
 def test_a_long_motion_is_not_expanded(rig: Any, monkeypatch: pytest.MonkeyPatch) -> None:

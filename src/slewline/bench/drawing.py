@@ -193,7 +193,8 @@ class Drawing(Recording):
         begins: Mapping[str, int],
         measured: Sequence[Track],
     ) -> tuple[int, int]:
-        """The window of a picture, in ps of the picture: the motion, unless it is told otherwise."""
+        """The window of a picture, in ps of the picture: the motion, unless it is told otherwise; a window that
+        begins behind it, or ends before it, reaches to the end, or the begin, of the run."""
         ends = [bench.kernel.now - begins[name] for name, bench in benches]
         longest = max(ends + [track.until - track.zero for track in measured])
         first = None if start is None else moment(start)
@@ -211,8 +212,12 @@ class Drawing(Recording):
             loaded = max(
                 (bench._loaded(axes, begin + begins[name]) - begins[name] for name, bench in benches), default=0
             )
-            first = max(begin - around, earliest, loaded) if first is None else first
-            last = min(end + around, longest) if last is None else last
+            if first is None:
+                first = max(begin - around, earliest, loaded)
+                first = first if last is None or first < last else earliest
+            if last is None:
+                last = min(end + around, longest)
+                last = last if first < last else longest
         if last <= first:
             raise UsageError(
                 f"nothing to draw from {readable(first)} to {readable(last)}; let time pass with bench.run() before, "
@@ -338,10 +343,9 @@ class Drawing(Recording):
                 found.append(pin.shifted(-zero).within(first, last))
                 continue
             net = self._chosen([pin])[pin]
-            begin = max(first + zero, self.recorder.since(net))
             name = pin.partition(".")[2] if len(self.chips) == 1 else pin
             measured = fitting(pin, width_of(net) > 1, laid.get(pin))
-            trace = Trace.of(name or pin, net, self.recorder, begin, max(last + zero, begin), measured)
+            trace = Trace.of(name or pin, net, self.recorder, first + zero, last + zero, measured)
             found.append(trace.shifted(-zero))
         return found
 

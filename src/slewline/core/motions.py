@@ -29,7 +29,8 @@ class MotionStart:
 
     `text` says what began it, in the manual's words; `rates` are those in force, by name, in steps/s ("R = 80" ->
     5978.0), `notes` further parameters ("S" -> 200); `ideal` is the part's ideal of this motion, as far as the motion
-    has followed it, None where the part defines none or nothing has moved yet.
+    has followed it, None where the part defines none or nothing has moved yet.  `changes` are other rates that came
+    into force on the way, in place of these: since when, in ps, and all of them.
     """
 
     time_ps: int
@@ -37,6 +38,7 @@ class MotionStart:
     rates: Mapping[str, float] = field(default_factory=dict)
     notes: Mapping[str, object] = field(default_factory=dict)
     law: Callable[[], Ideal | None] | None = field(default=None, compare=False, repr=False)
+    changes: tuple[tuple[int, Mapping[str, float]], ...] = ()
 
     @property
     def ideal(self) -> Ideal | None:
@@ -69,6 +71,7 @@ class _Started:
     parameters: Callable[[], Parameters]
     ideal: Callable[[], Ideal | None] | None = None
     departed: int | None = None  # when it ceased to follow its ideal
+    changes: list[tuple[int, Callable[[], Mapping[str, float]]]] = field(default_factory=list)
 
     def law(self) -> Ideal | None:
         """The ideal, as far as the motion has followed it."""
@@ -105,6 +108,11 @@ class Motions:
         if self._started and self._started[-1].departed is None:
             self._started[-1].departed = self.kernel.now
 
+    def change(self, rates: Callable[[], Mapping[str, float]]) -> None:
+        """From now on the last motion has other rates; `rates` says later which ones."""
+        if self._started:
+            self._started[-1].changes.append((self.kernel.now, rates))
+
     def mark(self, kind: str, text: str) -> None:
         """Something happens now."""
         self._marks.append(Mark(self.kernel.now, kind, text))
@@ -125,7 +133,8 @@ class Motions:
         return self._marks[first : bisect_right(self._marks, stop, key=_time)]
 
     def _told(self, started: _Started) -> MotionStart:
-        return MotionStart(started.time_ps, started.text, *started.parameters(), started.law)
+        changes = tuple((since, rates()) for since, rates in started.changes)
+        return MotionStart(started.time_ps, started.text, *started.parameters(), started.law, changes)
 
     def forget(self, before: int) -> None:
         """Drop what lies before an instant, but for the motion that is under way there."""

@@ -80,12 +80,13 @@ def _draw_trace(
     if stop <= start:
         return
     known = trace.within(start, stop)
-    outline, bands = outlines.logic(known.times_ps, known.levels, known.level, start, stop)
+    outline, bands = outlines.logic(known.times_ps, known.levels, known.level, axis.start, axis.stop, start, stop)
     times, levels = axis.scaled(outline[0]), outline[1]
     color = colours.measured if over else colours.bus if trace.bus else colours.trace
     dashes: Any = MEASURED if over else "solid"
     if trace.bus:
-        _draw_bus(panel, times, levels, colours, base, high, over)
+        span = float(axis.scaled(axis.stop) - axis.scaled(axis.start))
+        _draw_bus(panel, times, levels, colours, base, high, span, over)
     else:
         heights = base + high * np.where(levels == FLOATING, np.nan, levels)
         panel.plot(
@@ -135,7 +136,7 @@ def _draw_floating(panel: Axes, times: Any, levels: Any, color: str, middle: flo
 
 
 def _draw_bus(
-    panel: Axes, times: Any, levels: Any, colours: Palette, base: float, high: float, over: bool = False
+    panel: Axes, times: Any, levels: Any, colours: Palette, base: float, high: float, span: float, over: bool = False
 ) -> None:
     """Boxes with their bytes, as far as these have room; a line in the middle while nothing drives.
 
@@ -143,7 +144,6 @@ def _draw_bus(
     """
     from matplotlib.collections import PolyCollection
 
-    span = times[-1] - times[0]
     hexagons = []
     for begin, end, level in zip(times[:-1], times[1:], levels[:-1], strict=True):
         if level != level or level == FLOATING or end <= begin:  # NaN: inside a band

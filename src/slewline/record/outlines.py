@@ -24,8 +24,8 @@ DENSE = 2  # edges in a stripe, above which a trace is a band
 
 
 def edges(recorder: Recorder, probe: Probe, start: int, stop: int) -> Edges:
-    """Return edges at start < t <= stop (ps) of which `logic` makes the same as of all: of a stripe with more than
-    DENSE edges the first ones, and where a band ends the last one.
+    """Return edges at start < t <= stop (ps), as far as they are recorded, of which `logic` makes the same as of all:
+    of a stripe with more than DENSE edges the first ones, and where a band ends the last one.
 
     Raises:
         NotRecorded, TimeError: as `Recorder.edges`.
@@ -56,7 +56,7 @@ def edges(recorder: Recorder, probe: Probe, start: int, stop: int) -> Edges:
                 time = promise.after(time)
         return times, levels
 
-    times, levels = recorder.edges(probe, start + 1, stop, first_ones)
+    times, levels = recorder.edges(probe, max(start, recorder.since(probe)) + 1, stop, first_ones)
     dense = np.bincount(np.searchsorted(begins, times, side="right") - 1, minlength=STRIPES) > DENSE
     ends = [stripe for stripe in sorted(cut) if stripe + 1 == STRIPES or not dense[stripe + 1]]
     for stripe in ends:
@@ -79,7 +79,13 @@ def _last_edge(recorder: Recorder, probe: Probe, start: int, stop: int, width: i
 
 
 def logic(
-    times: NDArray[np.int64], levels: Levels, level: int, start: int, stop: int
+    times: NDArray[np.int64],
+    levels: Levels,
+    level: int,
+    start: int,
+    stop: int,
+    since: int | None = None,
+    until: int | None = None,
 ) -> tuple[Outline, NDArray[np.int64]]:
     """A trace: the line where single edges can be told apart, and bands where they cannot.
 
@@ -87,6 +93,7 @@ def logic(
         times, levels: edges, (n,).
         level: before the first edge.
         start, stop: the window, ps.
+        since, until: what is known of the trace, if not all of the window; nothing is drawn outside.
 
     Returns:
         Instants (m,) int64 and levels (m,) float64 from there to the next, NaN inside a band; the bands, (k, 2) int64.
@@ -100,6 +107,10 @@ def logic(
     last = dense & np.append(apart[1:], True)[: len(times)]
     what = np.where(first, np.nan, levels)
     shown = ~dense | first | last
-    at = np.concatenate([[start], times[shown], [stop]])
+    first_known = start if since is None else max(start, since)
+    last_known = stop if until is None else min(stop, until)
+    if last_known < first_known:
+        return (times[:0], what[:0]), np.empty((0, 2), np.int64)
+    at = np.concatenate([[first_known], times[shown], [last_known]])
     after = np.concatenate([[level], what[shown], [levels[-1] if len(levels) else level]])
     return (at, after), np.stack([times[first], times[last]], axis=1)

@@ -6,7 +6,7 @@ another: then they get panels of their own.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -51,6 +51,10 @@ class Track:
     since: int = 0
     until: int = 1 << 62
     over: bool = False
+
+    def rates(self) -> list[tuple[int, Mapping[str, float]]]:
+        """Return which rates were in force from which instants on."""
+        return [each for motion in self.motions for each in ((motion.time_ps, motion.rates), *motion.changes)]
 
     def window(self, axis: TimeAxis) -> tuple[int, int]:
         """Return the window of a picture in the time of this run."""
@@ -240,26 +244,27 @@ class Rate:
 def rates_of(curve: Curve, axis: TimeAxis) -> Iterator[Rate]:
     """Yield the rates that were in force in the window.
 
-    A rate is in force from the begin of its motion until the axis rests.  It is drawn on the side to which it moved.
+    A rate is in force from the begin of its motion until the axis rests or another takes its place.  It is drawn on the
+    side to which it moved.
     """
     import numpy as np
 
     start, stop = curve.track.window(axis)
-    motions = [motion for motion in curve.track.motions if motion.time_ps < stop]
-    if not motions:
+    in_force = [(since, rates) for since, rates in curve.track.rates() if since < stop]
+    if not in_force:
         return
     times, values = curve.outline.times_ps, np.nan_to_num(curve.outline.values)
-    begins = np.maximum([motion.time_ps for motion in motions], start)
+    begins = np.maximum([since for since, _ in in_force], start)
     ends = np.append(begins[1:], stop)
     first = np.maximum(np.searchsorted(times, begins, side="right") - 1, 0)
     low, high = np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)
     moved = np.maximum.accumulate(np.where(values != 0, np.arange(len(values)), 0))  # when the axis moved last
     over = moved[np.maximum(np.searchsorted(times, ends) - 1, 0)] + 1
     ends = np.where(over > first, np.minimum(times[np.minimum(over, len(times) - 1)], ends), ends)
-    for motion, begin, end, least, most in zip(
-        motions, begins.tolist(), ends.tolist(), low.tolist(), high.tolist(), strict=True
+    for (_, rates), begin, end, least, most in zip(
+        in_force, begins.tolist(), ends.tolist(), low.tolist(), high.tolist(), strict=True
     ):
-        for name, rate in motion.rates.items() if begin < end else ():
+        for name, rate in rates.items() if begin < end else ():
             if most > 0 or least >= 0:
                 yield Rate(name, rate, begin, end)
             if least < 0:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from . import outlines
-from .recorder import FLOATING, Probe, Recorder, width_of
+from .recorder import FLOATING, Probe, Recorder, net_of, width_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -40,13 +40,15 @@ class Trace:
 
     @classmethod
     def of(cls, name: str, probe: Probe, recorder: Recorder, start: int, stop: int, over: Trace | None = None) -> Trace:
-        """Return the trace of a recorded net or pin in a window (ps), as far as a picture of it shows.
+        """Return the trace of a recorded net or pin in a window (ps), as far as it is recorded and a picture of it
+        shows.
 
         With all its edges, if something is laid over it: each may differ.
         """
-        edges = recorder.edges(probe, start + 1, stop) if over else outlines.edges(recorder, probe, start, stop)
-        level, bus = recorder.level_at(probe, start), width_of(probe) > 1
-        return cls(name, *edges, level, bus, since=start, over=over)
+        since, until = max(start, recorder.since(probe)), min(stop, net_of(probe).kernel.seen)
+        edges = recorder.edges(probe, since + 1, stop) if over else outlines.edges(recorder, probe, start, stop)
+        level, bus = recorder.level_at(probe, since), width_of(probe) > 1
+        return cls(name, *edges, level, bus, since, until, over=over)
 
     def shifted(self, by: int) -> Trace:
         """Return the same so many ps later."""

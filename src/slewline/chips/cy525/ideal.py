@@ -13,6 +13,7 @@ or makes its surplus at F is decided as the motion itself decides it.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -39,8 +40,11 @@ class Made(NamedTuple):
 
     def parameters(self) -> Parameters:
         """What a picture names: the rates of F and R, and S, Z, N."""
-        rates = {f"{letter} = {rate}": self.steps_per_s(rate) for letter, rate in (("F", self.first), ("R", self.rate))}
-        return Parameters(rates, {"S": self.slope, "Z": self.divisor, "N": self.number})
+        return Parameters(self.rates(self.first, self.rate), {"S": self.slope, "Z": self.divisor, "N": self.number})
+
+    def rates(self, first: int, rate: int) -> Mapping[str, float]:
+        """The rates of F and R, by name."""
+        return {f"{letter} = {each}": self.steps_per_s(each) for letter, each in (("F", first), ("R", rate))}
 
     def ideal(self, start: int, position: int, sign: int, slews: bool, endless: bool) -> Ideal:
         """Return the ideal of the motion.

@@ -72,7 +72,7 @@ class Motion:
         self.moving = True
         self.number, self.sign, self.text = number, sign, text
         self.done = 0  # steps of this motion that are over
-        self.first = min(chip.reg["firstrate"], sheet.RATE_TOP)  # effective F and R: requests change them
+        self.first = min(chip.reg["firstrate"], sheet.RATE_TOP)  # effective F: requests change it
         self.top = max(self.first, min(chip.reg["rate"], sheet.RATE_TOP))
         self.continuous, self.aborted = chip.continuous, False
         self.crawling = False  # ABORT was released: on to the target
@@ -345,13 +345,18 @@ class Motion:
         rate = self.taken_rate()
         if rate == 0:
             return await self.zero_rate(current)
-        if rate > current:
-            self.top = rate
-            return profile.steady(rate, ("up", self.ramp(current, rate)))
         if rate < current:
             self.first = rate
+        self.slews_at(rate)
+        if rate > current:
+            return profile.steady(rate, ("up", self.ramp(current, rate)))
+        if rate < current:
             return profile.steady(rate, ("down", profile.mirrored(self.ramp(rate, current))))
         return profile.steady(rate, ("up", ((sheet.STEP_TICKS[rate], 1),)))  # SLEW blinks for one step
+
+    def slews_at(self, rate: int) -> None:
+        """From now on the motion is to slew at another rate."""
+        self.chip.axis1.log.change(partial(self.made.rates, self.first, rate))
 
     def taken_rate(self) -> int:
         """Read the rate byte, with one INSTROBE pulse; the request counts as served until it has been high."""
@@ -370,6 +375,7 @@ class Motion:
         """Rate 0 on the fly: no further step; a higher rate goes on, ABORT ends the motion (s.7)."""
         chip = self.chip
         chip.slew.play(Wave(1, (chip.clock.ps(chip.tick + T["slew_blink"]),), (0,)))
+        chip.axis1.log.change(dict)  # no rate is in force
         chip.motion_complete.drive(0)
         higher, ending = [f"a rate above {old}"] * (old < sheet.RATE_TOP), ["abort=0"] * self.abortable
         ways = ", or ".join(higher + ending) or "RESET"
@@ -390,7 +396,7 @@ class Motion:
         await self.uninhibited()
         chip.waits(self.progress)
         chip.motion_complete.drive(1)
-        self.top = rate
+        self.slews_at(rate)
         return profile.steady(rate, ("up", self.ramp(old, rate)))
 
     # ------------------------------------------------------------------------------------------- position on the fly

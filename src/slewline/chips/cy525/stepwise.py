@@ -78,6 +78,7 @@ class Stepwise:
         self.moving = True
         chip.waits(f"{text} in motion")
         made = chip.made(number)
+        self.rates = made.rates
         chip.axis1.log.begin(text, made.parameters)
         chip.ready.drive(0)
         chip.motion_complete.drive(1)
@@ -240,7 +241,11 @@ class Stepwise:
 
     def ramp_up_to(self, rate: int) -> None:
         self.plan = deque(Step(UP, way) for way in self.way_up(self.top, rate))
+        self.slews_at(rate)
+
+    def slews_at(self, rate: int) -> None:
         self.top = rate
+        self.chip.axis1.log.change(partial(self.rates, self.first, rate))
 
     async def rate_request(self) -> bool:
         """I/O REQUEST low while slewing; false: the motion ended in the zero-rate state."""
@@ -251,9 +256,11 @@ class Stepwise:
             self.ramp_up_to(rate)
         elif rate < self.top:
             self.plan = deque(Step(DOWN, way) for way in reversed(self.way_up(rate, self.top)))
-            self.first = self.top = rate
+            self.first = rate
+            self.slews_at(rate)
         else:
             self.plan = deque([Step(SAME, rate)])
+            self.slews_at(rate)
         return True
 
     async def zero_rate(self) -> bool:
@@ -261,6 +268,7 @@ class Stepwise:
         chip, ps, every = self.chip, self.chip.clock.ps, T["wait_poll"]
         chip.slew.play(Wave(0, (ps(chip.tick), ps(chip.tick + T["slew_blink"])), (1, 0)))
         chip.motion_complete.drive(0)
+        chip.axis1.log.change(dict)  # no rate is in force
         ends = ((chip.abort, 0),) if self.abort_enabled else ()
         rate = 0
         while rate <= self.top:
