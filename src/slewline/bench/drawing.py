@@ -346,8 +346,8 @@ def told(track: Track, words: Mapping[str, str]) -> str:
     from ..record.style import grouped
 
     values: dict[str, list[str]] = {}
-    for motion in track.motions:
-        for name, value in motion.notes.items():
+    for notes in {id(motion.notes): motion.notes for motion in track.motions}.values():  # motions may share them
+        for name, value in notes.items():
             text = grouped(value)
             if text not in values.setdefault(name, []):
                 values[name].append(text)

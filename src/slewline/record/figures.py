@@ -143,8 +143,9 @@ class Layout:
     def _longest_rate(self) -> int:
         """Letters of the longest name of a rate, several names of one in a row."""
         named: dict[float, list[str]] = {}
-        for motion in (motion for track in self.contents.tracks for motion in track.motions):
-            for name, rate in motion.rates.items():
+        motions = (motion for track in self.contents.tracks for motion in track.motions)
+        for rates in {id(motion.rates): motion.rates for motion in motions}.values():  # motions may share them
+            for name, rate in rates.items():
                 if name not in named.setdefault(-rate, []):
                     named[-rate].append(name)
         return max((len(panels.rate_text(names, rate)) for rate, names in named.items()), default=0)

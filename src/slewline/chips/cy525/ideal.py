@@ -13,6 +13,7 @@ or makes its surplus at F is decided as the motion itself decides it.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -37,6 +38,7 @@ class Made(NamedTuple):
         """Return the steps/s of a rate parameter."""
         return self.crystal_hz / int(STEP_TICKS[min(rate, RATE_TOP)])
 
+    @lru_cache(maxsize=64)  # noqa: B019 (tuples)
     def parameters(self) -> Parameters:
         """What a picture names: the rates of F and R, and S, Z, N."""
         rates = {f"{letter} = {rate}": self.steps_per_s(rate) for letter, rate in (("F", self.first), ("R", self.rate))}
