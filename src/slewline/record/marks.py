@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ..core.axis import Mark
 from .panels import Track
 from .style import Palette, TimeAxis
 
@@ -41,22 +40,22 @@ def flags_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[Flag
     Args:
         width: of the panels, inches.
     """
-    marks: dict[tuple[int, str, str], Mark] = {}
+    marks: dict[tuple[int, str, str], None] = {}  # each once
     for track in tracks:
         start, stop = track.window(axis)
-        begun = [Mark(motion.time_ps, "command", motion.text) for motion in track.motions]
-        for mark in (*track.marks, *begun):
-            if start <= mark.time_ps <= stop:
-                marks.setdefault((mark.time_ps - track.zero, mark.kind, mark.text), mark)
+        happened = [(mark.time_ps, mark.kind, mark.text) for mark in track.marks]
+        happened += [(motion.time_ps, "command", motion.text) for motion in track.motions]
+        marks |= {(at - track.zero, kind, text): None for at, kind, text in happened if start <= at <= stop}
     per_inch = _per_inch(axis, width)
     placed: list[Flag] = []
     taken: list[list[tuple[float, float]]] = [[] for _ in range(ROWS)]
-    ends: dict[str, float] = {}
-    for at_ps, kind, text in sorted(marks, key=lambda key: (URGENT.get(key[1], 9), key[0])):
-        at = float(axis.scaled(at_ps))
-        if at - ends.get(kind, float("-inf")) < SIDE_BY_SIDE * per_inch:
+    ends: dict[str, int] = {}
+    side_by_side = SIDE_BY_SIDE * (axis.stop - axis.start) / width
+    for at_ps, kind, text in sorted(marks, key=lambda mark: (URGENT.get(mark[1], 9), mark[0])):
+        if kind in ends and at_ps - ends[kind] < side_by_side:
             continue
-        ends[kind] = at
+        ends[kind] = at_ps
+        at = float(axis.scaled(at_ps))
         need = at, at + (0.14 + LETTER * len(text)) * per_inch
         last = float(axis.scaled(axis.stop)) + 0.2 * per_inch
         free = (row for row in range(ROWS) if all(need[1] <= a or b <= need[0] for a, b in taken[row]))
