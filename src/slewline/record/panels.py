@@ -25,6 +25,7 @@ SCALED_FROM = 1_000_000  # numbers at a panel that are written in millions ...
 POWERS = {6: "10⁶ ", 9: "10⁹ ", 12: "10¹² ", 15: "10¹⁵ "}
 IDEAL_POINTS = 300
 MOST_DASHED = 300  # dashed lines in a row that can be told apart
+DENSE = 1000  # points, of which peaks are thinner than a line: round, they all are as high as they should be
 FILLED = 250  # points, of which an area is made at a time
 RATE_HEIGHT = 0.165  # inches, of a rate's name
 
@@ -180,7 +181,7 @@ def _draw_curve(panel: Axes, curve: Curve, axis: TimeAxis, colours: Palette, sev
         linewidth=1.5,
         linestyle=dashes,
         drawstyle=style,
-        solid_joinstyle="miter",
+        solid_joinstyle="miter" if len(times) < DENSE else "round",
         label=curve.track.name,
         gid=f"{curve.quantity.name} of {curve.track.name}",
     )

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     Levels: TypeAlias = NDArray[np.int8] | NDArray[np.int16] | NDArray[np.int32]
     Edges: TypeAlias = tuple[NDArray[np.int64], Levels]
 
+
 class Wires(NamedTuple):
     """A bus of which every wire is asked for: its levels are 256 times the driven wires, plus those that are high."""
 
