@@ -186,8 +186,9 @@ def _draw_curve(panel: Axes, curve: Curve, axis: TimeAxis, colours: Palette, sev
         gid=f"{curve.quantity.name} of {curve.track.name}",
     )
     if filled and curve.quantity.name == "velocity":
-        for first in range(0, len(times), FILLED):  # one polygon of 12,000 corners takes 200 ms
-            part = slice(first, first + FILLED + 1)
+        size = len(times) if len(times) < DENSE else FILLED  # one polygon of 12,000 corners takes 200 ms
+        for first in range(0, len(times), size):
+            part = slice(first, first + size + 1)
             panel.fill_between(
                 times[part], values[part], step="post" if held else None, color=color, alpha=0.10, linewidth=0
             )
