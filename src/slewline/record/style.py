@@ -124,7 +124,6 @@ def _settings(colours: Palette) -> dict[Any, Any]:
         "axes.edgecolor": colours.edge,
         "axes.linewidth": 0.8,
         "axes.labelcolor": colours.soft,
-        "agg.path.chunksize": 200,  # one outline of 7,000 corners takes 200 ms, pieces of it 20
         "axes.axisbelow": True,
         "axes.spines.top": False,
         "axes.spines.right": False,
