@@ -63,6 +63,16 @@ def looping(bench: slewline.Bench, axis: Axis) -> None:
         axis.follow(Playing(StepTrain(clock, clock.ticks_from(bench.now_ps), runs)), 1 if n % 2 else -1)
 
 
+def repeated() -> slewline.Bench:
+    """An hour of a program that moves to and fro over and over, with recorded pins."""
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x")
+    bench.record("x.pulse", "x.slew", "x.run", "x.direction")
+    bench.host(x).send("A 0\rF 20\rR 127\rS 200\rZ 1\rE\rA$P 3000\rP 0\rJ A\r0\rQX\r")
+    bench.run("1 h")
+    return bench
+
+
 def pictures() -> list[Row]:
     """A long move and an hour: their points, and whole pictures."""
     bare = line()
@@ -70,6 +80,8 @@ def pictures() -> list[Row]:
     assert len(long[0]["x"].steps()) == 60_000 and hour[0]["x"].travel > 34_000_000
     to_and_fro = moved("", "1 ms")
     looping(to_and_fro[0], to_and_fro[0]["x"].motor)
+    program = repeated()
+    assert program["x"].motor.count(0, program.now_ps) > 18_000_000
     assert to_and_fro[0]["x"].motor.count(0, to_and_fro[0].now_ps) == 11_999 * 500 + 1
 
     def row(name: str, seconds: float, goal: float, bound: str) -> Row:
@@ -83,5 +95,6 @@ def pictures() -> list[Row]:
         row("figure of 60,000 steps", picture(long[0]), 5, BOUND),
         row("an hour at 9,675 steps/s: points", drawn(*hour), 0.5, "900 columns, 531 wraps, 600 questions a pin"),
         row("the same: figure", picture(hour[0]), 8, BOUND),
+        row("an hour of 6,000 moves of a program: figure", picture(program), 8, "some 30 us a move, 40 flags"),
         row("an hour of 12,000 moves: points", drawn(*to_and_fro), 10, "some 30 us a move, in Python"),
     ]

@@ -265,6 +265,21 @@ def test_any_past_is_drawn_as_it_was(seed: int, positions: range, columns: int) 
         keeps_what_shows(quantity, 0, now, columns)
 
 
+@pytest.mark.parametrize("columns", [2, 5, 13])
+def test_a_program_that_moves_over_and_over_keeps_its_peaks(columns: int) -> None:
+    """Moves of which many lie in a column; the last one is faster than the others."""
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x")
+    moves = "L 9,A\rR 90\rN 90\r+\rG\r0\r"
+    bench.host(x).send(f"A 0\rF 20\rR 60\rS 255\rZ 1\rE\rA$P 40\rP 0\r{moves}QX\r")
+    bench.run("2 s")
+    axis = x.axes[0]
+    assert len(axis.past) > 15
+    for quantity in (Velocity(axis), Position(axis)):
+        for start in (0, bench.now_ps // 7):
+            keeps_what_shows(quantity, start, bench.now_ps, columns)
+
+
 def test_an_axis_that_forgets_is_still_drawn() -> None:
     axis = made(11, range(1000))
     now, half = axis.kernel.now, axis.kernel.now // 2

@@ -117,6 +117,19 @@ def test_edges_in_a_stripe_are_a_band_from_the_first_to_the_last() -> None:
     assert np.nan_to_num(what, nan=9).tolist() == [0, 1, 9, 1, 0, 0]
 
 
+def test_the_pins_of_a_program_that_moves_over_and_over_show_alike() -> None:
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x")
+    bench.record("x.pulse", "x.slew", "x.run", "x.direction")
+    bench.host(x).send("A 0\rF 60\rR 120\rS 255\rZ 1\rE\rA$P 30\rP 0\rD 20\rJ A\r0\rQX\r")
+    bench.run("9 s")
+    for start in (0, 1_234_567_890_123):
+        for name, net in bench.recorded.items():
+            few = drawn(bench.recorder, net, start, bench.now_ps, whole=False)
+            assert few == drawn(bench.recorder, net, start, bench.now_ps, whole=True), name
+            assert len(outlines.edges(bench.recorder, net, start, bench.now_ps)[0]) <= (outlines.DENSE + 2) * S
+
+
 @pytest.mark.parametrize("part", ["cy525", "gs-c200s", "mc1451a"])
 def test_the_pins_of_every_family_show_alike(part: str) -> None:
     bench = slewline.Bench()

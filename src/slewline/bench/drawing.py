@@ -275,7 +275,7 @@ class Drawing(Recording):
         first, last = max(start + zero, 0), min(stop + zero, self.kernel.now)
         chosen = self._axes(axes)
         if axes is None:
-            chosen = [axis for axis in chosen if axis.motor.count(first, last)] or chosen[:1]
+            chosen = [axis for axis in chosen if any(axis.motor.played(first, last))] or chosen[:1]
         tracks = [self._track(axis, zero, first, last, ideal) for axis in chosen]
         if not run:
             return tracks
@@ -285,7 +285,7 @@ class Drawing(Recording):
         from ..record.panels import Track
 
         motions = axis.motions(first, last)
-        if axis.motor.count(first + 1, motions[0].time_ps if motions else last):  # the one before was under way
+        if any(axis.motor.played(first + 1, motions[0].time_ps if motions else last)):  # the one before was under way
             motions = [motion for motion in axis.motions(0, first) if motion.time_ps < first][-1:] + motions
         ideals = ((motion, motion.ideal) for motion in motions) if ideal else ()
         return Track(
@@ -384,8 +384,8 @@ def told(track: Track, words: Mapping[str, str]) -> str:
     from ..record.style import grouped
 
     values: dict[str, list[str]] = {}
-    for motion in track.motions:
-        for name, value in motion.notes.items():
+    for notes in {id(motion.notes): motion.notes for motion in track.motions}.values():  # motions may share them
+        for name, value in notes.items():
             text = grouped(value)
             if text not in values.setdefault(name, []):
                 values[name].append(text)

@@ -15,7 +15,7 @@ from ..errors import UsageError
 from .kernel import Kernel
 from .motions import Mark, Motions, MotionStart
 from .plan import Plan
-from .train import Playing, Train
+from .train import FEW, Playing, Train
 
 if TYPE_CHECKING:
     import numpy as np
@@ -261,11 +261,16 @@ class Axis:
         instants = at.ravel()[order]
         since, offsets = np.array(self.offsets, np.int64).T
         found = offsets[np.maximum(np.searchsorted(since, instants, side="right") - 1, 0)]
+        few = instants.tolist() if at.size < FEW * (last - first) else None  # to each stretch: arrays cost more
         for number, group in _groups(instants, [stretch.start for stretch in self.past[first : last + 1]]):
             stretch = self.past[first + number]
-            found[group] += stretch.count
-            if stretch.playing is not None and stretch.counts:
-                found[group] += stretch.counts * stretch.playing.begun_many(instants[group])
+            playing, count, counts = stretch.playing, stretch.count, stretch.counts
+            if playing is None or not counts:
+                found[group] += count
+            elif few is not None:
+                found[group] += [count + counts * playing.begun(ps) for ps in few[group]]
+            else:
+                found[group] += count + counts * playing.begun_many(instants[group])
         out = np.empty(at.size, np.int64)
         out[order] = found
         return out.reshape(at.shape)

@@ -17,7 +17,8 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .timebase import Clock
 
@@ -107,31 +108,59 @@ class Train:
         return self.clock.ps_array(ticks, self.origin, out if out is None else out[: len(ticks)])
 
 
+class Laid(NamedTuple):
+    """Runs of equal intervals one after the other, in ticks; trains of the same runs share it, and leave it as it is.
+
+    Where runs start and which steps begin them; the tick at which the last step ends; `shown`: the first run, a
+    slowest, a fastest and the last one.
+    """
+
+    starts: list[int]
+    intervals: list[int]
+    counts: list[int]
+    firsts: list[int]
+    steps: int
+    length: int
+    shown: list[int]
+
+
+@lru_cache(maxsize=64)
+def laid(runs: tuple[tuple[int, int], ...]) -> Laid:
+    """Return runs (interval, count) one after the other.  A program in a loop makes the same moves over and over."""
+    starts, intervals, counts, firsts = [], [], [], []
+    start = first = 0
+    for interval, count in runs:
+        if count:
+            starts.append(start)
+            intervals.append(interval)
+            counts.append(count)
+            firsts.append(first)
+            start += interval * count
+            first += count
+    if not starts:  # a train of no steps answers like any other
+        starts, intervals, counts, firsts = [0], [1], [0], [0]
+    return Laid(starts, intervals, counts, firsts, first, start, shown(intervals))
+
+
+def shown(intervals: list[int]) -> list[int]:
+    """Return which of some intervals are the first, a longest, a shortest and the last one, ascending."""
+    return sorted({0, intervals.index(max(intervals)), intervals.index(min(intervals)), len(intervals) - 1})
+
+
 class StepTrain(Train):
     """Steps at the begins of runs of equal intervals, in ticks of a clock.
 
     `origin` is the tick at which step 0 begins; `runs` are (interval in ticks, count); the last count may be OPEN.
     """
 
-    __slots__ = ("counts", "firsts", "intervals", "starts")
+    __slots__ = ("counts", "firsts", "intervals", "shown", "starts")
 
     def __init__(self, clock: Clock, origin: int, runs: Iterable[tuple[int, int]]) -> None:
         super().__init__(clock, origin)
-        starts, intervals, counts, firsts = [], [], [], []
-        start = first = 0
-        for interval, count in runs:
-            if count:
-                starts.append(start)
-                intervals.append(interval)
-                counts.append(count)
-                firsts.append(first)
-                start += interval * count
-                first += count
-        if not starts:  # a train of no steps answers like any other
-            starts, intervals, counts, firsts = [0], [1], [0], [0]
-        self.starts, self.intervals, self.counts, self.firsts = starts, intervals, counts, firsts
-        self.steps = first
-        self.length = start  # ticks from the begin of step 0 to the end of the last
+        own = laid(tuple(runs))
+        self.starts, self.intervals, self.counts, self.firsts = own.starts, own.intervals, own.counts, own.firsts
+        self.steps, self.shown = own.steps, own.shown
+        self.length = own.length  # ticks from the begin of step 0 to the end of the last
 
     # ------------------------------------------------------------------------------------------- questions in ticks
     def begin(self, k: int) -> int:
@@ -178,10 +207,9 @@ class StepTrain(Train):
 
     def extremes(self, since: int, to: int) -> tuple[list[int], list[float]]:
         i, j = bisect_right(self.starts, since) - 1, bisect_left(self.starts, to)
-        intervals = self.intervals[i:j]
-        chosen = sorted({0, intervals.index(max(intervals)), intervals.index(min(intervals)), j - i - 1})
-        ticks = [self.starts[i + n] if n else since for n in chosen]
-        return ticks, [self.clock.hz / intervals[n] for n in chosen]
+        whole = j - i == len(self.starts)
+        chosen = self.shown if whole else [i + n for n in shown(self.intervals[i:j])]
+        return [since, *(self.starts[n] for n in chosen[1:])], [self.clock.hz / self.intervals[n] for n in chosen]
 
     def begin_ticks(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
         import numpy as np

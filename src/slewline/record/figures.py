@@ -145,7 +145,8 @@ class Layout:
     def _longest_rate(self) -> int:
         """Letters of the longest name of a rate, several names of one in a row."""
         named: dict[float, list[str]] = {}
-        for _, rates in (in_force for track in self.contents.tracks for in_force in track.rates()):
+        in_force = (rates for track in self.contents.tracks for _, rates in track.rates())
+        for rates in {id(rates): rates for rates in in_force}.values():  # motions may share them
             for name, rate in rates.items():
                 if name not in named.setdefault(-rate, []):
                     named[-rate].append(name)

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ..core.motions import Mark
 from .panels import Track
 from .style import Palette, TimeAxis
 
@@ -47,21 +46,23 @@ def flags_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[Flag
     marks: dict[tuple[int, str, str], bool] = {}  # does it begin a motion?
     for track in tracks:
         start, stop = track.window(axis)
-        begun = [Mark(motion.time_ps, "command", motion.text) for motion in track.motions]
-        for number, mark in enumerate((*begun, *track.marks)):
-            if start <= mark.time_ps <= stop:
-                marks.setdefault((mark.time_ps - track.zero, mark.kind, mark.text), number < len(begun))
+        happened = [(motion.time_ps, "command", motion.text, True) for motion in track.motions]
+        happened += [(mark.time_ps, mark.kind, mark.text, False) for mark in track.marks]
+        for at_ps, kind, text, begins in happened:
+            if start <= at_ps <= stop:
+                marks.setdefault((at_ps - track.zero, kind, text), begins)
     per_inch = _per_inch(axis, width)
     placed: list[Flag] = []
     taken: list[list[tuple[float, float]]] = [[] for _ in range(ROWS)]
-    kept: dict[str, list[float]] = {}
+    kept: dict[str, list[int]] = {}
+    side_by_side = SIDE_BY_SIDE * (axis.stop - axis.start) / width
     for at_ps, kind, text in sorted(marks, key=lambda key: (URGENT.get(key[1], 9), not marks[key], key[0])):
-        at = float(axis.scaled(at_ps))
         others = kept.setdefault(kind, [])
-        place = bisect(others, at)
-        if any(abs(at - other) < SIDE_BY_SIDE * per_inch for other in others[max(place - 1, 0) : place + 1]):
+        place = bisect(others, at_ps)
+        if any(abs(at_ps - other) < side_by_side for other in others[max(place - 1, 0) : place + 1]):
             continue
-        others.insert(place, at)
+        others.insert(place, at_ps)
+        at = float(axis.scaled(at_ps))
         need = at, at + (0.14 + LETTER * len(text)) * per_inch
         last = float(axis.scaled(axis.stop)) + 0.2 * per_inch
         free = (row for row in range(ROWS) if all(need[1] <= a or b <= need[0] for a, b in taken[row]))

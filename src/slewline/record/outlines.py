@@ -1,15 +1,16 @@
 """What a picture draws of a pin: lines where edges can be told apart, bands where they cannot.
 
-An hour of PULSE has 70 million edges, of which a picture shows a few hundred: promises are asked for the first ones in
-each column of the picture, and expanded nowhere but at the end of a band.
+An hour of PULSE has 70 million edges, of which a picture shows a few hundred: a log is asked for the first ones in each
+stripe of the picture, and expanded nowhere but at the end of a band.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_right
-from typing import TYPE_CHECKING, Any
+from itertools import islice, pairwise, zip_longest
+from typing import TYPE_CHECKING
 
 from ..core.quantity import column_edges
+from .recorder import columns
 
 if TYPE_CHECKING:
     import numpy as np
@@ -32,41 +33,21 @@ def edges(recorder: Recorder, probe: Probe, start: int, stop: int) -> Edges:
     """
     import numpy as np
 
-    begins = column_edges(start, stop, STRIPES)
-    cut: set[int] = set()  # stripes of which edges are left out
-
-    def first_ones(promise: Any, after: int, end: int) -> tuple[list[int], list[Any]]:
-        times: list[int] = []
-        levels: list[Any] = []
-        before = promise.level(after)
-        time = promise.after(after)
-        while time is not None and time <= end:
-            stripe = bisect_right(begins, time) - 1
-            last = min(begins[stripe + 1] - 1, end) if stripe + 1 < STRIPES else end
-            enough, at_last = len(times) + DENSE + 1, promise.level(last)
-            while time is not None and time <= last:
-                level = promise.level(time)
-                if level != before:
-                    times.append(time)
-                    levels.append(level)
-                    before = level
-                if len(times) >= enough and level == at_last:  # what follows finds the level that it changes
-                    cut.add(stripe)
-                    time = last
-                time = promise.after(time)
-        return times, levels
-
-    times, levels = recorder.edges(probe, max(start, recorder.since(probe)) + 1, stop, first_ones)
-    dense = np.bincount(np.searchsorted(begins, times, side="right") - 1, minlength=STRIPES) > DENSE
-    ends = [stripe for stripe in sorted(cut) if stripe + 1 == STRIPES or not dense[stripe + 1]]
-    for stripe in ends:
-        first, second = times[np.searchsorted(times, begins[stripe]) :][:2].tolist()
-        over = begins[stripe + 1] if stripe + 1 < STRIPES else stop + 1
-        time, level = _last_edge(recorder, probe, first, over - 1, second - first)
-        at = np.searchsorted(times, time)
-        if at == len(times) or times[at] != time:
-            times, levels = np.insert(times, at, time), np.insert(levels, at, level)  # type: ignore[assignment]
-    return times, levels
+    known = max(start, recorder.since(probe)) + 1
+    begins = [max(begin, known) for begin in column_edges(start, stop, STRIPES)]
+    found: list[tuple[int, int]] = []
+    band: tuple[int, int, int] | None = None  # what the last edge of the stripe before is asked by, if that is dense
+    for begin, over in pairwise([*begins, stop + 1]):
+        ahead = list(islice(recorder.each_edge(probe, begin, over - 1), DENSE + 1))
+        dense = len(ahead) > DENSE
+        if band is not None and not dense:
+            found.append(_last_edge(recorder, probe, *band))
+        found += ahead
+        band = (begin, over - 1, ahead[1][0] - ahead[0][0]) if dense else None
+    if band is not None:
+        found.append(_last_edge(recorder, probe, *band))
+    found = [edge for edge, following in zip_longest(found, found[1:]) if edge != following]
+    return columns(probe, np.array([time for time, _ in found]), np.array([level for _, level in found]))
 
 
 def _last_edge(recorder: Recorder, probe: Probe, start: int, stop: int, width: int) -> tuple[int, int]:

@@ -16,13 +16,17 @@ from ..core.quantity import Outline, Quantity
 from .style import DASHES, Palette, TimeAxis, number
 
 if TYPE_CHECKING:
+    import numpy as np
     from matplotlib.axes import Axes
+    from numpy.typing import NDArray
 
 FLAT = 25  # so many times smaller than the panel, a curve shows nothing
 SCALED_FROM = 1_000_000  # numbers at a panel that are written in millions ...
 POWERS = {6: "10⁶ ", 9: "10⁹ ", 12: "10¹² ", 15: "10¹⁵ "}
 IDEAL_POINTS = 300
 MOST_DASHED = 300  # dashed lines in a row that can be told apart
+DENSE = 1000  # points, of which peaks are thinner than a line: round, they all are as high as they should be
+FILLED = 250  # points, of which an area is made at a time
 RATE_HEIGHT = 0.165  # inches, of a rate's name
 
 
@@ -185,12 +189,17 @@ def _draw_curve(panel: Axes, curve: Curve, axis: TimeAxis, colours: Palette, sev
         linestyle=dashes,
         zorder=2.2 if curve.track.over else 2,
         drawstyle=style,
-        solid_joinstyle="miter",
+        solid_joinstyle="miter" if len(times) < DENSE else "round",
         label=curve.track.name,
         gid=f"{curve.quantity.name} of {curve.track.name}",
     )
     if filled and curve.quantity.name == "velocity":
-        panel.fill_between(times, values, step="post" if held else None, color=color, alpha=0.10, linewidth=0)
+        size = len(times) if len(times) < DENSE else FILLED  # one polygon of 12,000 corners takes 200 ms
+        for first in range(0, len(times), size):
+            part = slice(first, first + size + 1)
+            panel.fill_between(
+                times[part], values[part], step="post" if held else None, color=color, alpha=0.10, linewidth=0
+            )
 
 
 def _limits(curves: Sequence[Curve], axis: TimeAxis, above: float) -> tuple[float, float]:
@@ -233,12 +242,11 @@ def _draw_scale(panel: Axes, power: int, height: float, whole: bool) -> None:
 # -------------------------------------------------------------------------------------------------------------- rates
 @dataclass(frozen=True, slots=True)
 class Rate:
-    """A rate as it is drawn: signed, and while it was in force (ps, in the time of its run)."""
+    """A rate as it is drawn: signed, and while it was in force: begins and ends (n, 2) int64 ps, in the picture."""
 
     name: str
     value: float
-    begin: int
-    end: int
+    spans: NDArray[np.int64]
 
 
 def rates_of(curve: Curve, axis: TimeAxis) -> Iterator[Rate]:
@@ -261,28 +269,29 @@ def rates_of(curve: Curve, axis: TimeAxis) -> Iterator[Rate]:
     moved = np.maximum.accumulate(np.where(values != 0, np.arange(len(values)), 0))  # when the axis moved last
     over = moved[np.maximum(np.searchsorted(times, ends) - 1, 0)] + 1
     ends = np.where(over > first, np.minimum(times[np.minimum(over, len(times) - 1)], ends), ends)
-    for (_, rates), begin, end, least, most in zip(
-        in_force, begins.tolist(), ends.tolist(), low.tolist(), high.tolist(), strict=True
-    ):
-        for name, rate in rates.items() if begin < end else ():
-            if most > 0 or least >= 0:
-                yield Rate(name, rate, begin, end)
-            if least < 0:
-                yield Rate(name, -rate, begin, end)
+    spans, clockwise, counter = np.stack([begins, ends], axis=1) - curve.track.zero, (high > 0) | (low >= 0), low < 0
+    shared = np.array([id(rates) for _, rates in in_force])  # motions may share them
+    for rates in {id(rates): rates for _, rates in in_force}.values():
+        with_them = (shared == id(rates)) & (begins < ends)
+        for sign, moved_so in ((1, clockwise & with_them), (-1, counter & with_them)):
+            for name, rate in rates.items() if moved_so.any() else ():
+                yield Rate(name, sign * rate, spans[moved_so])
 
 
 def draw_rates(
     panel: Axes, curves: Sequence[Curve], axis: TimeAxis, colours: Palette, height: float, beside: bool
 ) -> None:
     """Draw a dashed line at each rate while it was in force, its name beside the panel (or over the line)."""
-    found: dict[tuple[float, str], list[tuple[int, int]]] = {}
+    import numpy as np
+
+    parts: dict[tuple[float, str], list[NDArray[np.int64]]] = {}
     for curve in curves:
         for rate in rates_of(curve, axis):
-            zero = curve.track.zero
-            found.setdefault((rate.value, rate.name), []).append((rate.begin - zero, rate.end - zero))
+            parts.setdefault((rate.value, rate.name), []).append(rate.spans)
     apart = (axis.stop - axis.start) // MOST_DASHED
+    found = {key: axis.scaled(_joined(np.concatenate(spans), apart)) for key, spans in parts.items()}
     for (value, _), spans in found.items():
-        begins, ends = zip(*(axis.scaled(span) for span in _joined(spans, apart)), strict=True)
+        begins, ends = spans.T
         panel.hlines([value] * len(begins), begins, ends, colours.dashed, (0, (4, 3)), lw=0.9, zorder=1.5)
     names: dict[float, list[str]] = {}
     for value, name in found:
@@ -290,19 +299,18 @@ def draw_rates(
     if beside:
         _write_beside(panel, names, colours, height)
     else:
-        begins_of = {value: float(axis.scaled(min(spans)[0])) for (value, _), spans in found.items()}
+        begins_of = {value: float(spans[0, 0]) for (value, _), spans in found.items()}
         _write_over(panel, names, begins_of, colours, height)
 
 
-def _joined(spans: Sequence[tuple[int, int]], apart: int) -> list[tuple[int, int]]:
-    """Stretches in order, those that are not farther apart than that made one."""
-    joined: list[tuple[int, int]] = []
-    for begin, end in sorted(spans):
-        if joined and begin - joined[-1][1] <= apart:
-            joined[-1] = (joined[-1][0], max(end, joined[-1][1]))
-        else:
-            joined.append((begin, end))
-    return joined
+def _joined(spans: NDArray[np.int64], apart: int) -> NDArray[np.int64]:
+    """Spans in order, (n, 2), those that are not farther apart than that made one."""
+    import numpy as np
+
+    begins, ends = spans[np.argsort(spans[:, 0], kind="stable")].T
+    ends = np.maximum.accumulate(ends)
+    gaps = begins[1:] - ends[:-1] > apart
+    return np.stack([begins[np.append(True, gaps)], ends[np.append(gaps, True)]], axis=1)
 
 
 def _write_beside(panel: Axes, names: dict[float, list[str]], colours: Palette, height: float) -> None:

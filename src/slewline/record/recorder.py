@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     Levels: TypeAlias = NDArray[np.int8] | NDArray[np.int16] | NDArray[np.int32]
     Edges: TypeAlias = tuple[NDArray[np.int64], Levels]
 
-Expand: TypeAlias = Callable[[Any, int, int], tuple[Any, Any]]  # a promise, start, stop: times and levels
-
 
 class Wires(NamedTuple):
     """A bus of which every wire is asked for: its levels are 256 times the driven wires, plus those that are high."""
@@ -121,11 +119,8 @@ class Recorder:
         ps = min(ps, net.kernel.seen)
         return _code(probe, _level(log[max(bisect_left(log, (ps + 1,)) - 1, 0)][1], ps))
 
-    def edges(self, probe: Probe, start: int, stop: int, expand: Expand | None = None) -> Edges:
+    def edges(self, probe: Probe, start: int, stop: int) -> Edges:
         """Edges at start <= t <= stop, as far as the last committed instant: one per instant, each a real change.
-
-        Args:
-            expand: what to take of the edges of a promise at start < t <= stop, if not all of them.
 
         Returns:
             Times (n,) int64, ps, ascending; levels after the edges (n,) int8, FLOATING where nothing drives.  On a
@@ -135,16 +130,43 @@ class Recorder:
             NotRecorded: the net is not recorded, or no longer that far back.
             TimeError: the window ends beyond 2^63 ps (106 days).
         """
-        log, net = self._log(probe, start), net_of(probe)
-        stop = min(stop, net.kernel.seen)
-        if stop >= 1 << 63:
-            raise TimeError("an array of picoseconds ends after 106 days (2^63 ps); ask for an earlier window")
+        log, stop = self._window(probe, start, stop)
         first, last = max(bisect_left(log, (start,)) - 1, 0), bisect_left(log, (stop + 1,))
         since, what = log[first]
         if stop < start or (last - first <= 1 and not _promised(what)):  # one level throughout
-            return _columns(probe, [], [])
+            return columns(probe, [], [])
         before = _code(probe, _level(what, max(since, start - 1)))
-        return real_edges(*_expanded(probe, log[first:last], start, stop, expand), before)
+        return real_edges(*_expanded(probe, log[first:last], start, stop), before)
+
+    def each_edge(self, probe: Probe, start: int, stop: int) -> Iterator[tuple[int, int]]:
+        """Yield the same edges one after the other, time and level, for those who want a few of many.
+
+        Raises:
+            NotRecorded, TimeError: as `edges`.
+        """
+        log, stop = self._window(probe, start, stop)
+        first = max(bisect_left(log, (start,)) - 1, 0)
+        before = _code(probe, _level(log[first][1], max(log[first][0], start - 1)))
+        for number in range(first, len(log)):
+            since, what = log[number]
+            if since > stop:
+                return
+            end = min(log[number + 1][0] - 1, stop) if number + 1 < len(log) else stop
+            time: int | None = max(since, start)
+            while time is not None and time <= end:
+                level = _code(probe, _level(what, time))
+                if level != before:
+                    yield time, level
+                    before = level
+                time = what.after(time) if _promised(what) else None
+
+    def _window(self, probe: Probe, start: int, stop: int) -> tuple[Log, int]:
+        """The log of a window, and the end of it as far as something is known."""
+        log = self._log(probe, start)
+        stop = min(stop, net_of(probe).kernel.seen)
+        if stop >= 1 << 63:
+            raise TimeError("an array of picoseconds ends after 106 days (2^63 ps); ask for an earlier window")
+        return log, stop
 
     def _log(self, probe: Probe, start: int) -> Log:
         since = self.since(probe)
@@ -222,8 +244,8 @@ def _code(probe: Probe, level: Any) -> int:
     return int(value | ~mask) & 0xFF
 
 
-def _columns(probe: Probe, times: Any, levels: Any) -> Edges:
-    """Two lists, or the two arrays of a promise, as edges."""
+def columns(probe: Probe, times: Any, levels: Any) -> Edges:
+    """Two lists of entries, or two arrays, as edges."""
     import numpy as np
 
     dtype: Any = np.int8 if width_of(probe) == 1 else np.int32 if isinstance(probe, Wires) else np.int16
@@ -233,9 +255,7 @@ def _columns(probe: Probe, times: Any, levels: Any) -> Edges:
     return np.asarray(times, np.int64), np.asarray(levels, dtype)
 
 
-def _expanded(
-    probe: Probe, entries: Sequence[tuple[int, Any]], start: int, stop: int, expand: Expand | None = None
-) -> Edges:
+def _expanded(probe: Probe, entries: Sequence[tuple[int, Any]], start: int, stop: int) -> Edges:
     """What some entries, the first of which may hold since long ago, put on the net at start <= t <= stop."""
     import numpy as np
 
@@ -249,12 +269,11 @@ def _expanded(
             levels.append(what.level(since) if promised else what)
         if promised:
             end = entries[number][0] - 1 if number < len(entries) else stop
-            after = max(since, start - 1)
-            ahead = what.edges(after, end) if expand is None else expand(what, after, end)
+            ahead = what.edges(max(since, start - 1), end)
             if len(ahead[0]):
-                parts += [_columns(probe, times, levels), _columns(probe, *ahead)]
+                parts += [columns(probe, times, levels), columns(probe, *ahead)]
                 times, levels = [], []
-    parts.append(_columns(probe, times, levels))
+    parts.append(columns(probe, times, levels))
     return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
 
 

@@ -14,6 +14,7 @@ or makes its surplus at F is decided as the motion itself decides it.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -38,6 +39,7 @@ class Made(NamedTuple):
         """Return the steps/s of a rate parameter."""
         return self.crystal_hz / int(STEP_TICKS[min(rate, RATE_TOP)])
 
+    @lru_cache(maxsize=64)  # noqa: B019 (tuples)
     def parameters(self) -> Parameters:
         """What a picture names: the rates of F and R, and S, Z, N."""
         return Parameters(self.rates(self.first, self.rate), {"S": self.slope, "Z": self.divisor, "N": self.number})

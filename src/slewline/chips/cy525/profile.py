@@ -69,6 +69,7 @@ def rate(of: Plan, step: int) -> int:
     return RATE_OF[of.interval(step)]
 
 
+@lru_cache(maxsize=64)
 def move(number: int, first: int, rate: int, slope: int, divisor: int, law: Law = LAW) -> Plan:
     """A normal move of `number` steps from rest to rest.
 

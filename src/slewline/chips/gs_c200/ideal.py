@@ -10,6 +10,7 @@ steps/s                                  at whole steps of a ramp the rate of th
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -28,6 +29,7 @@ class Made(NamedTuple):
     ramp: int
     law: Law
 
+    @lru_cache(maxsize=64)  # noqa: B019 (tuples)
     def parameters(self) -> Parameters:
         """What a picture names: the rates of S and T, and R."""
         speeds = (("S", self.start_stop), ("T", self.top_speed))

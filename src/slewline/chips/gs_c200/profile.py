@@ -75,6 +75,7 @@ def ramp(start: int, top: int, length: int, law: Law = constant_acceleration) ->
     return tuple((interval, 1) for interval in intervals)
 
 
+@lru_cache(maxsize=64)
 def move(number: int, start: int, top: int, length: int, law: Law = constant_acceleration) -> Plan:
     """A move of `number` steps from rest to rest.
 
