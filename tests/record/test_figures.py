@@ -12,7 +12,10 @@ from xml.etree import ElementTree
 import matplotlib
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 
 from slewline.core.motions import Mark, MotionStart
 from slewline.core.quantity import Outline, Quantity
@@ -439,3 +442,30 @@ def test_errors_are_clear_and_leave_nothing(tmp_path, monkeypatch):
     with pytest.raises(UsageError, match=r"pip install slewline\[plot\]"):
         figure(contents(track()))
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_line_of_many_points_has_no_gaps():
+    count = 4 * panels.PIECE
+    at = np.arange(count)
+    line = panels.dense_line()(at, 0.5 + 0.25 * (-1.0) ** at, drawstyle="steps-post", color="k", linewidth=0.5)
+    shown = Figure(figsize=(50, 0.5), dpi=100)  # five pixels a point
+    axes = shown.add_axes((0, 0, 1, 1))
+    axes.set_axis_off()
+    axes.set(xlim=(0, count - 1), ylim=(0, 1))
+    axes.add_line(line)
+    canvas = FigureCanvasAgg(shown)
+    canvas.draw()
+    ink = np.asarray(canvas.buffer_rgba())[:, :, 0] < 250
+    assert ink.any(axis=0).all()
+
+
+def test_the_grid_of_time_is_the_same_in_all_panels():
+    shown = figure(contents(track()))
+    for window in ((0, 100), (20, 30)):  # as it is, and zoomed by hand
+        shown.axes[-1].set_xlim(*window)
+        FigureCanvasAgg(shown).draw()
+        ticks = shown.axes[-1].xaxis.get_majorticklocs().tolist()
+        grids = [grid for axes in shown.axes[:-1] for grid in axes.collections if isinstance(grid, LineCollection)]
+        drawn = [[segment[0][0] for segment in grid.get_segments()] for grid in grids]
+        assert ticks in drawn
+        assert not any(axes.xaxis.get_visible() for axes in shown.axes[:-1])

@@ -256,6 +256,9 @@ def _make_panels(paper: Paper, layout: Layout, colours: Palette) -> list[Axes]:
         last = panel is layout.panels[-1]
         made[-1].tick_params(length=0, labelbottom=last, labelsize=8.5 if not layout.narrow else 8)
         made[-1].spines["bottom"].set_visible(last)
+        if not last:
+            made[-1].xaxis.set_visible(False)
+            made[-1].add_collection(panels.time_grid(colours), autolim=False)
         if panel.heading:
             above = (panel.above - HEADING - (GAP if len(made) > 1 else 0) + 0.08) * 72
             made[-1].set_title(

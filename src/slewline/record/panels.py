@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import cache
+from typing import TYPE_CHECKING, Any
 
 from ..core.ideal import Deviation, Ideal
 from ..core.motions import Mark, MotionStart
@@ -18,6 +19,8 @@ from .style import DASHES, Palette, TimeAxis, number
 if TYPE_CHECKING:
     import numpy as np
     from matplotlib.axes import Axes
+    from matplotlib.collections import LineCollection
+    from matplotlib.lines import Line2D
     from numpy.typing import NDArray
 
 FLAT = 25  # so many times smaller than the panel, a curve shows nothing
@@ -26,7 +29,7 @@ POWERS = {6: "10⁶ ", 9: "10⁹ ", 12: "10¹² ", 15: "10¹⁵ "}
 IDEAL_POINTS = 300
 MOST_DASHED = 300  # dashed lines in a row that can be told apart
 DENSE = 1000  # points, of which peaks are thinner than a line: round, they all are as high as they should be
-FILLED = 250  # points, of which an area is made at a time
+PIECE = 250  # points of such a line, or of the area below it, that are drawn at a time
 RATE_HEIGHT = 0.165  # inches, of a rate's name
 
 
@@ -176,12 +179,15 @@ def draw_curves(
 
 
 def _draw_curve(panel: Axes, curve: Curve, axis: TimeAxis, colours: Palette, several: bool, filled: bool) -> None:
+    from matplotlib.lines import Line2D
+
     color = colours.series[curve.number % len(colours.series)]
-    dashes = DASHES[curve.number % len(DASHES)] if several else "solid"
+    dashes: Any = DASHES[curve.number % len(DASHES)] if several else "solid"
     times, values = axis.scaled(curve.outline.times_ps - curve.track.zero), curve.outline.values
     held = curve.quantity.held
-    style = "steps-post" if held else "default"
-    panel.plot(
+    style: Any = "steps-post" if held else "default"
+    dense = len(times) >= DENSE
+    line = (dense_line() if dense else Line2D)(
         times,
         values,
         color=color,
@@ -189,12 +195,14 @@ def _draw_curve(panel: Axes, curve: Curve, axis: TimeAxis, colours: Palette, sev
         linestyle=dashes,
         zorder=2.2 if curve.track.over else 2,
         drawstyle=style,
-        solid_joinstyle="miter" if len(times) < DENSE else "round",
+        solid_joinstyle="round" if dense else "miter",
+        solid_capstyle="round" if dense else "projecting",
         label=curve.track.name,
         gid=f"{curve.quantity.name} of {curve.track.name}",
     )
+    panel.add_line(line)
     if filled and curve.quantity.name == "velocity":
-        size = len(times) if len(times) < DENSE else FILLED  # one polygon of 12,000 corners takes 200 ms
+        size = PIECE if dense else len(times)  # one polygon of 12,000 corners takes 200 ms
         for first in range(0, len(times), size):
             part = slice(first, first + size + 1)
             panel.fill_between(
@@ -276,6 +284,50 @@ def rates_of(curve: Curve, axis: TimeAxis) -> Iterator[Rate]:
         for sign, moved_so in ((1, clockwise & with_them), (-1, counter & with_them)):
             for name, rate in rates.items() if moved_so.any() else ():
                 yield Rate(name, sign * rate, spans[moved_so])
+
+
+@cache
+def dense_line() -> type[Line2D]:
+    """Return the class of a line of thousands of points.
+
+    It is drawn in pieces, for the renderer sorts a path as a whole; a piece ends at the point where the next one
+    begins, and ends are round, or there would be gaps.
+    """
+    import numpy as np
+    from matplotlib.lines import Line2D
+
+    class DenseLine(Line2D):
+        def draw(self, renderer: Any) -> None:
+            points = np.asarray(self.get_xydata())
+            renderer.open_group("line2d", self.get_gid())
+            for first in range(0, len(points), PIECE):
+                piece = Line2D(*points[first : first + PIECE + 1].T)
+                piece.update_from(self)
+                piece.axes = self.axes
+                piece.set_figure(self.get_figure())  # type: ignore[arg-type]
+                piece.draw(renderer)
+            renderer.close_group("line2d")
+            self.stale = False
+
+    return DenseLine
+
+
+def time_grid(colours: Palette) -> LineCollection:
+    """Return lines at the ticks of the time axis, for a panel that has no other use for ticks.
+
+    Ticks are the dearest thing in a picture: each is five artists, and takes 2 ms.
+    """
+    from matplotlib.collections import LineCollection
+
+    class TimeGrid(LineCollection):
+        def draw(self, renderer: Any) -> None:
+            assert self.axes is not None
+            at = self.axes.xaxis.get_majorticklocs()
+            self.set_segments([[(place, 0), (place, 1)] for place in at])
+            self.set_transform(self.axes.get_xaxis_transform())
+            super().draw(renderer)
+
+    return TimeGrid([], colors=colours.grid, linewidths=0.8, zorder=0.5)
 
 
 def draw_rates(
