@@ -469,3 +469,22 @@ def test_the_grid_of_time_is_the_same_in_all_panels():
         drawn = [[segment[0][0] for segment in grid.get_segments()] for grid in grids]
         assert ticks in drawn
         assert not any(axes.xaxis.get_visible() for axes in shown.axes[:-1])
+
+
+def test_a_flag_at_the_end_has_its_text_on_its_left():
+    shown = figure(contents(track(marks=[Mark(99 * MS, "finding", "range")])))
+    text = next(text for text in shown.axes[0].texts if text.get_text() == "range")
+    assert text.get_horizontalalignment() == "right"
+    assert text.xy[0] == 99
+
+
+def test_names_of_rates_have_thin_spaces_in_their_numbers():
+    assert panels.rate_text(["VEL = 65536", "R = 80"], 3052.0) == "VEL = 65\u2009536, R = 80, 3\u2009052 steps/s"
+
+
+@pytest.mark.parametrize(("width", "bands"), [("page", 0), ("phone", 1)])
+def test_a_narrow_picture_makes_a_band_of_what_a_page_can_show(width, bands):
+    count = np.arange(1, 400)
+    pulses = Trace("pulse", count * MS // 4, (count % 2).astype(np.int8), 0)  # four edges a millisecond of 100
+    panel = figure(contents(traces=[pulses]), width=width).axes[-1]
+    assert len(panel.collections) == bands

@@ -20,6 +20,7 @@ HIGH = 0.6  # of a lane: how much higher a 1 lies than a 0
 LANE, NAMED_LANE = 0.27, 0.36  # inches; the second with its name above the line
 BYTE_SHARE = 0.03  # of the window: what a byte needs to be written
 APART = 0.009  # of the window: what must lie between two bands
+STRIPES_PER_INCH = 40
 TICK = 0.09  # of a lane: how high a tick is below a stretch in which two traces differ
 MARKS = 2000  # stretches in a row that can be told apart
 MEASURED: Any = (0, (3, 2))  # dashes of what is laid over
@@ -80,7 +81,9 @@ def _draw_trace(
     if stop <= start:
         return
     known = trace.within(start, stop)
-    outline, bands = outlines.logic(known.times_ps, known.levels, known.level, axis.start, axis.stop, start, stop)
+    outline, bands = outlines.logic(
+        known.times_ps, known.levels, known.level, axis.start, axis.stop, start, stop, _stripes(panel)
+    )
     times, levels = axis.scaled(outline[0]), outline[1]
     color = colours.measured if over else colours.bus if trace.bus else colours.trace
     dashes: Any = MEASURED if over else "solid"
@@ -100,6 +103,12 @@ def _draw_trace(
         face = "none" if over else f"{color}60"
         shown = boxes(ends, base, high)
         panel.add_collection(PolyCollection(shown, facecolor=face, edgecolor=color, linewidth=0.9, linestyle=dashes))
+
+
+def _stripes(panel: Axes) -> int:
+    """Return how many lines with gaps beside them a panel can show."""
+    across = panel.get_position().width * panel.get_figure(root=True).get_figwidth()  # type: ignore[union-attr]
+    return min(max(int(STRIPES_PER_INCH * across), 1), outlines.STRIPES)
 
 
 def _draw_differing(

@@ -25,7 +25,7 @@ URGENT = {"finding": 0, "limit": 1, "home": 2, "command": 3}
 class Flag:
     """A mark in its place: `at` in units of the time axis; row 0 is the lowest, None: there is no room for its text.
 
-    One that is not `shown` would stand on the text of another.
+    One that is not `shown` would stand on the text of another.  At the right end a text stands left of its flag.
     """
 
     at: float
@@ -33,6 +33,7 @@ class Flag:
     text: str
     row: int | None
     shown: bool = True
+    leftwards: bool = False
 
 
 def flags_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[Flag]:
@@ -52,6 +53,7 @@ def flags_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[Flag
             if start <= at_ps <= stop:
                 marks.setdefault((at_ps - track.zero, kind, text), begins)
     per_inch = _per_inch(axis, width)
+    first, last = float(axis.scaled(axis.start)), float(axis.scaled(axis.stop)) + 0.2 * per_inch
     placed: list[Flag] = []
     taken: list[list[tuple[float, float]]] = [[] for _ in range(ROWS)]
     kept: dict[str, list[int]] = {}
@@ -63,14 +65,15 @@ def flags_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[Flag
             continue
         others.insert(place, at_ps)
         at = float(axis.scaled(at_ps))
-        need = at, at + (0.14 + LETTER * len(text)) * per_inch
-        last = float(axis.scaled(axis.stop)) + 0.2 * per_inch
+        reach = (0.14 + LETTER * len(text)) * per_inch
+        leftwards = at + reach > last
+        need = (at - reach, at) if leftwards else (at, at + reach)
         free = (row for row in range(ROWS) if all(need[1] <= a or b <= need[0] for a, b in taken[row]))
-        row = next(free, None) if text and need[1] <= last else None
+        row = next(free, None) if text and need[0] >= first else None
         if row is not None:
             taken[row].append(need)
         free_at = row is not None or not any(a - 0.05 * per_inch < at < b for a, b in taken[0])
-        placed.append(Flag(at, kind, text, row, free_at))
+        placed.append(Flag(at, kind, text, row, free_at, leftwards))
     return placed
 
 
@@ -100,8 +103,8 @@ def draw_flags(panels: Sequence[Axes], flags: Sequence[Flag], colours: Palette, 
         if flag.row is not None:
             weight = "normal" if flag.kind == "command" else "bold"
             panels[0].annotate(
-                flag.text, (flag.at, 1), (4, high + 1), at, "offset points", va="bottom", fontsize=7.5,
-                color=ink, weight=weight,
+                flag.text, (flag.at, 1), (-4 if flag.leftwards else 4, high + 1), at, "offset points", fontsize=7.5,
+                ha="right" if flag.leftwards else "left", va="bottom", color=ink, weight=weight,
             )  # fmt: skip
 
 

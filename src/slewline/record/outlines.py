@@ -67,6 +67,7 @@ def logic(
     stop: int,
     since: int | None = None,
     until: int | None = None,
+    stripes: int | None = None,
 ) -> tuple[Outline, NDArray[np.int64]]:
     """A trace: the line where single edges can be told apart, and bands where they cannot.
 
@@ -75,14 +76,16 @@ def logic(
         level: before the first edge.
         start, stop: the window, ps.
         since, until: what is known of the trace, if not all of the window; nothing is drawn outside.
+        stripes: as many as a narrow picture has, at most STRIPES, which a page has.
 
     Returns:
         Instants (m,) int64 and levels (m,) float64 from there to the next, NaN inside a band; the bands, (k, 2) int64.
     """
     import numpy as np
 
-    stripe = np.searchsorted(column_edges(start, stop, STRIPES), times, side="right") - 1
-    dense = np.bincount(stripe, minlength=STRIPES)[stripe] > DENSE
+    count = stripes or STRIPES
+    stripe = np.searchsorted(column_edges(start, stop, count), times, side="right") - 1
+    dense = np.bincount(stripe, minlength=count)[stripe] > DENSE
     apart = np.append(True, (np.diff(stripe) > 1) | (dense[1:] != dense[:-1]))[: len(times)]
     first = dense & apart
     last = dense & np.append(apart[1:], True)[: len(times)]

@@ -6,6 +6,7 @@ another: then they get panels of their own.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -388,8 +389,13 @@ def _write_beside(panel: Axes, names: dict[float, list[str]], colours: Palette, 
 
 
 def rate_text(names: Sequence[str], rate: float) -> str:
-    """Return what is written at a rate: "R = 80, 5 978 steps/s"."""
-    return f"{', '.join(names)}, {number(round(rate) if abs(rate) >= 100 else rate, 6)} steps/s"
+    """Return what is written at a rate: "VEL = 65 536, 3 052 steps/s"."""
+    return f"{_joint(names)}, {number(round(rate) if abs(rate) >= 100 else rate, 6)} steps/s"
+
+
+def _joint(names: Sequence[str]) -> str:
+    """Names of one rate, with thin spaces in their numbers."""
+    return re.sub(r"\b\d{5,}\b", lambda digits: number(int(digits[0])), ", ".join(names))
 
 
 def _write_over(
@@ -401,9 +407,8 @@ def _write_over(
     for rate in sorted(names):
         if rate - last >= apart:
             last = rate
-            text = ", ".join(names[rate])
             panel.annotate(
-                text, (begins[rate], rate), (2, 1.5), "data", "offset points", va="bottom", fontsize=7.5,
+                _joint(names[rate]), (begins[rate], rate), (2, 1.5), "data", "offset points", va="bottom", fontsize=7.5,
                 color=colours.soft, bbox={"facecolor": colours.ground, "alpha": 0.7, "linewidth": 0, "pad": 0.5},
             )  # fmt: skip
 
