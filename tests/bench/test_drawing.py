@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import runpy
 from pathlib import Path
 
@@ -15,10 +16,17 @@ from slewline.core.ideal import Deviation
 from slewline.errors import NotRecorded, UnknownName
 from slewline.record.panels import Track
 from slewline.record.traces import Trace
+from slewline.tools.main import invoke
 
 MS = 10**9
 ROOT = Path(__file__).parents[2]
 SCRIPTS = sorted((ROOT / "examples").glob("*.py"))
+PROGRAMS = [
+    *sorted((ROOT / "examples" / "programs").glob("*.[cg][ys]*")),
+    *sorted((ROOT / "examples" / "drill").glob("*.toml")),
+    *sorted((ROOT / "examples" / "mc1451a").glob("[!s]*.mc1451a")),
+    ROOT / "examples" / "mc1451a" / "stall_recovery.toml",
+]
 PINS = ("x.slew", "x.motion_complete")
 
 
@@ -84,7 +92,10 @@ def check_truth(bench, instants=1000) -> int:
                 assert not axis.motor.count(0, bench.now_ps)
                 continue
             seen, exact = drawn_at(line, whole, unit), quantity.at(whole)
-            if len(quantity.changes(0, bench.now_ps).times_ps) <= len(line.get_xdata()):
+            if not quantity.held:  # straight from point to point
+                seen = np.interp(whole / unit, line.get_xdata(), line.get_ydata())
+                np.testing.assert_allclose(seen, exact, rtol=1e-9, atol=1e-6)
+            elif len(quantity.changes(0, bench.now_ps).times_ps) <= len(line.get_xdata()):
                 np.testing.assert_array_equal(seen, exact)
             else:  # thinned: in each column, the line goes from the lowest to the highest value
                 column = bench.now_ps / 800 / unit
@@ -93,26 +104,44 @@ def check_truth(bench, instants=1000) -> int:
                 near = [line.get_ydata()[max(a, 0) : b + 1] for a, b in zip(first, last, strict=True)]
                 assert all(np.nanmin(y) <= value <= np.nanmax(y) for y, value in zip(near, exact, strict=True))
             edges = (line.get_xdata() * unit).round().astype(np.int64)
-            kept = ~np.isnan(line.get_ydata())
+            kept = ~np.isnan(line.get_ydata()) & np.append(
+                edges[1:] != edges[:-1], True
+            )  # where it jumps, the new value
             np.testing.assert_array_equal(line.get_ydata()[kept], quantity.at(edges[kept]))
             if quantity.name == "position":
                 np.testing.assert_array_equal(axis.position_at(edges[kept]), line.get_ydata()[kept])
     return len(drawn)
 
 
-@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
-def test_the_lines_of_every_example_are_what_its_axes_did(script, capsys, monkeypatch, tmp_path):
+@pytest.fixture
+def made(monkeypatch, tmp_path) -> list[slewline.Bench]:
+    """The benches that are made from now on."""
     monkeypatch.chdir(tmp_path)
-    made: list[slewline.Bench] = []
+    found: list[slewline.Bench] = []
     build = slewline.Bench.__init__
 
     def remember(self, *arguments, **options):
         build(self, *arguments, **options)
-        made.append(self)
+        found.append(self)
 
     monkeypatch.setattr(slewline.Bench, "__init__", remember)
+    return found
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+def test_the_lines_of_every_example_are_what_its_axes_did(script, capsys, made):
     runpy.run_path(str(script), run_name="__main__")
     assert sum(check_truth(bench) for bench in made if bench.chips and bench.now_ps) >= 2
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("file", PROGRAMS, ids=lambda path: path.name)
+def test_the_lines_of_every_program_and_bench_file_are_what_its_axes_did(file, capsys, made):
+    with contextlib.suppress(SystemExit):
+        invoke(["run", str(file), "--quiet", "--until", "5 s"])
+    (bench,) = made
+    assert bench.now_ps == 5 * 10**12
+    assert check_truth(bench)
 
 
 def test_a_rest_is_drawn_as_zero_and_a_load_as_a_break():
