@@ -307,14 +307,10 @@ class Drawing(Recording):
         from ..record.measured import track
 
         found = {name: run for name, run in runs.items() if not isinstance(run, Drawing)}
-        first = (
-            min(
-                (step for axis in self._axes(axes) if (step := first_step(axis, self.kernel.now)) is not None),
-                default=zero,
-            )
-            if found
-            else zero
-        )
+        if not found:
+            return
+        steps_of = (first_step(axis, self.kernel.now) for axis in self._axes(axes))
+        first = min((step for step in steps_of if step is not None), default=zero)
         for name, steps in found.items():
             if not isinstance(steps, Steps):
                 raise UsageError(
