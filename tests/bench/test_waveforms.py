@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from vcd.reader import TokenKind, tokenize
 
 import slewline
 from slewline.errors import NotRecorded, UnknownName
+from tests.oracles import waveform
 
 US = 1_000_000
 
@@ -25,25 +25,8 @@ def cy525():
 
 def read(path) -> dict[str, tuple[list[int], list[object]]]:
     """Units and values of every variable, as pyvcd reads them."""
-    names: dict[str, str] = {}
-    found: dict[str, tuple[list[int], list[object]]] = {}
-    now, scopes = -1, []
-    with open(path, "rb") as file:
-        for token in tokenize(file):
-            if token.kind is TokenKind.SCOPE:
-                scopes.append(token.scope.ident)
-            elif token.kind is TokenKind.UPSCOPE:
-                scopes.pop()
-            elif token.kind is TokenKind.VAR:
-                names[token.var.id_code] = name = ".".join([*scopes, token.var.reference])
-                found[name] = [], []
-            elif token.kind is TokenKind.CHANGE_TIME:
-                now = token.time_change
-            elif hasattr(token.data, "id_code"):
-                times, values = found[names[token.data.id_code]]
-                times.append(now)
-                values.append(token.data.value)
-    return found
+    _, changes = waveform.read(path)
+    return {name: ([at for at, _ in found], [value for _, value in found]) for name, found in changes.items()}
 
 
 def at(times, values, instants):

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from vcd.reader import TokenKind, tokenize
 
 from slewline.errors import UsageError
 from slewline.record.vcd import MISREAD, VcdStream, identifiers, real, string, write_vcd
 from slewline.record.vcd_sources import CurveSource, TextSource, Variable
+from tests.oracles import waveform
 
 SEVENTH = 5978.260869565217  # needs all its digits
 
@@ -31,28 +31,6 @@ class Staircase:
 
 def told(*texts: tuple[int, str]) -> TextSource:
     return TextSource("x.said", lambda start, stop: [each for each in texts if start <= each[0] <= stop])
-
-
-def changes(path) -> dict[str, list[tuple[int, object]]]:
-    """What pyvcd reads: (unit, value) of every variable."""
-    names: dict[str, str] = {}
-    found: dict[str, list[tuple[int, object]]] = {}
-    now, scopes = -1, []
-    with open(path, "rb") as file:
-        for token in tokenize(file):
-            if token.kind is TokenKind.SCOPE:
-                scopes.append(token.scope.ident)
-            elif token.kind is TokenKind.UPSCOPE:
-                scopes.pop()
-            elif token.kind is TokenKind.VAR:
-                name = ".".join([*scopes, token.var.reference])
-                names[token.var.id_code] = name
-                found[name] = []
-            elif token.kind is TokenKind.CHANGE_TIME:
-                now = token.time_change
-            elif isinstance(token.data, tuple) and hasattr(token.data, "id_code") and token.kind is not TokenKind.VAR:
-                found[names[token.data.id_code]].append((now, token.data.value))
-    return found
 
 
 def moving(rig):
@@ -107,7 +85,7 @@ def test_pyvcd_reads_the_same(rig, tmp_path):
     moving(rig)
     curve = CurveSource("x.position", Staircase((5_000, SEVENTH), (9_000, 1.0), (9_400, -3.0), (9_900, 1e-9)))
     write_vcd(tmp_path / "a.vcd", rig.nets, rig.recorder, 0, 30_000, values=[curve, told((7_000, "go"), (7_000, "on"))])
-    assert changes(tmp_path / "a.vcd") == {
+    assert waveform.read(tmp_path / "a.vcd")[1] == {
         "x.slew": [(0, "1"), (5, "0"), (20, "1")],
         "x.position": [(0, 0.0), (5, SEVENTH), (9, 1e-9)],
         "x.said": [(0, ""), (7, "go;\\x20on")],
