@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Literal
 
 from ..errors import SheetError
@@ -15,6 +16,32 @@ from ..errors import SheetError
 Trust = Literal["stated", "derived", "chosen"]
 Way = Literal["in", "out", "both", "power", "none"]
 Order = Literal["little", "big"]
+ROLES: Mapping[str, str] = MappingProxyType(  # what a pin is for: parts that are wired `to` a neighbour go by it
+    {
+        "step": "shows every step; `active` is its level when the step begins",
+        "direction": "high: clockwise, or positive",
+        "moving": "tells that the motor is under way",
+        "ramping": "tells that it speeds up or slows down",
+        "slewing": "tells that it runs at its steady rate",
+        "phase1": "coil 1 of a motor with four phases, low energises; phase2, phase3, phase4 likewise",
+        "driver_reset": "puts the driver into its first state",
+        "enable": "lets the next step be made, or holds it",
+        "abort": "stops the motion",
+        "home": "tells that the motor is at its home position",
+        "end": "tells that it is at an end of its travel, whichever",
+        "end_plus": "tells that it is at the end of its travel in positive direction",
+        "end_minus": "the same in negative direction",
+        "encoder_a": "channel A of an encoder, ahead of B in positive direction",
+        "encoder_b": "channel B",
+        "index": "the mark of an encoder, once a turn",
+        "output1": "an output that programs switch; output2, output3 likewise",
+        "input1": "an input that programs look at; input2, input3 likewise",
+        "serial_in": "characters to the part",
+        "serial_out": "characters from the part",
+        "clock": "a clock that never rests: recorded only when it is named",
+        "reset": "resets the part",
+    }
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +50,9 @@ class Pin:
 
     `pull` is the level that a built-in resistor gives an open input, `tie` the standard wiring that makes a bare part
     work, `reset` the level that an output shows after reset, `seen` says when the chip looks at an input.
+
+    `role` is what the pin is for, in a word that all parts share (see ROLES), on axis `axis`; `told` is what the
+    transcript says when it becomes low, and when it becomes high: None where it is silent about the pin.
     """
 
     number: int
@@ -35,6 +65,9 @@ class Pin:
     reset: int | None = None
     seen: str = ""
     where: str = ""
+    role: str = ""
+    axis: int = 1
+    told: tuple[str, str] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,7 +225,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Register:
-    """A register of the chip, by the manual's name; `letter` is the command that loads it."""
+    """A register of the chip, by the manual's name; `letter` is the command that loads it, `unit` what it counts."""
 
     name: str
     bits: int
@@ -200,6 +233,7 @@ class Register:
     says: str
     letter: str = ""
     where: str = ""
+    unit: str = ""
 
 
 @dataclass(frozen=True, slots=True)

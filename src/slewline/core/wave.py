@@ -19,7 +19,11 @@ class Promise(Protocol):
         """Level at an instant, edges at that instant included."""
 
     def after(self, ps: int) -> int | None:
-        """The first edge strictly after an instant, or None."""
+        """Return when the level may change next, strictly after an instant: there is no edge before.
+
+        It is the next edge, or an instant at which to ask again: what looks ahead need not find the edge at once.
+        None: as things stand there is no edge any more.
+        """
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Edges at start < t <= stop: times in ps and the levels after them."""

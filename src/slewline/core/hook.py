@@ -1,0 +1,45 @@
+"""A hook: something happens, and any number of listeners hear of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Generic, ParamSpec
+
+P = ParamSpec("P")
+
+
+class Hook(Generic[P]):
+    """Listeners, called in the order in which they were added.
+
+    A listener may add and remove others, or itself, while it is called: what is removed is not called any more, what is
+    added is called from the next time on.  Who calls a hook often asks first whether anybody listens: `if hook: ...`.
+    """
+
+    __slots__ = ("listeners",)
+
+    def __init__(self) -> None:
+        self.listeners: tuple[Callable[P, object], ...] = ()
+
+    def add(self, listener: Callable[P, object]) -> Callable[P, object]:
+        """Call a function from now on; return it, for `remove`."""
+        self.listeners = (*self.listeners, listener)
+        return listener
+
+    def remove(self, listener: Callable[P, object]) -> None:
+        """Call a function no longer; one that was added twice is called once less.
+
+        Raises:
+            ValueError: it does not listen.
+        """
+        listeners = list(self.listeners)
+        listeners.remove(listener)
+        self.listeners = tuple(listeners)
+
+    def __bool__(self) -> bool:
+        return bool(self.listeners)
+
+    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> None:
+        listeners = self.listeners
+        for listener in listeners:
+            if self.listeners is listeners or listener in self.listeners:
+                listener(*args, **kwargs)
