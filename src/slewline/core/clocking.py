@@ -18,7 +18,7 @@ from bisect import bisect_right
 from typing import TYPE_CHECKING, Any, Protocol
 
 from .timebase import Clock
-from .wave import Level
+from .wave import Promise
 
 if TYPE_CHECKING:
     import numpy as np
@@ -80,22 +80,57 @@ class Even:
         return self.since + self.clock.ps_array(np.arange(first, last + 1))
 
 
-class Bounded:
-    """Edges of another clock as long as they lie before the `until` (exclusive) of a promise, which may still move."""
+class Limited:
+    """Edges of another clock as long as they lie before an instant."""
 
-    def __init__(self, of: ClockEdges, promise: Any) -> None:
-        self.of, self.promise = of, promise
+    def __init__(self, of: ClockEdges, until: int | None) -> None:
+        self.of, self._until = of, until
+
+    @property
+    def until(self) -> int | None:
+        """The instant before which edges count."""
+        return self._until
 
     def by(self, ps: int) -> int:
-        until = self.promise.until
+        until = self.until
         return self.of.by(ps if until is None or ps < until else until - 1)
 
     def at(self, k: int) -> int | None:
-        time, until = self.of.at(k), self.promise.until
+        time, until = self.of.at(k), self.until
         return time if time is None or until is None or time < until else None
 
     def many(self, first: int, last: int) -> NDArray[np.int64]:
         return self.of.many(first, last)
+
+
+class Bounded(Limited):
+    """Edges of another clock as long as they lie before the `until` of a promise, which may still move."""
+
+    def __init__(self, of: ClockEdges, promise: Promise) -> None:
+        super().__init__(of, None)
+        self.promise = promise
+
+    @property
+    def until(self) -> int | None:
+        """The instant before which edges count."""
+        return self.promise.until
+
+
+class Later:
+    """Edges of another clock, each so many picoseconds later."""
+
+    def __init__(self, of: ClockEdges, lag_ps: int) -> None:
+        self.of, self.lag_ps = of, lag_ps
+
+    def by(self, ps: int) -> int:
+        return self.of.by(ps - self.lag_ps)
+
+    def at(self, k: int) -> int | None:
+        time = self.of.at(k)
+        return time if time is None else time + self.lag_ps
+
+    def many(self, first: int, last: int) -> NDArray[np.int64]:
+        return self.of.many(first, last) + self.lag_ps
 
 
 class Numbered(Protocol):
@@ -243,7 +278,3 @@ def clock_edges(shown: Any, level: int, since: int) -> ClockEdges:
     found: ClockEdges = Walked(shown, level, since) if clock is None else clock(level, since)
     return found
 
-
-def rose(before: Level, now: Level, level: int) -> bool:
-    """Is a change from one level to another an edge to `level`?"""
-    return bool(before != level and now == level)
