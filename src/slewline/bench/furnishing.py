@@ -11,13 +11,14 @@ from ..chips import chip_class
 from ..chips.line import LineChip
 from ..core.chip import Chip, Finding
 from ..core.kernel import Kernel
-from ..core.net import Bus, Driver, Net
+from ..core.net import Bus, Net
 from ..core.pin import Terminal
 from ..core.table import Sheet
 from ..core.timebase import Time, hertz, picoseconds
 from ..errors import UnknownName, UsageError, WiringError
 from ..parts import make_part
 from ..parts.caller import Caller
+from ..parts.gates import WireInverter
 from ..parts.host import Host
 from ..parts.packet_host import PacketHost
 from ..parts.part import Part
@@ -329,9 +330,7 @@ class Furnished(Drawing):
         self._note("wire", a=a, b=b, invert=invert)
         if invert:
             two.tie = None
-            out = Driver(two, f"inverter of {a}")
-            out.drive(None if one.level is None else 1 - one.level)
-            one.watch(lambda net: out.drive(None if net.level is None else 1 - net.level))
+            WireInverter(self.kernel, f"inverter of {a}", one, two).rewired()
         else:
             one.join(two)
         self.kernel.settle()
