@@ -353,8 +353,13 @@ class Furnished(Drawing):
     # ------------------------------------------------------------------------------------------------------ findings
     @property
     def findings(self) -> list[Finding]:
-        """What hosts did wrong, of all chips and parts, in order of time."""
+        """What hosts did wrong, of all chips and parts, in order of time; parts that are lazy catch up first."""
         return sorted((found for owner in self._owners() for found in owner.findings), key=lambda found: found.time_ps)
+
+    def catch_up(self) -> None:
+        """Let parts that work things off only when asked do so, up to now: who listens for findings hears them."""
+        for part in self.parts.values():
+            part.be_caught_up()
 
     def _power_input(self, chip: Chip, on: bool) -> None:
         self._note("power", chip=chip.name, on=on)
