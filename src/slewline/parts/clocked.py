@@ -4,8 +4,8 @@
     direction   high ------------------|  low --------------------------------
                                        cut: so many steps by now; lay: from here on each edge counts the other way
 
-A step that a train promises is no event.  The part is brought up to an instant when an input is driven otherwise or when
-somebody asks; what it has promised from there on then follows from what the inputs show.
+A step that a train promises is no event.  The part is brought up to an instant when an input is driven otherwise or
+when somebody asks; what it promises from there on follows from what the inputs show.
 
 An input that says what a step does (`steers`) may have edges ahead itself.  The clock is then followed up to the first
 of them, and anew from there.
@@ -35,6 +35,7 @@ class Clocked(Follower):
         super().__init__(kernel, name)
         self._level: Level = None  # of the clock, up to where the part has come
         self._begun = False
+        self._ahead = Limited(Still())  # the clock that is followed
         self._again: Call | None = None  # looks at what steers, when that has an edge
 
     # ------------------------------------------------------------------------------------- what a kind of part says
@@ -54,11 +55,12 @@ class Clocked(Follower):
     def cut(self, ps: int) -> None:
         if self._begun:
             self._level = self.outlooks[self.clock].level(ps)
+            self._ahead.until = ps + 1
             self.bring(ps)
 
     def lay(self) -> None:
         self._advance()
-        self.follow(self._ahead())
+        self.follow(self._look_ahead())
 
     def go_by_edges(self) -> None:
         if not self._laying:
@@ -66,6 +68,7 @@ class Clocked(Follower):
         super().go_by_edges()
 
     def react(self) -> None:
+        self.bring(self.kernel.seen)
         self._advance()
         self.follow(Still())
 
@@ -76,7 +79,7 @@ class Clocked(Follower):
             self.stepped()
         self._level, self._begun = level, True
 
-    def _ahead(self) -> ClockEdges:
+    def _look_ahead(self) -> ClockEdges:
         """The clock from this instant on, up to the first edge of what steers."""
         now = self.kernel.now
         if self._again is not None:
@@ -84,10 +87,19 @@ class Clocked(Follower):
             self._again = None
         clock = clock_edges(self.outlooks[self.clock].shown(), self.edge, now)
         times = [time for name in self.steers if (time := self.outlooks[name].after(now)) is not None]
-        if not times or isinstance(clock, Still):
+        if isinstance(clock, Still):
             return clock
-        self._again = self.kernel.call_at(min(times), self.changed)
-        return Limited(clock, min(times))
+        self._ahead = Limited(clock, min(times, default=None))
+        if times:
+            self._again = self.kernel.call_at(min(times), self.look)
+        return self._ahead
+
+    def look(self) -> None:
+        """Look at the inputs again: something changes at this instant of which no driver tells."""
+        if self.edge_driven:
+            self.react()
+        else:
+            self.changed()
 
     @property
     def due(self) -> bool:
@@ -97,4 +109,3 @@ class Clocked(Follower):
     def shown(self, name: str) -> Promise | Level:
         """What an input shows from now on: a promise, or a level."""
         return self.pins[name].net.level if self.edge_driven else self.outlooks[name].shown()
-
