@@ -154,12 +154,14 @@ class Shaft:
         """The steps of the past at start < t <= stop: (n,) int64 ps, and (n,) float64 places from there on."""
         import numpy as np
 
-        found = []
+        found, before = [], None
         for course, until in self._courses(start, stop):
             times, places = course.changes(max(start, course.since), until)
-            if course.since > start and self.place_at(np.array([course.since - 1]))[0] != course.place / course.unit:
-                times, places = np.append(course.since, times), np.append(course.place / course.unit, places)
+            place = Fraction(course.place, course.unit)
+            if course.since > start and before is not None and before.steps_at(course.since) != place:  # it was pushed
+                times, places = np.append(course.since, times), np.append(float(place), places)
             found.append((times, places))
+            before = course
         return np.concatenate([times for times, _ in found]), np.concatenate([places for _, places in found])
 
     def turns(self, start: int, stop: int) -> list[int]:
