@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 
 from slewline.core.clocking import Even, Still, clock_edges
-from slewline.core.counter import Channel, Code, Scale, StepCounter
-from slewline.core.course import Course, Made
 from slewline.core.kernel import Kernel
 from slewline.core.reading import Reading
-from slewline.core.shaft import Geared, Played, Shaft
+from slewline.core.shaft import Shaft
 from slewline.core.timebase import Clock, picoseconds
 from slewline.core.train import OPEN, Playing, PulseView, StepTrain
 from slewline.parts.carriage import Carriage, Gear
