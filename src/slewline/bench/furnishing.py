@@ -13,10 +13,11 @@ from ..core.chip import Chip, Finding
 from ..core.kernel import Kernel
 from ..core.net import Bus, Net
 from ..core.pin import Terminal
+from ..core.shaft import Shaft
 from ..core.table import Sheet
 from ..core.timebase import Time, hertz, picoseconds
 from ..errors import UnknownName, UsageError, WiringError
-from ..parts import make_part
+from ..parts import make_part, part_class
 from ..parts.caller import Caller
 from ..parts.gates import WireInverter
 from ..parts.host import Host
@@ -109,27 +110,37 @@ class Furnished(Drawing):
         self.kernel.settle()
         return chip
 
-    def part(self, kind: str, name: str | None = None, to: Chip | Part | str | None = None, **options: Any) -> Any:
+    def part(
+        self,
+        kind: str,
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Any:
         """Make a part and put it on the bench, at any time; it works from this instant on.
 
         Args:
             kind: for example "uart"; slewline.parts.KINDS lists them.
             name: defaults to the kind, numbered when there are several.
             to: chip or part to whose pins those of the new part are wired in the standard way.
+            on: part on whose shaft the new part sits: a motor, a gear, a carriage.
             options: of the part.
 
         Raises:
             UnknownName: no such kind, or `to` lacks a pin of the standard wiring.
-            UsageError: a name that is taken, or an option that the kind does not have or allow.
+            UsageError: a name that is taken, an option that the kind does not have or allow, or what does not sit there.
             WiringError: a bus would be wired to a single pin.
         """
         name = self._new_name(name, kind)
-        part = make_part(kind, self.kernel, name, options)
+        mounted = self._mounted(kind, name, on)
+        part = make_part(kind, self.kernel, name, options, **mounted)
         self._note(
             "part",
             kind=kind,
             name=name,
             options={k: list(v) if isinstance(v, bytes) else v for k, v in options.items()},
+            **{} if on is None else {"on": on if isinstance(on, str) else on.name},
         )
         self._keep_inputs(part)
         self.place(part)
@@ -139,6 +150,25 @@ class Furnished(Drawing):
             for own, theirs in part.wiring.items():
                 self.wire(f"{neighbour}.{theirs}", f"{name}.{own}")
         return part
+
+    def _mounted(self, kind: str, name: str, on: Part | str | None) -> dict[str, Shaft]:
+        """The shaft that a new part sits on, as an argument of its constructor; none, if it sits on none."""
+        sits = part_class(kind).sits
+        if on is None:
+            if sits == "must":
+                raise UsageError(
+                    f"{name}: a {kind} sits on a shaft; say on which: on=motor, or on='the name of a part'"
+                )
+            return {}
+        if not sits:
+            raise UsageError(f"{name}: a {kind} sits on no shaft; leave out on=")
+        carrier = self[on] if isinstance(on, str) else on
+        shaft = getattr(carrier, "shaft", None)
+        if not isinstance(shaft, Shaft):
+            having = [other.name for other in self.parts.values() if isinstance(getattr(other, "shaft", None), Shaft)]
+            there = ", ".join(having) or "none yet; a motor or a translator has one"
+            raise UsageError(f"{name}: {getattr(carrier, 'name', repr(carrier))} has no shaft; parts that do: {there}")
+        return {"on": shaft}
 
     def _note(self, do: str, **what: Any) -> None:
         """Write an input from outside into the journal, if there is one."""

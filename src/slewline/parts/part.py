@@ -11,7 +11,7 @@ from bisect import insort
 from collections.abc import Callable, Mapping
 from operator import attrgetter
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar
 
 from ..core.chip import Finding
 from ..core.kernel import Kernel
@@ -40,6 +40,7 @@ class Part:
 
     wiring: Mapping[str, str] = MappingProxyType({})
     verbs: tuple[str, ...] = ()
+    sits: ClassVar[Literal["", "may", "must"]] = ""  # on the shaft of another part (`bench.part(..., on=...)`)
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         self.kernel, self.name = kernel, name
