@@ -274,7 +274,7 @@ class Chip(OneAxis):
 
     def step_nets(self) -> list[Net]:
         """Outputs that show every step of a motor."""
-        return []
+        return [self.pins[row.name].net for row in self.sheet.pins if row.role == "step"]
 
     @property
     def motor(self) -> Axis:

@@ -9,7 +9,7 @@ from typing import Any
 
 from ...core.axis import Axis
 from ...core.kernel import Kernel, Task
-from ...core.net import Driver, Net
+from ...core.net import Driver
 from ...core.pin import strapped
 from ...core.store import Memory, Store
 from ...core.table import Row
@@ -275,7 +275,3 @@ class State(LineChip):
     def read_outputs(self) -> int:
         """UO1 + 2 UO2 + 4 UO3."""
         return sum((driver.net.level == 1) << n for n, driver in enumerate(self.outputs))
-
-    def step_nets(self) -> list[Net]:
-        """CLOCK: it falls with every step."""
-        return [self.clock_pin.net]
