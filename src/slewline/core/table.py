@@ -68,8 +68,7 @@ ROLES: Mapping[str, str] = MappingProxyType(  # what a pin is for; parts that ar
         "computer_out": "is the output of a computer's serial port",
         # IEEE-488
         "dio": "is a data line of an IEEE-488 bus",
-        **{line: f"is the line {line.upper()} of an IEEE-488 bus" for line in ("dav", "nrfd", "ndac")},
-        **{line: f"is the line {line.upper()} of an IEEE-488 bus" for line in ("atn", "ifc", "srq", "ren", "eoi")},
+        **{line: f"is {line.upper()} of an IEEE-488 bus" for line in ("dav", "nrfd", "ndac", "atn", "ifc", "srq")},
     }
 )
 
