@@ -2,7 +2,8 @@
 
 `wiring` is the standard wiring: pins of the part, and the pins of the neighbour to which `bench.part(..., to=...)`
 joins them.  What a user tells a part (a text, a key) goes through `input`, so that a journal can repeat it; `verbs` are
-the methods by which a run script tells it something, with a whole number or nothing.
+the methods by which a run script tells it something, with a whole number or nothing.  `options` are the rows of what
+its constructor takes: it gets all of them, checked.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from ..core.chip import Finding
 from ..core.kernel import Kernel
 from ..core.net import Bus, Driver, Net
+from ..core.option import Option
 from ..core.pin import Terminal
 from ..core.table import Pin
 from ..errors import UnknownName
@@ -37,6 +39,7 @@ class Part:
 
     wiring: Mapping[str, str] = MappingProxyType({})
     verbs: tuple[str, ...] = ()
+    options: tuple[Option, ...] = ()
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         self.kernel, self.name = kernel, name
