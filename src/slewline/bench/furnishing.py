@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from inspect import signature
 from random import Random
 from typing import TYPE_CHECKING, Any
 
@@ -90,7 +89,7 @@ class Furnished(Drawing):
             raise UsageError(f"add({part!r}): expected a part number such as 'cy525', or the class of a chip")
         name = self._new_name(name, cls.sheet.part.replace("-", "_"))
         hz = None if crystal is None else crystal_for(cls.sheet, crystal)
-        if self.stores is not None and "store" in signature(cls).parameters:
+        if self.stores is not None and cls.sheet.keeps:
             options.setdefault("store", self.stores(name))
         if self.journal is not None:
             kept = {"store": list(options["store"].read())} if options.get("store") is not None else {}
