@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from inspect import signature
 from random import Random
 from typing import TYPE_CHECKING, Any
 
@@ -13,10 +12,11 @@ from ..core.chip import Chip, Finding
 from ..core.kernel import Kernel
 from ..core.net import Bus, Net
 from ..core.pin import Terminal
+from ..core.shaft import Shaft
 from ..core.table import Sheet
 from ..core.timebase import Time, hertz, picoseconds
 from ..errors import UnknownName, UsageError, WiringError
-from ..parts import make_part
+from ..parts import make_part, part_class
 from ..parts.caller import Caller
 from ..parts.gates import WireInverter
 from ..parts.host import Host
@@ -89,7 +89,7 @@ class Furnished(Drawing):
             raise UsageError(f"add({part!r}): expected a part number such as 'cy525', or the class of a chip")
         name = self._new_name(name, cls.sheet.part.replace("-", "_"))
         hz = None if crystal is None else crystal_for(cls.sheet, crystal)
-        if self.stores is not None and "store" in signature(cls).parameters:
+        if self.stores is not None and cls.sheet.keeps:
             options.setdefault("store", self.stores(name))
         if self.journal is not None:
             kept = {"store": list(options["store"].read())} if options.get("store") is not None else {}
@@ -110,23 +110,31 @@ class Furnished(Drawing):
         self.kernel.settle()
         return chip
 
-    def part(self, kind: str, name: str | None = None, to: Chip | Part | str | None = None, **options: Any) -> Any:
+    def part(
+        self,
+        kind: str,
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Any:
         """Make a part and put it on the bench, at any time; it works from this instant on.
 
         Args:
             kind: for example "uart"; slewline.parts.KINDS lists them.
             name: defaults to the kind, numbered when there are several.
             to: chip or part to whose pins those of the new part are wired in the standard way: by their roles.
+            on: part on whose shaft the new part sits: a motor, a gear, a carriage.
             options: of the part.
 
         Raises:
             UnknownName: no such kind or neighbour.
-            UsageError: a name that is taken, or an option that the kind does not have or allow.
+            UsageError: a name that is taken, an option that the kind does not have or allow; it does not sit there.
             WiringError: the neighbour lacks a pin that the part needs; nothing has been put on the bench then.
         """
         name = self._new_name(name, kind)
         neighbour = None if to is None else self[to if isinstance(to, str) else getattr(to, "name", repr(to))]
-        part = make_part(kind, self.kernel, name, options)
+        part = make_part(kind, self.kernel, name, options, **self._mounted(kind, name, on))
         pairs = [] if neighbour is None else joints(kind, part, neighbour)
         self._note(
             "part",
@@ -134,6 +142,7 @@ class Furnished(Drawing):
             name=name,
             to=neighbour and neighbour.name,
             options={k: list(v) if isinstance(v, bytes) else v for k, v in options.items()},
+            **{} if on is None else {"on": on if isinstance(on, str) else on.name},
         )
         self._keep_inputs(part)
         self.place(part)
@@ -143,6 +152,25 @@ class Furnished(Drawing):
             self.kernel.settle()
             part.attached(own.row.name, theirs.row)
         return part
+
+    def _mounted(self, kind: str, name: str, on: Part | str | None) -> dict[str, Shaft]:
+        """The shaft that a new part sits on, as an argument of its constructor; none, if it sits on none."""
+        sits = part_class(kind).sits
+        if on is None:
+            if sits == "must":
+                raise UsageError(
+                    f"{name}: a {kind} sits on a shaft; say on which: on=motor, or on='the name of a part'"
+                )
+            return {}
+        if not sits:
+            raise UsageError(f"{name}: a {kind} sits on no shaft; leave out on=")
+        carrier = self[on] if isinstance(on, str) else on
+        shaft = getattr(carrier, "shaft", None)
+        if not isinstance(shaft, Shaft):
+            having = [other.name for other in self.parts.values() if isinstance(getattr(other, "shaft", None), Shaft)]
+            there = ", ".join(having) or "none yet; a motor or a translator has one"
+            raise UsageError(f"{name}: {getattr(carrier, 'name', repr(carrier))} has no shaft; parts that do: {there}")
+        return {"on": shaft}
 
     def _note(self, do: str, **what: Any) -> None:
         """Write an input from outside into the journal, if there is one."""

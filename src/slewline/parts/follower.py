@@ -83,7 +83,7 @@ class Follower(Part):
             self.freeze(self.kernel.seen + 1)
         if not self._laying:
             self._laying = True
-            self.cut(self.kernel.now - 1)
+            self.cut(self.kernel.seen)
             self.kernel.call_at(self.kernel.now, self._lay)
 
     def freeze(self, ps: int) -> None:

@@ -5,7 +5,8 @@
 pin has that role.  Pins of parts have roles themselves, so that a part attaches to a part.
 
 What a user tells a part (a text, a key) goes through `input`, so that a journal can repeat it; `verbs` are the methods
-by which a run script tells it something, with a whole number or nothing.
+by which a run script tells it something, with a whole number or nothing.  `options` are the rows of what its
+constructor takes: it gets all of them, checked.
 """
 
 from __future__ import annotations
@@ -14,11 +15,12 @@ from bisect import insort
 from collections.abc import Callable, Mapping
 from operator import attrgetter
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar
 
 from ..core.chip import Finding
 from ..core.kernel import Kernel
 from ..core.net import Bus, Driver, Net
+from ..core.option import Option
 from ..core.pin import Terminal
 from ..core.table import Pin
 from ..errors import UnknownName
@@ -44,6 +46,8 @@ class Part:
     wiring: Mapping[str, str] = MappingProxyType({})
     optional: frozenset[str] = frozenset()
     verbs: tuple[str, ...] = ()
+    sits: ClassVar[Literal["", "may", "must"]] = ""  # on the shaft of another part (`bench.part(..., on=...)`)
+    options: tuple[Option, ...] = ()
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         self.kernel, self.name = kernel, name
