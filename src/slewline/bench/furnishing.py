@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from inspect import signature
 from random import Random
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +25,7 @@ from ..parts.part import Part
 from ..parts.rs232 import SerialHost
 from .drawing import Drawing
 from .journal import Journal
+from .wiring import in_role, joints
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -89,7 +89,7 @@ class Furnished(Drawing):
             raise UsageError(f"add({part!r}): expected a part number such as 'cy525', or the class of a chip")
         name = self._new_name(name, cls.sheet.part.replace("-", "_"))
         hz = None if crystal is None else crystal_for(cls.sheet, crystal)
-        if self.stores is not None and "store" in signature(cls).parameters:
+        if self.stores is not None and cls.sheet.keeps:
             options.setdefault("store", self.stores(name))
         if self.journal is not None:
             kept = {"store": list(options["store"].read())} if options.get("store") is not None else {}
@@ -123,32 +123,34 @@ class Furnished(Drawing):
         Args:
             kind: for example "uart"; slewline.parts.KINDS lists them.
             name: defaults to the kind, numbered when there are several.
-            to: chip or part to whose pins those of the new part are wired in the standard way.
+            to: chip or part to whose pins those of the new part are wired in the standard way: by their roles.
             on: part on whose shaft the new part sits: a motor, a gear, a carriage.
             options: of the part.
 
         Raises:
-            UnknownName: no such kind, or `to` lacks a pin of the standard wiring.
-            UsageError: a name that is taken, an option that the kind does not have or allow, or what does not sit there.
-            WiringError: a bus would be wired to a single pin.
+            UnknownName: no such kind or neighbour.
+            UsageError: a name that is taken, an option that the kind does not have or allow; it does not sit there.
+            WiringError: the neighbour lacks a pin that the part needs; nothing has been put on the bench then.
         """
         name = self._new_name(name, kind)
-        mounted = self._mounted(kind, name, on)
-        part = make_part(kind, self.kernel, name, options, **mounted)
+        neighbour = None if to is None else self[to if isinstance(to, str) else getattr(to, "name", repr(to))]
+        part = make_part(kind, self.kernel, name, options, **self._mounted(kind, name, on))
+        pairs = [] if neighbour is None else joints(kind, part, neighbour)
         self._note(
             "part",
             kind=kind,
             name=name,
+            to=neighbour and neighbour.name,
             options={k: list(v) if isinstance(v, bytes) else v for k, v in options.items()},
             **{} if on is None else {"on": on if isinstance(on, str) else on.name},
         )
         self._keep_inputs(part)
         self.place(part)
         self.kernel.settle()
-        if to is not None:
-            neighbour = to if isinstance(to, str) else to.name
-            for own, theirs in part.wiring.items():
-                self.wire(f"{neighbour}.{theirs}", f"{name}.{own}")
+        for own, theirs in pairs:
+            theirs.net.join(own.net)
+            self.kernel.settle()
+            part.attached(own.row.name, theirs.row)
         return part
 
     def _mounted(self, kind: str, name: str, on: Part | str | None) -> dict[str, Shaft]:
@@ -298,8 +300,8 @@ class Furnished(Drawing):
         self._keep_inputs(host)
         self.place(host)
         if line is not None:
-            for theirs, own in line.wiring.items():
-                host.pins[own].net.join(line.pins[theirs].net)
+            for own, theirs in joints("rs232_line", line, host):
+                theirs.net.join(own.net)
         self._connect(host if line is None else line, chips)
         return host
 
@@ -309,18 +311,19 @@ class Furnished(Drawing):
         self._connect(connector, [chip for chip in chips if isinstance(chip, LineChip)])
 
     def _connect(self, connector: Part, chips: Sequence[LineChip]) -> None:
+        out, rxd = in_role(connector, "computer_out").net, in_role(connector, "computer_in").net
         for chip in chips:
-            connector.pins["txd"].net.join(chip.pins["rxd"].net)
-            connector.pins["rxd"].net.join(chip.pins["txd"].net)
+            out.join(in_role(chip, "serial_in").net)
+            rxd.join(in_role(chip, "serial_out").net)
         addresses = [chip.strapped_address() for chip in chips]
         for address in sorted({own for own in addresses if addresses.count(own) > 1 or (own == 0 and len(chips) > 1)}):
             who = ", ".join(chip.name for chip, own in zip(chips, addresses, strict=True) if own == address)
             what = "have the same address on one line" if address else "without an address on a line that modules share"
             apart = f"; strap {', '.join(pins)} apart" if (pins := chips[0].port.address_pins) else ""
             connector.finding("same-address", f"{who} {what}: all of them answer{apart}")
-        rxd, last = connector.pins["rxd"].net, chips[-1].pins
-        if "txpd" in last and not any(chip.pins["txpd"].net.hub is rxd.hub for chip in chips):
-            rxd.join(last["txpd"].net)
+        downs = [chip.pins[down.name].net for chip in chips if (down := chip.sheet.role("serial_pull_down"))]
+        if downs and not any(down.hub is rxd.hub for down in downs):
+            rxd.join(downs[-1])
         self.kernel.settle()
 
     def __getitem__(self, name: str) -> Any:

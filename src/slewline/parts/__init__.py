@@ -11,6 +11,7 @@ from importlib import import_module
 from inspect import signature
 from typing import TYPE_CHECKING, Any
 
+from ..core.option import checked
 from ..errors import UnknownName, UsageError
 
 if TYPE_CHECKING:
@@ -72,10 +73,17 @@ def part_class(kind: str) -> type[Part]:
 
 
 def make_part(kind: str, kernel: Kernel, name: str, options: dict[str, Any], **mounted: Shaft) -> Part:
-    """A part of a kind, on a shaft; options that it does not have are refused with the list of those it has."""
+    """Return a part of a kind, on a shaft where it sits on one; its constructor gets every option, checked.
+
+    Raises:
+        UnknownName: no such kind.
+        UsageError: an option that the kind does not have, or does not allow.
+    """
     cls = part_class(kind)
     parameters = [parameter for parameter in list(signature(cls).parameters)[2:] if parameter != "on"]
+    if cls.options or not parameters:
+        return cls(kernel, name, **mounted, **checked(name, cls.options, options))
     for key in options:
         if key not in parameters:
-            raise UsageError(f"{name}: a {kind} has no option {key!r}; its options: {', '.join(parameters) or 'none'}")
+            raise UsageError(f"{name}: no option {key!r}; its options: {', '.join(parameters)}")
     return cls(kernel, name, **mounted, **options)
