@@ -25,6 +25,7 @@ from weakref import finalize
 
 from .. import __version__
 from ..chips import PARTS, sheet_of
+from ..core.hook import Hook
 from ..core.kernel import Kernel
 from ..core.store import Memory
 from ..errors import BenchFileError, OtherLaws, TornJournal
@@ -41,30 +42,30 @@ class Journal:
     """A journal that is being written; one that stands there already is replaced.
 
     Raises:
-        BenchFileError: it cannot be written, now or later, unless `on_failure` is told instead; or something else than
-            a journal stands there.
+        BenchFileError: something else than a journal stands there; or it cannot be written, now or later, which whoever
+            listens to `on_failure` is told instead.
     """
 
     def __init__(self, path: str | PathLike[str], kernel: Kernel, seed: int) -> None:
         self.path, self.kernel = Path(path), kernel
         self.failure = ""  # why nothing can be written any more
-        self.on_failure: Callable[[str], object] | None = None  # who goes on without a journal, and is told once
+        self.on_failure: Hook[[str]] = Hook()  # who goes on without a journal hears it once
         replaced(path)
         try:
             self.file: TextIO = open(path, "w", encoding="ascii", buffering=1)  # noqa: SIM115
         except OSError as error:
             raise BenchFileError(self._refusal(error)) from None
         finalize(self, closed, self.file)  # a bench has no end that anybody would have to announce
-        self.write("journal", version=VERSION, seed=seed, slewline=__version__)
+        self.write("journal", {"version": VERSION, "seed": seed, "slewline": __version__})
 
-    def write(self, do: str, **what: Any) -> None:
-        """One input, at this instant.
+    def write(self, do: str, what: dict[str, Any]) -> None:
+        """Write one input, at this instant.
 
         Raises:
             BenchFileError: an argument that cannot be written down, such as a function; or the file takes no more.
         """
         if self.failure:
-            if self.on_failure is None:
+            if not self.on_failure:
                 raise BenchFileError(self.failure)
             return
         kernel = self.kernel
@@ -78,7 +79,7 @@ class Journal:
         except OSError as error:
             self.failure = self._refusal(error)
             closed(self.file)
-            if self.on_failure is None:
+            if not self.on_failure:
                 raise BenchFileError(self.failure) from None
             self.on_failure(f"journal {self.path}: {error.strerror or error}; the journal ends here")
 
@@ -250,8 +251,8 @@ def tell(bench: Bench, host: Any, do: str, args: list[Any]) -> None:
         getattr(host, do)()
     elif do == "call":
         verb, chip, *more = args
-        host.to(chip).wait_for = None  # the journal itself says how time passed
-        getattr(host, verb)(*more)
+        with bench.outside.queued():  # the journal itself says how time passed
+            getattr(host.to(chip), verb)(*more)
     elif do == "script":
         from .script import run_script
 

@@ -93,8 +93,7 @@ def run_script(bench: Bench, host: Computer, script: Script | str | Iterable[str
     if not isinstance(script, Script):
         script = read_script(script if isinstance(script, str) else "\n".join(script), where)
     check_script(bench, host, script)
-    if bench.journal is not None:
-        bench.journal.write("script", host=host.name, args=[host.chip.name, script.text, script.where])
+    bench.outside.tell("script", host=host.name, args=[host.chip.name, script.text, script.where])
     stage = Stage(bench, host, script)
     following = [*script.steps[1:], None]
     for stage.step, then in zip(script.steps, following, strict=False):

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Awaitable, Callable, Iterable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -148,8 +148,7 @@ class Stage:
 
     def tell(self, text: str) -> None:
         """Say what the host does, in the transcript."""
-        if self.host.on_event is not None:
-            self.host.on_event(text)
+        self.host.on_event(text)
 
     def ring(self) -> None:
         """Wake who waits for the bell, in the next round."""
@@ -161,38 +160,25 @@ class Stage:
         self.ring()
         await edge(self.bell.net)
 
-    @contextmanager
-    def only_queued(self) -> Iterator[Host]:
-        """Calls of the host that are just queued: no time passes, and the journal has the whole script already."""
-        host = self.bus_host
-        kept = host.wait_for, host.on_input
-        host.wait_for = host.on_input = None
-        try:
-            yield host
-        finally:
-            host.wait_for, host.on_input = kept
+    def nested(self) -> AbstractContextManager[None]:
+        """Tell nothing of what is done in here: whoever hears of inputs has heard of the whole script.  Calls of the
+        host only queue."""
+        return self.kernel.outside.nested()
 
     def terminal(self, name: str, chip: Chip) -> Terminal:
         """A pin by its short or full name."""
         return self.bench.pin(name if "." in name else f"{chip.name}.{name}")
 
-    def put(self, terminal: Terminal, value: int | None) -> None:
-        """Drive a pin or let go of it; the journal has the whole script already."""
-        kept, terminal.on_input = terminal.on_input, None
-        try:
+    def put(self, terminal: Terminal, value: int | None, at: int | None = None) -> None:
+        """Drive a pin or let go of it, now or at an instant."""
+        if at is not None:
+            self.bench.at(f"{at} ps", lambda: self.put(terminal, value))
+            return
+        with self.nested():
             if value is None:
                 terminal.release()
             else:
                 terminal.drive(value)
-        finally:
-            terminal.on_input = kept
-
-    def put_at(self, terminal: Terminal, value: int | None, at: int | None) -> None:
-        """The same at an instant; None: now."""
-        if at is None:
-            self.put(terminal, value)
-        else:
-            self.bench.at(f"{at} ps", lambda: self.put(terminal, value))
 
 
 # ------------------------------------------------------------------------------------------------------------ commands

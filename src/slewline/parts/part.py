@@ -7,11 +7,12 @@ the methods by which a run script tells it something, with a whole number or not
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..core.chip import Finding
+from ..core.hook import Hook
 from ..core.kernel import Kernel
 from ..core.net import Bus, Driver, Net
 from ..core.pin import Terminal
@@ -43,8 +44,7 @@ class Part:
         self.pins: dict[str, Terminal] = {}
         self.drivers: dict[str, Driver] = {}
         self.findings: list[Finding] = []
-        self.on_finding: Callable[[Finding], object] | None = None
-        self.on_input: Callable[[str, list[Any]], object] | None = None  # the journal
+        self.on_finding: Hook[[Finding]] = Hook()
 
     def add_pin(
         self, name: str, way: Way, says: str, *, pull: int | None = None, initial: int | None = None
@@ -84,16 +84,15 @@ class Part:
         return self.pins[name].net.byte  # type: ignore[attr-defined,no-any-return]
 
     def input(self, verb: str, *args: Any) -> None:
-        """A user told the part something: let the journal know, as plain data."""
-        if self.on_input is not None:
-            self.on_input(verb, [list(arg) if isinstance(arg, bytes) else arg for arg in args])
+        """Tell the outside that a user has told the part something by one of its methods, as plain data."""
+        plain = [list(arg) if isinstance(arg, bytes) else arg for arg in args]
+        self.kernel.outside.tell("input", part=self.name, verb=verb, args=plain)
 
     def finding(self, code: str, text: str) -> None:
         """Keep something that went wrong around the chip."""
         found = Finding(self.kernel.now, self.name, code, text)
         self.findings.append(found)
-        if self.on_finding is not None:
-            self.on_finding(found)
+        self.on_finding(found)
 
     def rewired(self) -> None:
         """The part is wired, and time is about to pass: subclasses put their observers on here; called once."""
