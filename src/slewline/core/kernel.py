@@ -200,7 +200,7 @@ class Kernel:
                     break
 
     def _committed(self) -> None:
-        """Tell that this instant is over; what a listener puts in belongs to it, and makes it one that is told again."""
+        """Tell that this instant is over; what a listener puts in still belongs to it, and then it is told again."""
         for _ in range(ROUNDS_LIMIT):
             self.on_commit(self.now)
             if not (self.pending or self.woken):
