@@ -79,7 +79,7 @@ class Translator(Clocked):
     def catch_up(self) -> None:
         self.shaft.look(self.kernel.seen)
 
-    def _lost(self, first: int, steps: int) -> None:
+    def _lost(self, first: int, steps: int, _anew: bool) -> None:
         self.finding("steps-lost", f"{steps} step{'s' * (steps > 1)} lost at a stop", first)
 
     # ------------------------------------------------------------------------------------------------------- changes
