@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from .program import ProgramRow
+
 
 @dataclass(frozen=True, slots=True)
 class Finding:
@@ -215,6 +217,8 @@ class Chip(OneAxis):
         self.on_finding: Callable[[Finding], object] | None = None
         self.on_power: Callable[[Chip, bool], object] | None = None  # the journal
         self.on_input: Callable[[str, list[Any]], object] | None = None  # the journal, too: other inputs from outside
+        self.on_instruction: Hook[[int]] = Hook()  # an instruction of the program begins: its address
+        self.on_command: Hook[[str]] = Hook()  # the chip works on another command or instruction; "": on none
         self.task: Task | None = None
         self.idle = False
         self._waiting: tuple[str, int] = ("nothing yet", 0)
@@ -307,6 +311,15 @@ class Chip(OneAxis):
     def program(self) -> bytes:
         """The program memory in use."""
         return b""
+
+    @property
+    def program_counter(self) -> int | None:
+        """The address of the instruction that is in work, or comes next; None: no program runs."""
+        return None
+
+    def program_rows(self) -> list[ProgramRow]:
+        """Return the stored program, an instruction a row: address, bytes and text."""
+        return []
 
     def listing(self) -> str:
         """The stored program as text, with addresses."""
