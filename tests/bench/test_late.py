@@ -25,7 +25,7 @@ CALLS = {  # what a user tells a part of a kind, where pins alone do not set it 
     "gpib_talker": [("send", "A")],
     "gpib_controller": [("send", "A")],
 }
-INSTANTS = {"arrives_ps", "pulsed_ps", "braked_ps"}  # as attributes have them
+INSTANTS = {"arrives_ps", "pulsed_ps", "braked_ps", "wired_ps"}  # as attributes have them
 
 
 def told(part, late: int) -> dict:

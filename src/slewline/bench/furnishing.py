@@ -11,13 +11,14 @@ from ..chips import chip_class
 from ..chips.line import LineChip
 from ..core.chip import Chip, Finding
 from ..core.kernel import Kernel
-from ..core.net import Bus, Driver, Net
+from ..core.net import Bus, Net
 from ..core.pin import Terminal
 from ..core.table import Sheet
 from ..core.timebase import Time, hertz, picoseconds
 from ..errors import UnknownName, UsageError, WiringError
 from ..parts import make_part
 from ..parts.caller import Caller
+from ..parts.gates import WireInverter
 from ..parts.host import Host
 from ..parts.packet_host import PacketHost
 from ..parts.part import Part
@@ -329,9 +330,7 @@ class Furnished(Drawing):
         self._note("wire", a=a, b=b, invert=invert)
         if invert:
             two.tie = None
-            out = Driver(two, f"inverter of {a}")
-            out.drive(None if one.level is None else 1 - one.level)
-            one.watch(lambda net: out.drive(None if net.level is None else 1 - net.level))
+            WireInverter(self.kernel, f"inverter of {a}", one, two).rewired()
         else:
             one.join(two)
         self.kernel.settle()
@@ -354,8 +353,13 @@ class Furnished(Drawing):
     # ------------------------------------------------------------------------------------------------------ findings
     @property
     def findings(self) -> list[Finding]:
-        """What hosts did wrong, of all chips and parts, in order of time."""
+        """What hosts did wrong, of all chips and parts, in order of time; parts that are lazy catch up first."""
         return sorted((found for owner in self._owners() for found in owner.findings), key=lambda found: found.time_ps)
+
+    def catch_up(self) -> None:
+        """Let parts that work things off only when asked do so, up to now: who listens for findings hears them."""
+        for part in self.parts.values():
+            part.be_caught_up()
 
     def _power_input(self, chip: Chip, on: bool) -> None:
         self._note("power", chip=chip.name, on=on)

@@ -23,11 +23,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 from weakref import finalize
 
-from .. import __version__
 from ..chips import PARTS, sheet_of
 from ..core.kernel import Kernel
 from ..core.store import Memory
 from ..errors import BenchFileError, OtherLaws, TornJournal
+from ..version import __version__
 from .text import read_file
 
 if TYPE_CHECKING:

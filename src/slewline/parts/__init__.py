@@ -23,6 +23,7 @@ KINDS = {  # kind: (module, class, what it is)
     "or": ("gates", "Or", "OR gate"),
     "nand": ("gates", "Nand", "NAND gate"),
     "nor": ("gates", "Nor", "NOR gate"),
+    "delay": ("gates", "Delay", "delay line"),
     "latch8": ("gates", "Latch8", "74LS373, eight transparent latches with output enable"),
     "uart": ("serial", "Uart", "receive-only UART with baud rate generator (fig. 10.16)"),
     "serial_sender": ("serial", "SerialSender", "serial output of a host computer"),

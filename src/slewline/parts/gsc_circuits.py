@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from types import MappingProxyType
 
 from ..core.kernel import Kernel
 from ..core.net import Driver, Net
 from ..core.timebase import Time, picoseconds
+from ..core.views import gated
+from ..core.wave import Level, Promise
 from ..errors import UsageError
+from .follower import Stateless
 from .part import Part
 
 PULSE_PS = 1_700_000  # CLOCK low, as of the module
+TWO_CLOCKS = MappingProxyType({"cw": (1, 1, 0, 1), "ccw": (0, 1, 1, 1)})  # by DIR and CLOCK: low low, low high ...
 
 
-class TwoClocks(Part):
+class TwoClocks(Stateless):
     """A clock line for each direction, for drivers that want it so (figure 10)."""
 
+    follows = ("clock", "dir")
     wiring = MappingProxyType({"clock": "clock", "dir": "dir"})
 
     def __init__(self, kernel: Kernel, name: str) -> None:
@@ -25,15 +31,8 @@ class TwoClocks(Part):
         self.add_pin("cw", "out", "CLOCK while DIR is high, else high", initial=1)
         self.add_pin("ccw", "out", "CLOCK while DIR is low, else high", initial=1)
 
-    def rewired(self) -> None:
-        for pin in ("clock", "dir"):
-            self.pin(pin).net.watch(lambda _: self._put())
-        self._put()
-
-    def _put(self) -> None:
-        clock, clockwise = self.high("clock"), self.high("dir")
-        self.drivers["cw"].drive(int(clock or not clockwise))
-        self.drivers["ccw"].drive(int(clock or clockwise))
+    def view(self, pin: str, inputs: Sequence[Promise | Level]) -> Promise | Level:
+        return gated(inputs, TWO_CLOCKS[pin])
 
 
 class StepCheck(Part):

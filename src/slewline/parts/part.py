@@ -7,7 +7,9 @@ the methods by which a run script tells it something, with a whole number or not
 
 from __future__ import annotations
 
+from bisect import insort
 from collections.abc import Callable, Mapping
+from operator import attrgetter
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -19,6 +21,7 @@ from ..core.table import Pin
 from ..errors import UnknownName
 
 if TYPE_CHECKING:
+    from ..core.quantity import Quantity
     from ..core.table import Way
 
 T = TypeVar("T")
@@ -42,7 +45,8 @@ class Part:
         self.kernel, self.name = kernel, name
         self.pins: dict[str, Terminal] = {}
         self.drivers: dict[str, Driver] = {}
-        self.findings: list[Finding] = []
+        self._findings: list[Finding] = []
+        self._catching_up = False
         self.on_finding: Callable[[Finding], object] | None = None
         self.on_input: Callable[[str, list[Any]], object] | None = None  # the journal
 
@@ -88,10 +92,39 @@ class Part:
         if self.on_input is not None:
             self.on_input(verb, [list(arg) if isinstance(arg, bytes) else arg for arg in args])
 
-    def finding(self, code: str, text: str) -> None:
-        """Keep something that went wrong around the chip."""
-        found = Finding(self.kernel.now, self.name, code, text)
-        self.findings.append(found)
+    # ------------------------------------------------------------------------------------------------ what it tells
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Return what the part has over time, to be drawn, written and asked: an angle, a current, a count; or ()."""
+        return ()
+
+    def catch_up(self) -> None:
+        """Work off what has happened up to the last committed instant, in a part that does so only when asked.
+
+        Findings made on the way bear the instants at which things happened; their listeners hear them now.
+        """
+
+    def forget(self, before: int) -> None:
+        """Drop what the part keeps of the time before an instant (ps) for its quantities."""
+
+    @property
+    def findings(self) -> list[Finding]:
+        """What went wrong around the chip, by time; the part catches up first."""
+        self.be_caught_up()
+        return self._findings
+
+    def be_caught_up(self) -> None:
+        """Catch up, unless it is doing so: a listener that hears of one finding may ask for all."""
+        if not self._catching_up:
+            self._catching_up = True
+            try:
+                self.catch_up()
+            finally:
+                self._catching_up = False
+
+    def finding(self, code: str, text: str, at: int | None = None) -> None:
+        """Keep something that went wrong around the chip, now or at an instant of the past (ps)."""
+        found = Finding(self.kernel.now if at is None else at, self.name, code, text)
+        insort(self._findings, found, key=attrgetter("time_ps"))
         if self.on_finding is not None:
             self.on_finding(found)
 
