@@ -191,6 +191,16 @@ class Motions:
         """Return the motion that has begun last."""
         return self._told(self._started[-1]) if self._started else None
 
+    def texts(self, start: int, stop: int) -> list[tuple[int, str]]:
+        """Return what is under way at start <= t <= stop: since when, and what began it; empty at rest."""
+        found: list[tuple[int, str]] = []
+        first = max(bisect_left(self._started, start, key=_time) - 1, 0)
+        for started in self._started[first : bisect_right(self._started, stop, key=_time)]:
+            found.append((started.time_ps, started.text))
+            if started.end is not None:
+                found.append((started.end.time_ps, ""))
+        return [entry for entry in found if start <= entry[0] <= stop]
+
     def marks(self, start: int, stop: int) -> list[Mark]:
         """Return what has happened at start <= t <= stop."""
         first = bisect_left(self._marks, start, key=_time)
