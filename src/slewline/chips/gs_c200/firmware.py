@@ -304,7 +304,7 @@ class GsC(Instructions):
         """The counter is not kept on the way, and cleared at the end."""
         self.homing, text = True, "H+" if direction > 0 else "H-"
         self.works_on(text)
-        self.begins(text, speed)
+        self.begins(text, direction, homing=speed)
         await self.motion.home(direction, speed, text)
         self.homing = False
         self.axis1.load(0)

@@ -190,8 +190,9 @@ class Instructions(State):
             if self._limit(steps) < abs(steps):
                 self._overflow(f"{text} from {self.position} leaves the position counter")
                 return
-            self.begins(text)
-            await self.motion.move(abs(steps), 1 if steps > 0 else -1, text)
+            direction = 1 if steps > 0 else -1
+            self.begins(text, direction)
+            await self.motion.move(abs(steps), direction, text)
 
     async def do_velocity(self, direction: int) -> None:
         await self._run_endless(direction, None)
@@ -208,8 +209,8 @@ class Instructions(State):
         limit = self._limit(direction)
         text = "a run" + (f" until ui{number}=0" if number else " until K or Z")
         if limit:
-            text_of_row = f"{self.rows[ord('g')].head}{'+' if direction > 0 else '-'}{number or ''}"
-            self.begins(text_of_row, heading=direction)
+            spelled = f"{self.rows[ord('g')].head}{'+' if direction > 0 else '-'}{number or ''}"
+            self.begins(spelled, direction, endless=True)
             await self.motion.run(limit, direction, text, watched)
         if not limit or self._full(direction):
             self._overflow("an endless motion has reached the end of the position counter")

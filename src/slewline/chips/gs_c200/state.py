@@ -268,11 +268,11 @@ class State(LineChip):
         """S, T and R."""
         return self.speeds["start_stop"], self.speeds["top_speed"], self.speeds["ramp"]
 
-    def begins(self, text: str, homing: int = 0, heading: int = 0) -> None:
-        """A motion begins, or a homing at a speed; `heading` is the direction of one without a target of its own."""
-        self.heading = heading
+    def begins(self, text: str, direction: int, *, homing: int = 0, endless: bool = False) -> None:
+        """A motion begins in a direction; with a speed, a homing."""
+        self.heading = direction if endless else 0
         self.made = Made(homing, 0, 0, self.law) if homing else Made(*self.speeds_in_force(), self.law)
-        self.axis1.log.begin(text, self.made.homing if homing else self.made.parameters)
+        self.axis1.log.begin(text, self.made.homing if homing else self.made.parameters, direction)
 
     def first_step(self, sign: int, number: int | None, limit: int = OPEN) -> None:
         """The first step of a motion begins."""
