@@ -207,6 +207,29 @@ def test_who_listens_may_change_and_nobody_need_be_there():
     assert one == [0, 1, 2] * 2 and two == [0, 1, 2]
 
 
+def test_a_run_stops_where_an_instruction_begins():
+    bench, x, host = cy525("N 5\rG\rB\rL 2,3\rC\r0")
+    host.send("A 0\rF 30\rR 80\r")
+    host.send("X\r")
+    bench.run_until(x.at_instruction(4))
+    assert x.program_counter == 4 and x.position == 5
+    bench.run_until(x.at_instruction())
+    assert x.program_counter == 5, "the next one"
+    again = x.at_instruction(4)
+    bench.run_until(again)
+    with pytest.raises(slewline.Timeout, match="x at instruction 4"):
+        bench.run_until(again, timeout="1 s")
+    assert not x.on_instruction or len(x.on_instruction.listeners) == 1
+    assert x.program_counter is None
+
+
+@pytest.mark.parametrize("address", [-1, "A", 1.5, True])
+def test_an_instruction_is_named_by_its_address(address):
+    _, x, _ = cy525("B\r0")
+    with pytest.raises(slewline.UsageError, match=r"x: instruction at .*; allowed an address"):
+        x.at_instruction(address)
+
+
 @pytest.mark.parametrize("part", ["cy525", "gs-c200", "mc1451a"])
 def test_without_a_program_there_are_no_rows(part):
     x = slewline.Bench().add(part)

@@ -56,6 +56,28 @@ class ReachesCondition(Condition):
         return self.motor.arrives(self.position)
 
 
+class InstructionCondition(Condition):
+    def __init__(self, chip: Chip, address: int | None) -> None:
+        if address is not None and (type(address) is not int or address < 0):
+            raise UsageError(f"{chip.name}: instruction at {address!r}; allowed an address, 0 and up, or none for any")
+        self.chip, self.address, self.hit = chip, address, False
+        self.text = f"{chip.name} at {'its next instruction' if address is None else f'instruction {address}'}"
+
+    def begin(self) -> None:
+        self.hit = False
+        if self.begun not in self.chip.on_instruction.listeners:
+            self.chip.on_instruction.add(self.begun)
+
+    def begun(self, address: int) -> None:
+        """An instruction has begun."""
+        if self.address in (None, address):
+            self.hit = True
+            self.chip.on_instruction.remove(self.begun)
+
+    def met(self) -> bool:
+        return self.hit
+
+
 class OneAxis:
     """One axis of a chip as our user sees it; a chip as a whole is its own axis 1."""
 
@@ -316,6 +338,10 @@ class Chip(OneAxis):
     def program_counter(self) -> int | None:
         """The address of the instruction that is in work, or comes next; None: no program runs."""
         return None
+
+    def at_instruction(self, address: int | None = None) -> Condition:
+        """Condition: from now on the instruction at an address begins; without one, any."""
+        return InstructionCondition(self, address)
 
     def program_rows(self) -> list[ProgramRow]:
         """Return the stored program, an instruction a row: address, bytes and text."""
