@@ -102,6 +102,17 @@ def test_a_stream_has_the_same_commands_as_a_file(tmp_path):
     assert texts.count("L3") == 1 + 3 and texts[-2:] == ["L3", ""], "entered once, executed three times"
 
 
+def test_of_one_instant_the_last_command_counts(tmp_path):
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x")
+    bench.record("x.run")
+    bench.host(x).send("E\rB\rC\r0\rQX\r")
+    bench.run_until_idle()
+    bench.save_vcd(tmp_path / "a.vcd", timescale="1 ps", values=True)
+    _, texts = read(tmp_path / "a.vcd")["x.command"]
+    assert texts[-5:] == ["X", "B", "C", "0", ""], "the program begins where X ends"
+
+
 def test_commands_are_kept_as_long_as_the_pins(tmp_path):
     bench = slewline.Bench()
     x = bench.add("cy525", name="x")
