@@ -222,7 +222,7 @@ def apply(bench: Bench, entry: dict[str, Any]) -> None:
     elif do == "connect":
         bench.connect(bench[entry["part"]], [bench.chips[name] for name in entry["chips"]])
     elif do == "part":
-        bench.part(entry["kind"], entry["name"], **entry["options"])
+        bench.part(entry["kind"], entry["name"], entry.get("to"), entry.get("on"), **entry["options"])
     elif do == "input":
         getattr(bench[entry["part"]], entry["verb"])(*entry["args"])
     elif do == "wire":

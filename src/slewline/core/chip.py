@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from ..errors import UnknownName, UsageError
@@ -16,6 +17,7 @@ from .ideal import Deviation, deviation
 from .kernel import Kernel, Task
 from .motions import Mark, MotionEnd, MotionStart, Parameters
 from .net import Bus, Driver, Net
+from .option import checked
 from .pin import Condition, Terminal
 from .quantity import Position, Quantity, Velocity
 from .table import Sheet
@@ -217,7 +219,10 @@ class AxisOfChip(OneAxis):
 
 
 class Chip(OneAxis):
-    """A part on a bench.  Subclasses bring a sheet and `run()`, the firmware."""
+    """A part on a bench.  Subclasses bring a sheet and `run()`, the firmware.
+
+    `options` holds every option of the sheet by its name, checked.
+    """
 
     sheet: Sheet
     axes: tuple[Axis, ...]
@@ -230,8 +235,10 @@ class Chip(OneAxis):
         *,
         bare: bool = False,
         straps: Mapping[str, int] | None = None,
+        **options: Any,
     ) -> None:
-        self.kernel, self.name = kernel, name
+        self.kernel, self.name, self.bare = kernel, name, bare
+        self.options = SimpleNamespace(**checked(name, self.sheet.options, options))
         self.crystal_hz = crystal_hz or self.sheet.crystal_hz
         self.clock = Clock(self.crystal_hz)
         self.tick = 0  # the chip's own count; every sleep adds to it, so nothing drifts
@@ -244,14 +251,14 @@ class Chip(OneAxis):
         self.task: Task | None = None
         self.idle = False
         self._waiting: tuple[str, int] = ("nothing yet", 0)
-        self._build_pins(bare, straps or {})
+        self._build_pins(straps or {})
 
     @property
     def has_bus(self) -> bool:
         """Does the part have a data bus?"""
         return any(isinstance(terminal.net, Bus) for terminal in self.pins.values())
 
-    def _build_pins(self, bare: bool, straps: Mapping[str, int]) -> None:
+    def _build_pins(self, straps: Mapping[str, int]) -> None:
         self.pins: dict[str, Terminal] = {}
         self.drivers: dict[str, Driver] = {}
         prefix = self.sheet.bus
@@ -265,9 +272,8 @@ class Chip(OneAxis):
                 terminal.bit = int(line)
             else:
                 open_input = row.way == "in" and row.pull is None  # an input without pull-up reads low when left open
-                net = Net(
-                    self.kernel, f"{self.name}.{row.name}", 0 if open_input else row.pull, None if bare else row.tie
-                )
+                pull, tie = 0 if open_input else row.pull, None if self.bare else row.tie
+                net = Net(self.kernel, f"{self.name}.{row.name}", pull, tie)
                 terminal = Terminal(self.name, row, net)
                 net.on_conflict = self._conflict
                 if row.way in ("out", "both"):
@@ -312,7 +318,7 @@ class Chip(OneAxis):
 
     def step_nets(self) -> list[Net]:
         """Outputs that show every step of a motor."""
-        return []
+        return [self.pins[row.name].net for row in self.sheet.pins if row.role == "step"]
 
     @property
     def motor(self) -> Axis:

@@ -18,7 +18,7 @@ from bisect import bisect_right
 from typing import TYPE_CHECKING, Any, Protocol
 
 from .timebase import Clock
-from .wave import Level
+from .wave import Promise
 
 if TYPE_CHECKING:
     import numpy as np
@@ -80,22 +80,53 @@ class Even:
         return self.since + self.clock.ps_array(np.arange(first, last + 1))
 
 
-class Bounded:
-    """Edges of another clock as long as they lie before the `until` (exclusive) of a promise, which may still move."""
+class Limited:
+    """Edges of another clock as long as they lie before an instant, `until`; None: all of them."""
 
-    def __init__(self, of: ClockEdges, promise: Any) -> None:
-        self.of, self.promise = of, promise
+    until: int | None
+
+    def __init__(self, of: ClockEdges, until: int | None = None) -> None:
+        self.of, self.until = of, until
 
     def by(self, ps: int) -> int:
-        until = self.promise.until
+        until = self.until
         return self.of.by(ps if until is None or ps < until else until - 1)
 
     def at(self, k: int) -> int | None:
-        time, until = self.of.at(k), self.promise.until
+        time, until = self.of.at(k), self.until
         return time if time is None or until is None or time < until else None
 
     def many(self, first: int, last: int) -> NDArray[np.int64]:
         return self.of.many(first, last)
+
+
+class Bounded(Limited):
+    """Edges of another clock as long as they lie before the `until` of a promise, which may still move."""
+
+    def __init__(self, of: ClockEdges, promise: Promise) -> None:
+        self.of, self.promise = of, promise
+
+    @property
+    def until(self) -> int | None:  # type: ignore[override]
+        """The instant before which edges count."""
+        return self.promise.until
+
+
+class Later:
+    """Edges of another clock, each so many picoseconds later."""
+
+    def __init__(self, of: ClockEdges, lag_ps: int) -> None:
+        self.of, self.lag_ps = of, lag_ps
+
+    def by(self, ps: int) -> int:
+        return self.of.by(ps - self.lag_ps)
+
+    def at(self, k: int) -> int | None:
+        time = self.of.at(k)
+        return time if time is None else time + self.lag_ps
+
+    def many(self, first: int, last: int) -> NDArray[np.int64]:
+        return self.of.many(first, last) + self.lag_ps
 
 
 class Numbered(Protocol):
@@ -137,6 +168,29 @@ class TrainEdges:
         return self.view.edge_times(self.level, self.first + first, self.first + last)
 
 
+class Strides:
+    """How far to walk along a wire at a time, so that edges are expanded by the thousand."""
+
+    def __init__(self) -> None:
+        self.ps = FIRST_PS
+
+    def stop(self, start: int, stop: int) -> int:
+        """Return where a stride ends that begins at one instant and goes no further than another."""
+        return min(start + self.ps, stop)
+
+    def told(self, count: int) -> None:
+        """Take notice of how many edges a stride had."""
+        if count > BLOCK:
+            self.ps = max(self.ps // 4, 1)
+        elif count < BLOCK // 4:
+            self.ps *= 2
+
+    def skipped(self, ps: int) -> None:
+        """Take notice of a pause: behind it edges may be many."""
+        if ps > self.ps:
+            self.ps = FIRST_PS
+
+
 class Walked:
     """Edges of any promise, found by walking along it.
 
@@ -148,7 +202,7 @@ class Walked:
         self.promise, self.level = promise, level
         self._starts, self._counts = [since], [0]
         self._reached, self._found = since, 0  # how far it has been walked, and how many edges there were
-        self._stretch = FIRST_PS
+        self._strides = Strides()
         self._held: tuple[int, int, int, Any] = (since, 0, 0, ())  # since when; first ... last-1, from 0; instants
 
     def _edges(self, start: int, stop: int) -> Any:
@@ -166,12 +220,10 @@ class Walked:
     def _walk(self, ps: int) -> None:
         """Find all edges up to an instant."""
         while self._reached < ps:
-            stop = min(self._reached + self._stretch, ps)
+            stop = self._strides.stop(self._reached, ps)
             times = self._edges(self._reached, stop)
-            if (count := len(times)) > BLOCK:
-                self._stretch = max(self._stretch // 4, 1)
-            elif count < BLOCK // 4:
-                self._stretch *= 2
+            count = len(times)
+            self._strides.told(count)
             self._held = (self._reached, self._found, self._found + count, times)
             if self._found + count - self._counts[-1] > BLOCK:
                 self._starts.append(self._reached)
@@ -180,8 +232,7 @@ class Walked:
             if not count:
                 following = self.promise.after(stop)
                 self._reached = ps if following is None else max(stop, min(following - 1, ps))
-                if self._reached - stop > self._stretch:
-                    self._stretch = FIRST_PS  # behind a pause edges may be many
+                self._strides.skipped(self._reached - stop)
 
     def by(self, ps: int) -> int:
         until = self.promise.until
@@ -242,8 +293,3 @@ def clock_edges(shown: Any, level: int, since: int) -> ClockEdges:
     clock = getattr(shown, "clock", None)
     found: ClockEdges = Walked(shown, level, since) if clock is None else clock(level, since)
     return found
-
-
-def rose(before: Level, now: Level, level: int) -> bool:
-    """Is a change from one level to another an edge to `level`?"""
-    return bool(before != level and now == level)

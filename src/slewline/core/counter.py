@@ -331,6 +331,11 @@ class Zone:
     ) -> None:
         self.counter, self.since, self.closed, self.says, self.levels = counter, since, closed, says, levels
 
+    @property
+    def floats(self) -> bool:
+        """Does it let go of the wire at times?"""
+        return None in self.levels
+
     def closed_at(self, ps: int) -> bool:
         """Is the switch closed at an instant?"""
         before, _, counts = self.counter.between(self.since, max(ps, self.since))

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 BLOCKED = 1 << 200  # a slack that no motion takes up
+FEW = 16  # edges an instant: where they are fewer, all of them are laid out at once
 
 
 # --------------------------------------------------------------------------------------------------- what turns a shaft
@@ -139,7 +140,35 @@ class Course:
         """Places at some instants of this course, in steps: (n,) float64."""
         import numpy as np
 
-        return np.array([self.at(int(ps)) / self.unit for ps in times], np.float64)
+        edges = self.edges(int(times.max(initial=self.since)))
+        if edges < FEW * len(times):
+            k = np.searchsorted(self.drive.many(self.first + 1, self.first + edges), times, "right")
+        else:
+            k = np.array([self.edges(int(ps)) for ps in times], np.int64)
+        return self._places(k)
+
+    def changes(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """The steps that it makes at start < t <= stop: (n,) int64 ps, and (n,) float64 places from there on."""
+        import numpy as np
+
+        first, last = self.edges(start) + 1, self.edges(stop)
+        first = max(first, self.edge_by(1) or last + 1)
+        last = last if self.room is None else min(last, self.room)
+        if last < first:
+            return np.empty(0, np.int64), np.empty(0)
+        return self.drive.many(self.first + first, self.first + last), self._places(np.arange(first, last + 1))
+
+    def _places(self, k: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Places after some numbers of edges, in steps."""
+        import numpy as np
+
+        if self.room is not None:
+            k = np.minimum(k, self.room)
+        if self.slack >= BLOCKED:
+            return np.full(len(k), self.place / self.unit)
+        moved = np.maximum(0, k * self.step - self.slack)
+        found: NDArray[np.float64] = (self.place + self.sign * moved) / self.unit
+        return found
 
     # ------------------------------------------------------------------------------------------------ from here on
     def onward(self, ps: int) -> Course:

@@ -39,7 +39,7 @@ class Shaft:
 
     `on_cut` hears the instant up to which the course holds, `on_turn` that there is a new course.  `on_lost` hears of
     steps that a stop has swallowed, when somebody asks (`look`) or the shaft is cut: the instant of the first one of
-    them, and how many.
+    them, how many, and whether the shaft has come to the stop anew.
     """
 
     def __init__(self, kernel: Kernel, per_turn: int = 200) -> None:
@@ -47,11 +47,13 @@ class Shaft:
         self.course = Course(since=kernel.now)
         self.on_cut: Hook[[int]] = Hook()
         self.on_turn: Hook[[]] = Hook()
-        self.on_lost: Hook[[int, int]] = Hook()
+        self.on_lost: Hook[[int, int, bool]] = Hook()
+        self.source: object = None  # the part that turns it
         self.stops: list[tuple[Place, Place]] = []  # of loads: lowest and greatest place
         self.past: list[Course] = []  # what it did before, oldest first
         self.lost = 0  # steps, at stops
         self._told = 0  # those of this course that `lost` counts already
+        self._held = False  # it has lost steps where it stands
 
     # ------------------------------------------------------------------------------------------- what turns the shaft
     def cut(self, ps: int) -> None:
@@ -124,14 +126,16 @@ class Shaft:
 
     def look(self, ps: int) -> None:
         """Tell of steps that were lost up to an instant, the last committed one at most."""
-        new = self.course.lost(ps) - self._told
+        course, told = self.course, self._told
+        new = course.lost(ps) - told
+        self._held &= not course.moved(course.edges(ps)) or bool(told)
         if new > 0:
-            course, told = self.course, self._told
-            self._told += new
-            self.lost += new
             first = course.when((course.room or 0) + told + 1)
             assert first is not None
-            self.on_lost(first, new)
+            anew, self._held = not self._held, True
+            self._told += new
+            self.lost += new
+            self.on_lost(first, new, anew)
 
     # --------------------------------------------------------------------------------------------------------- the past
     def place_at(self, times: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -145,6 +149,34 @@ class Shaft:
         for n in np.unique(which):
             places[which == n] = courses[n].places(times[which == n])
         return places
+
+    def changes(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """The steps of the past at start < t <= stop: (n,) int64 ps, and (n,) float64 places from there on."""
+        import numpy as np
+
+        found, before = [], None
+        for course, until in self._courses(start, stop):
+            times, places = course.changes(max(start, course.since), until)
+            place = Fraction(course.place, course.unit)
+            if course.since > start and before is not None and before.steps_at(course.since) != place:  # it was pushed
+                times, places = np.append(course.since, times), np.append(float(place), places)
+            found.append((times, places))
+            before = course
+        return np.concatenate([times for times, _ in found]), np.concatenate([places for _, places in found])
+
+    def turns(self, start: int, stop: int) -> list[int]:
+        """Where, at start <= t <= stop, it may have turned round or been pushed; in between it goes one way."""
+        return [course.since for course, _ in self._courses(start, stop) if course.since >= start]
+
+    def _courses(self, start: int, stop: int) -> list[tuple[Course, int]]:
+        """The courses at start <= t <= stop, each with the last instant that is of it."""
+        courses = [*self.past, self.course]
+        untils = [min(course.since, stop) for course in courses[1:]] + [stop]
+        return [
+            (course, until)
+            for course, until in zip(courses, untils, strict=True)
+            if course.since <= stop and until >= start
+        ]
 
     def forget(self, before: int) -> None:
         """Keep nothing of what was over before an instant."""
@@ -174,7 +206,7 @@ class Driven(Shaft):
 
     def __init__(self, under: Shaft) -> None:
         super().__init__(under.kernel, under.per_turn)
-        self.under = under
+        self.under, self.source = under, under.source
         under.on_cut.add(self.cut)
         under.on_turn.add(self._follow)
 

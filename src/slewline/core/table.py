@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import Literal
 
 from ..errors import SheetError
+from .option import Option
 
 Trust = Literal["stated", "derived", "chosen"]
 Way = Literal["in", "out", "both", "power", "none"]
@@ -68,8 +69,7 @@ ROLES: Mapping[str, str] = MappingProxyType(  # what a pin is for; parts that ar
         "computer_out": "is the output of a computer's serial port",
         # IEEE-488
         "dio": "is a data line of an IEEE-488 bus",
-        **{line: f"is the line {line.upper()} of an IEEE-488 bus" for line in ("dav", "nrfd", "ndac")},
-        **{line: f"is the line {line.upper()} of an IEEE-488 bus" for line in ("atn", "ifc", "srq", "ren", "eoi")},
+        **{line: f"is {line.upper()} of an IEEE-488 bus" for line in ("dav", "nrfd", "ndac", "atn", "ifc", "srq")},
     }
 )
 
@@ -447,6 +447,7 @@ class Sheet:
     crystal_low_hz: int = 0
     crystal_high_hz: int = 0
     registers: tuple[Register, ...] = ()
+    options: tuple[Option, ...] = ()
     times: Mapping[str, Timing] = field(default_factory=dict)
     limits: tuple[Limit, ...] = ()
     buffer_bytes: int = 0
@@ -465,6 +466,11 @@ class Sheet:
     slips: Mapping[str, str] = field(default_factory=dict)  # by character: what to do where it was meant in another way
     enter: str = "ENTER"  # the command that begins program entry
     leave: tuple[str, ...] = ("QUIT",)  # the commands that end it; the last one does nothing else, if there is one
+
+    @property
+    def keeps(self) -> bool:
+        """Does the part keep something without power, in its option `store`?"""
+        return any(row.name == "store" for row in self.options)
 
     @property
     def in_lines(self) -> bool:

@@ -347,8 +347,8 @@ def _pins(sheet: Sheet) -> str:
         for pin in sheet.pins
     ]
     note = (
-        "A part that is wired `to` the chip finds its pins by their roles. A level behind a role is the one at which it\n"
-        "holds, where that is not the active one."
+        "A part that is wired `to` the chip finds its pins by their roles. A level behind a role is the one at which\n"
+        "it holds, where that is not the active one."
     )
     return f"## Pins\n\n{table(heads, rows)}\n\n{note}" if rows else ""
 

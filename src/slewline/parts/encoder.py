@@ -12,17 +12,19 @@ takes up a new course in the next round.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from fractions import Fraction
 from types import MappingProxyType
+from typing import ClassVar, Literal
 
 from ..core.clocking import Even, Still, clock_edges
 from ..core.counter import Channel, Code, Scale
 from ..core.kernel import Kernel
-from ..core.net import Net
 from ..core.shaft import Geared, Shaft
 from ..core.timebase import Time, picoseconds
 from ..errors import UsageError
-from .sensor import Sensor
+from .follower import Follower
+from .sensors import Sensor
 
 PUSH_PS = 2_000_000  # the counts of a shaft that is turned by hand
 CHANNELS = MappingProxyType({"a": Code(0, 1, 1, 0), "b": Code(0, 0, 1, 1)})  # by the count
@@ -98,6 +100,7 @@ class Encoder(Counts):
 
     wiring = MappingProxyType({"pulse": "pulse1", "dir": "dir1", **Counts.wiring})
     verbs = ("block", "free", "slip", *Counts.verbs)
+    sits: ClassVar[Literal["", "may", "must"]] = "may"
 
     def __init__(
         self,
@@ -116,9 +119,11 @@ class Encoder(Counts):
             raise UsageError(f"{name}: counts {counts!r}, steps {steps!r}, lag {lag!r}; allowed 1, 1, 1 ps and more")
         super().__init__(kernel, name, axis)
         self._own = Shaft(kernel, steps) if on is None else None
-        shaft = self._own if on is None else on
-        assert shaft is not None
+        shaft = on
         if self._own is not None:
+            shaft = self._own
+            shaft.source = self
+            self.follows = ("pulse",)
             self.add_pin("pulse", "in", "step at each fall", pull=1)
             self.add_pin("dir", "in", "high: forward", pull=1)
         else:
@@ -127,19 +132,8 @@ class Encoder(Counts):
             self.add_pin("index", "out", "low once a turn", initial=0)
             self._codes["index"] = Code(0, *(1,) * (counts - 1))
         self._high = True  # PULSE, at the last instant that was looked at
-        self._watches = False  # every change of PULSE, where its promise says nothing of its steps
-        self._turning = False  # a new course comes in the next round
+        assert shaft is not None
         self.sit(Geared(shaft, Fraction(-1)) if reverse else shaft, Scale(Fraction(counts, shaft.per_turn)), lag_ps)
-
-    def rewired(self) -> None:
-        if self._own is None:
-            self.promise()
-            return
-        pulse = self.pin("pulse").net
-        self._high = pulse.level != 0
-        pulse.sample(self._changed)
-        self.pin("dir").net.watch(self._changed)
-        self._turn(self.kernel.seen)
 
     def block(self) -> None:
         """The shaft stands still: steps are lost."""
@@ -163,33 +157,33 @@ class Encoder(Counts):
         self.kernel.settle()
 
     # ----------------------------------------------------------------------------------------------- a motor of its own
-    def _changed(self, _net: Net | None = None) -> None:
-        """PULSE is driven otherwise, or DIR has changed: up to the instant before, all is as it was."""
-        self._turn(self.kernel.now - 1)
+    def sources(self) -> Iterable[Follower]:
+        return super().sources() if self._own is None else Follower.sources(self)
 
-    def _turn(self, ps: int) -> None:
-        if not self._turning:
-            assert self._own is not None
-            self._turning = True
-            if ps > self._own.course.since and not self._watches:
-                self._high = self.pin("pulse").net.resolve(ps) != 0
+    def rewired(self) -> None:
+        if self._own is not None:
+            self._high = self.high("pulse")
+            self.pin("dir").net.watch(lambda _: self.changed())
+        super().rewired()
+
+    def cut(self, ps: int) -> None:
+        if self._own is not None and ps > self._own.course.since:
+            self._high = self.pin("pulse").net.resolve(ps) != 0
             self._own.cut(ps)
-            self.kernel.call_at(self.kernel.now, self._lay)
 
-    def _lay(self) -> None:
-        assert self._own is not None
-        self._turning = False
-        now, pulse = self.kernel.now, self.pin("pulse").net
-        sign = 1 if self.high("dir") else -1
-        high = pulse.level != 0
-        if self._high and not high:
-            self._own.step(now, sign)
-        self._high = high
-        promised = len(pulse.active) == 1 and hasattr(pulse.promise, "clock")
-        if promised is self._watches:
-            (pulse.unwatch if promised else pulse.watch)(self._changed)
-            self._watches = not promised
-        self._own.turn(clock_edges(pulse.promise, 0, now) if promised else Still(), sign, now)
+    def lay(self) -> None:
+        if self._own is None:
+            super().lay()
+            return
+        self.react()
+        now = self.kernel.now
+        self._own.turn(clock_edges(self.outlooks["pulse"].shown(), 0, now), 1 if self.high("dir") else -1, now)
+
+    def react(self) -> None:
+        if self._own is not None:
+            was, self._high = self._high, self.high("pulse")
+            if was and not self._high:
+                self._own.step(self.kernel.now, 1 if self.high("dir") else -1)
 
 
 class Quadrature(Counts):
@@ -204,9 +198,6 @@ class Quadrature(Counts):
     def __init__(self, kernel: Kernel, name: str, *, axis: int = 1) -> None:
         super().__init__(kernel, name, axis)
         self.sit(Shaft(kernel, per_turn=1), Scale(Fraction(1)), 0)
-
-    def rewired(self) -> None:
-        self.promise()
 
     def run(self, rate: int) -> None:
         """Turn at so many counts/s from now on, less than 0: backwards; 0: stop."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
+from ...core.option import Option
 from ...core.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing
 
 BUFFER_BYTES = 60  # s.5; the 48 of s.6 belongs to the CY512
@@ -171,8 +172,19 @@ STEP_TICKS = tuple((2 * REFERENCE_HZ + rate) // (2 * rate) for rate in STEPS_PER
 # One rate unit takes Z*(256-S) times this (s.8): the manual takes 9375/(22988*80/(256-S)) s for the 124 units from R 3 to
 # R 127, 452.22 clocks a unit at 11 MHz.  Where D is 100, at R 3 to 40, its formula says 478.51: quirk UND-RAMP-LAW.
 RAMP_UNIT_TICKS = 452
-RAMP_UNIT = Arg("ramp_unit", 2, 1, 65535, unit="clocks")  # other readings; an option of the chip
+RAMP_UNIT = Arg("ramp_unit", 2, 1, 65535, unit="clocks")  # other readings; an option of the chip, too
 SHORT_SLEW_STEPS = 256  # fewer slew steps than this are not slewed (s.8, special case)
+
+# ----------------------------------------------------------------------------------------------------------- options
+# fmt: off
+OPTIONS = (
+    Option("stepwise", "bool", False, "play every motion step by step instead of whole; slow, and the same to the last edge"),
+    Option("cold", "bool", False, "begin without supply; `power(True)` and RESET low for 10 ms bring the chip up"),
+    Option(RAMP_UNIT.name, "int", RAMP_UNIT_TICKS, "what one rate unit takes at S 255 and Z 1 (quirk UND-RAMP-LAW); 479 follows the formula of s.8 with the D of the low rates", low=RAMP_UNIT.low, high=RAMP_UNIT.high, unit=RAMP_UNIT.unit, where="s.8"),
+    Option("ramp_jumps", "bool", False, "take all rate units that are due when a step begins, not one"),
+    *(Option(row.name, "int", row.default, f"at power-up: {row.says}; random in the part", low=0, high=(1 << row.bits) - 1, where=row.where) for row in REGISTERS),
+)
+# fmt: on
 
 # phi1, phi2, phi3, phi4 by offset (s.7); clockwise goes up
 PHASES = ((0, 1, 0, 1), (1, 0, 0, 1), (1, 0, 1, 0), (0, 1, 1, 0))
@@ -214,6 +226,7 @@ SHEET = Sheet(
     pins=PINS,
     commands=COMMANDS,
     registers=REGISTERS,
+    options=OPTIONS,
     times=TIMES,
     limits=LIMITS,
     buffer_bytes=BUFFER_BYTES,

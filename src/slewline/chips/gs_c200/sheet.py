@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 from types import MappingProxyType
 
+from ...core.option import Option
+from ...core.store import STORE
 from ...core.table import Arg, Limit, Pin, Port, Register, Row, Sheet, Table, Timing
 
 LOCATIONS = 119
@@ -178,6 +180,46 @@ TENTH_PS = 10**11  # the unit of D
 
 SUPPLY_VOLTS = (12, 40)
 LOADS_MA = MappingProxyType({("v5_20", "v5_21"): 100, ("vsl_plus",): 10, ("vsl_minus",): 10})
+RAMP_LAWS = ("constant acceleration", "linear in steps")
+
+
+def _version(text: str) -> str:
+    version = text.split(".")
+    return "" if len(version) == 2 and all(map(str.isdigit, version)) else "a version is two numbers, such as '2.1'"
+
+
+def _ramp_law(law: object) -> str:
+    return "" if callable(law) else f"allowed {', '.join(RAMP_LAWS)}, or a function"
+
+
+# ---------------------------------------------------------------------------------------------------------- options
+# Where the data sheet leaves a choice, or a module differs; the defaults are the choices of quirks.py.  A supply or a load
+# beyond the limits of the sheet is a finding.
+# fmt: off
+OPTIONS = (
+    STORE,
+    Option("cold", "bool", False, "begin without supply; `power(True)` brings the module up"),
+    Option("firmware", "text", "2.2", "GS-C200 below 2.2: checksums without the bit that is always set", check=_version, like="'2.1'"),
+    Option("address", "int", None, "in place of the SEL straps; 0: point-to-point", low=0, high=7, none=True),
+    Option("pin_order", "bool", False, "SEL as the pin description orders it"),
+    Option("law", "object", RAMP_LAWS[0], "of the ramps; as an object, a function", choices=RAMP_LAWS, check=_ramp_law),
+    Option("turnround", "time", TIMES["turnround"].ticks, "carriage return to answer"),
+    Option("instruction_time", "time", TIMES["instruction"].ticks, "of a program, before its effect", low=1),
+    Option("dir_setup", "time", TIMES["dir_setup"].ticks, "DIR and MOV to the first step"),
+    Option("eeprom_time", "time", TIMES["eeprom"].ticks, "what M takes with a full memory; less with less"),
+    Option("eeprom_fault", "bool", False, "programming the EEPROM fails"),
+    Option("lenient", "bool", False, "forgives LF between lines, and P0 for Po"),
+    Option("direct", "bool", False, "delayed commands act at once outside programming"),
+    Option("early_y", "bool", False, "M answers before it writes"),
+    Option("pad7", "bool", False, "GS-C200: V1 with leading zeros"),
+    Option("mov_hold", "bool", False, "MOV and RAMP high until the last interval is over"),
+    Option("plain_u", "bool", False, "U at location 0 is a plain test, too"),
+    Option("nested_loops", "bool", False, "an L0 inside a loop begins a loop of its own"),
+    Option("supply", "float", 24, "the supply voltage", unit="V"),
+    Option("load", "table", {}, "what is drawn from pins that supply something", table=tuple(Option(pin, "float", 0, f"from pin {pin}", unit="mA") for pins in LOADS_MA for pin in pins)),
+    Option("stepwise", "bool", False, "every motion step by step instead of whole; slow, and the same to the last edge"),
+)
+# fmt: on
 NOTES = MappingProxyType(
     {
         "logic levels": "inputs: low up to 0.8 V, high 2 to 5 V; outputs: low at most 0.8 V, high 2 to 5 V",
@@ -197,6 +239,7 @@ def _sheet(part: str, rows: tuple[Row, ...], foreign: tuple[str, ...]) -> Sheet:
         pins=PINS,
         commands=Table(*ROWS, *rows),
         registers=REGISTERS,
+        options=OPTIONS,
         times=TIMES,
         limits=LIMITS,
         buffer_bytes=LOCATIONS,

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
+from ...core.option import Option
 from ...core.table import Arg, Bits, Limit, Packets, Pin, Register, Row, Sheet, Table, Timing, Way
 
 CRYSTAL_HZ = 25_000_000
@@ -347,6 +348,14 @@ LIMITS = (
     *(Limit(f"home{n} changes", f"home{n} changes", f"axis {n}: a level of ~HOME that is seen", "encoder position feedback", least=480 * NS, keeper="host") for n in range(1, 5)),
 )
 # fmt: on
+# fmt: off
+OPTIONS = (
+    Option("stepwise", "bool", False, "work every cycle instead of those in which something is decided; slow, and the same to the last edge"),
+    Option("cold", "bool", False, "begin without supply; `power(True)` brings the chipset up"),
+    Option("busy_ticks", "int", SLICE_TICKS, "how long HostRdy is low after a command or a word; a slice by default", low=1, unit="clocks"),
+    Option("reset_cycles", "int", RESET_CYCLES, "how long it is low after reset", low=1, unit="cycles"),
+)
+# fmt: on
 POWER_UP_RESET_PS = 250_000_000_000  # 0.25 s of stable power before the end of reset, whatever the clock
 NOTES = MappingProxyType(
     {
@@ -381,6 +390,7 @@ def _sheet(axes: int, encoder: bool) -> Sheet:
         wires=_wired(pins),
         commands=rows,
         registers=REGISTERS,
+        options=OPTIONS,
         times=TIMES,
         limits=_limits(pins),
         suffix=f".{part}",
