@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from .program import ProgramRow
+
 
 @dataclass(frozen=True, slots=True)
 class Finding:
@@ -54,6 +56,28 @@ class ReachesCondition(Condition):
 
     def when(self) -> int | None:
         return self.motor.arrives(self.position)
+
+
+class InstructionCondition(Condition):
+    def __init__(self, chip: Chip, address: int | None) -> None:
+        if address is not None and (type(address) is not int or address < 0):
+            raise UsageError(f"{chip.name}: instruction at {address!r}; allowed an address, 0 and up, or none for any")
+        self.chip, self.address, self.hit = chip, address, False
+        self.text = f"{chip.name} at {'its next instruction' if address is None else f'instruction {address}'}"
+
+    def begin(self) -> None:
+        self.hit = False
+        if self.begun not in self.chip.on_instruction.listeners:
+            self.chip.on_instruction.add(self.begun)
+
+    def begun(self, address: int) -> None:
+        """An instruction has begun."""
+        if self.address in (None, address):
+            self.hit = True
+            self.chip.on_instruction.remove(self.begun)
+
+    def met(self) -> bool:
+        return self.hit
 
 
 class OneAxis:
@@ -221,6 +245,8 @@ class Chip(OneAxis):
         self.findings: list[Finding] = []
         self.on_finding: Hook[[Finding]] = Hook()
         self.on_power: Hook[[Chip, bool]] = Hook()  # the supply is being switched
+        self.on_instruction: Hook[[int]] = Hook()  # an instruction of the program begins: its address
+        self.on_command: Hook[[str]] = Hook()  # the chip works on another command or instruction; "": on none
         self.task: Task | None = None
         self.idle = False
         self._waiting: tuple[str, int] = ("nothing yet", 0)
@@ -312,6 +338,19 @@ class Chip(OneAxis):
     def program(self) -> bytes:
         """The program memory in use."""
         return b""
+
+    @property
+    def program_counter(self) -> int | None:
+        """The address of the instruction that is in work, or comes next; None: no program runs."""
+        return None
+
+    def at_instruction(self, address: int | None = None) -> Condition:
+        """Condition: from now on the instruction at an address begins; without one, any."""
+        return InstructionCondition(self, address)
+
+    def program_rows(self) -> list[ProgramRow]:
+        """Return the stored program, an instruction a row: address, bytes and text."""
+        return []
 
     def listing(self) -> str:
         """The stored program as text, with addresses."""

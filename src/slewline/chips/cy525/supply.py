@@ -116,6 +116,7 @@ class Supply(State):
             return
         self.end_run()
         self.motion.killed()
+        self.on_command("")
         self.accepted = self.ended_wait = -1
         self.decoder.reset()
         self.reset_registers()
