@@ -45,7 +45,7 @@ class Translator(Clocked):
         edge: "fall" or "rise": which edge of the pulse is a step; by default what the neighbour's pin says.
     """
 
-    wiring = MappingProxyType({"pulse": "pulse", "direction": "direction"})
+    wiring = MappingProxyType({"pulse": "step", "direction": "direction"})
     options: tuple[Option, ...] = (EDGE,)
     follows = ("pulse", "direction")
     clock = "pulse"
@@ -59,12 +59,12 @@ class Translator(Clocked):
         self.add_pin("pulse", "in", f"step at each {'rise' if self.edge else 'fall'}", pull=1)
         self.add_pin("direction", "in", "high: clockwise", pull=1)
         self.shaft = Shaft(kernel)
-        self.shaft.on_lost.add(self._lost)
+        self.shaft.source = self
 
     def attached(self, own: str, row: Pin) -> None:
         """Step with the edge that the neighbour's pin means, unless a user has chosen one."""
-        if own == "pulse" and row.active is not None and not self._chosen:
-            self.edge = row.active
+        if own == "pulse" and row.sense is not None and not self._chosen:
+            self.edge = row.sense
 
     @property
     def position(self) -> int:
@@ -75,12 +75,6 @@ class Translator(Clocked):
     def sign(self) -> int:
         """Which way a step goes now: 1 clockwise, -1 back."""
         return 1 if self.high("direction") else -1
-
-    def catch_up(self) -> None:
-        self.shaft.look(self.kernel.seen)
-
-    def _lost(self, first: int, steps: int) -> None:
-        self.finding("steps-lost", f"{steps} step{'s' * (steps > 1)} lost at a stop", first)
 
     # ------------------------------------------------------------------------------------------------------- changes
     def bring(self, ps: int) -> None:
@@ -111,7 +105,6 @@ class Motor(Translator):
         loses: numbers of pulses that it misses besides, the first one being 1.
     """
 
-    wiring = MappingProxyType({"pulse": "clock", "direction": "dir"})
     options = (
         EDGE,
         Option("lag", "time", 0, "how long a step takes"),
