@@ -45,7 +45,7 @@ class Translator(Clocked):
         edge: "fall" or "rise": which edge of the pulse is a step; by default what the neighbour's pin says.
     """
 
-    wiring = MappingProxyType({"pulse": "pulse", "direction": "direction"})
+    wiring = MappingProxyType({"pulse": "step", "direction": "direction"})
     options: tuple[Option, ...] = (EDGE,)
     follows = ("pulse", "direction")
     clock = "pulse"
@@ -63,8 +63,8 @@ class Translator(Clocked):
 
     def attached(self, own: str, row: Pin) -> None:
         """Step with the edge that the neighbour's pin means, unless a user has chosen one."""
-        if own == "pulse" and row.active is not None and not self._chosen:
-            self.edge = row.active
+        if own == "pulse" and row.sense is not None and not self._chosen:
+            self.edge = row.sense
 
     @property
     def position(self) -> int:
@@ -105,7 +105,6 @@ class Motor(Translator):
         loses: numbers of pulses that it misses besides, the first one being 1.
     """
 
-    wiring = MappingProxyType({"pulse": "clock", "direction": "dir"})
     options = (
         EDGE,
         Option("lag", "time", 0, "how long a step takes"),

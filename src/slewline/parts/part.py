@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from bisect import insort
 from collections.abc import Mapping
+from dataclasses import replace
 from operator import attrgetter
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar
@@ -92,6 +93,11 @@ class Part:
         )
         self.pins[name] = terminal
         self.drivers[name] = Driver(terminal.net, self.name)
+        return terminal
+
+    def take_pin(self, name: str, inner: Terminal) -> Terminal:
+        """Make a pin of a part that this one contains its own, by another name."""
+        terminal = self.pins[name] = Terminal(self.name, replace(inner.row, name=name), inner.net)
         return terminal
 
     def pin(self, name: str) -> Terminal:
