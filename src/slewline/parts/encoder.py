@@ -33,14 +33,14 @@ CHANNELS = MappingProxyType({"a": Code(0, 1, 1, 0), "b": Code(0, 0, 1, 1)})  # b
 class Counts(Sensor):
     """Something that shows the counts of a shaft; `to` wires A and B to the encoder inputs of an axis."""
 
-    wiring = MappingProxyType({"a": "quada1", "b": "quadb1"})
+    wiring = MappingProxyType({"a": "encoder_a", "b": "encoder_b"})
     verbs: tuple[str, ...] = ("push",)
 
     def __init__(self, kernel: Kernel, name: str, axis: int) -> None:
         super().__init__(kernel, name)
         if axis not in (1, 2, 3, 4):
             raise UsageError(f"{name}: axis {axis!r}; allowed 1 to 4")
-        self.wiring = MappingProxyType({own: f"{theirs[:-1]}{axis}" for own, theirs in type(self).wiring.items()})
+        self.axis = axis
         self._codes = dict(CHANNELS)
         self._hand = 0  # counts that the shaft is still to be turned by hand
         self._pushing = False
@@ -98,7 +98,8 @@ class Encoder(Counts):
         lag: from a step to its count, more than 0.
     """
 
-    wiring = MappingProxyType({"pulse": "pulse1", "dir": "dir1", **Counts.wiring})
+    wiring = MappingProxyType({"pulse": "step", "dir": "direction", **Counts.wiring})
+    optional = frozenset(Counts.wiring)
     verbs = ("block", "free", "slip", *Counts.verbs)
     sits: ClassVar[Literal["", "may", "must"]] = "may"
 

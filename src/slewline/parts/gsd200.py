@@ -32,7 +32,7 @@ from ..core.timebase import Time, moment, moments
 from ..core.views import gated
 from ..errors import UsageError
 from .clocked import Clocked
-from .part import Part
+from .part import AXIS, Part
 
 if TYPE_CHECKING:
     import numpy as np
@@ -50,20 +50,23 @@ AMPERES_PER_VOLT = 2.0
 class GsD200(Clocked):
     """A driver module: translator and enable; `to` wires CLOCK, DIR and RESET."""
 
-    wiring = MappingProxyType({"clock": "clock", "direction": "dir", "reset": "reset"})
+    wiring = MappingProxyType({"clock": "step", "direction": "direction", "reset": "driver_reset"})
+    optional = frozenset({"reset"})
+    options = (AXIS,)
     follows = ("clock", "direction", "half_full", "reset", "enable")
     clock = "clock"
     steers = ("direction", "half_full", "reset")
     edge = 1
 
-    def __init__(self, kernel: Kernel, name: str) -> None:
+    def __init__(self, kernel: Kernel, name: str, *, axis: int = 1) -> None:
         super().__init__(kernel, name)
+        self.axis = axis
         self._state = 0  # 0 to 7, and what the clock makes of it
         self._by = 0
         self._counted: ClockEdges = Still()
         self.add_pin("clock", "in", "step at each rise", pull=1)
         self.add_pin("direction", "in", "high: clockwise", pull=1)
-        self.add_pin("reset", "in", "low: state 1", pull=1)
+        self.add_pin("reset", "in", "low: state 1", pull=1, active=0)
         self.add_pin("enable", "in", "low: no current in any phase", pull=1)
         self.add_pin("half_full", "in", "high: half step, low: full step", pull=1)
         self.add_pin("control", "in", "current decay; high: slow, low: fast", pull=1)
@@ -171,7 +174,7 @@ class PhaseCurrent(Part):
         driver: "gs-d200" or "gs-d200s".
     """
 
-    wiring = MappingProxyType({"mov": "mov", "ramp": "ramp"})
+    wiring = MappingProxyType({"mov": "moving", "ramp": "ramping"})
 
     def __init__(
         self,
@@ -198,8 +201,8 @@ class PhaseCurrent(Part):
             raise UsageError(
                 f"{name}: {self.currents[True, False]:.3g} A on ramps; the {driver} takes {most:g} A: a greater r1"
             )
-        self.add_pin("mov", "in", "high: in motion", pull=0)
-        self.add_pin("ramp", "in", "high: on a ramp", pull=0)
+        self.add_pin("mov", "in", "high: in motion", pull=0, active=1)
+        self.add_pin("ramp", "in", "high: on a ramp", pull=0, active=1)
         self.past: list[tuple[int, float]] = []  # (from, amperes)
 
     def rewired(self) -> None:

@@ -24,7 +24,7 @@ class Workpieces(Part):
         change: from the beginning, or from the leaving of one workpiece, to the arrival of the next.
     """
 
-    wiring = MappingProxyType({"in_place": "wait", "last": "dowhile", "torch": "programmable_output"})
+    wiring = MappingProxyType({"in_place": "input1", "last": "input2", "torch": "output1"})
 
     def __init__(self, kernel: Kernel, name: str, *, pieces: int = 3, welds: int = 6, change: Time = "1 s") -> None:
         super().__init__(kernel, name)
@@ -78,7 +78,7 @@ class Spot:
 class Welder(Stepped):
     """A carriage that PULSE and DIRECTION move, with a torch that burns while `torch` is high."""
 
-    wiring = MappingProxyType({"torch": "programmable_output", "pulse": "pulse", "direction": "direction"})
+    wiring = MappingProxyType({"torch": "output1", "pulse": "step", "direction": "direction"})
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
