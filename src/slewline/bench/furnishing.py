@@ -88,6 +88,7 @@ class Furnished(Drawing):
         hz = None if crystal is None else crystal_for(cls.sheet, crystal)
         if self.stores is not None and cls.sheet.keeps:
             options.setdefault("store", self.stores(name))
+        chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
         if self.journal is not None:
             kept = {"store": list(options["store"].read())} if options.get("store") is not None else {}
             what = {
@@ -99,7 +100,6 @@ class Furnished(Drawing):
                 "bare": bare,
             }
             self._note("add", **what, options=options | kept)
-        chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
         self.chips[name] = chip
         chip.on_power = self._power_input
         self._keep_inputs(chip)
@@ -123,12 +123,9 @@ class Furnished(Drawing):
         """
         name = self._new_name(name, kind)
         part = make_part(kind, self.kernel, name, options)
-        self._note(
-            "part",
-            kind=kind,
-            name=name,
-            options={k: list(v) if isinstance(v, bytes) else v for k, v in options.items()},
-        )
+        lists = (bytes, bytearray, set, frozenset)
+        plain = {key: list(value) if isinstance(value, lists) else value for key, value in options.items()}
+        self._note("part", kind=kind, name=name, options=plain)
         self._keep_inputs(part)
         self.place(part)
         self.kernel.settle()
