@@ -24,19 +24,20 @@ from collections.abc import Iterator
 from functools import partial
 from inspect import cleandoc
 from pathlib import Path
+from typing import Any
 
 import click
 
 import conformance
 from slewline.bench import Bench
 from slewline.chips import PARTS, listed, quirks_of, ramps_of, sheet_of
-from slewline.core.kernel import Kernel
 from slewline.language.describe import describe, line_table, option_table, table
 from slewline.language.lines import usage
 from slewline.links.requests import COMMON, NAMES, REQUESTS, Key, Request, schema
-from slewline.parts import KINDS, make_part, part_class
+from slewline.parts import KINDS, part_class
 from slewline.tools.commands import cli
 
+EXAMPLES: dict[str, dict[str, Any]] = {"prom": {"image": ""}, "switch": {"low": 0}}  # parts that must be told something
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 NOTE = "<!-- Written by tools/describe_docs.py; change the code, not this page. -->\n\n"
 RAMP_UNIT, OTHER_UNIT = 452, 479  # clocks; see quirk UND-RAMP-LAW
@@ -238,15 +239,17 @@ def parts_page() -> str:
     kinds, chapters = [], []
     for kind, row in KINDS.items():
         cls = part_class(kind)
-        part = make_part(kind, Kernel(), kind, {option.name: b"" for option in cls.options if option.required})
+        bench = Bench()
+        on = bench.part("motor", "shaft") if cls.sits == "must" else None
+        part = bench.part(kind, on=on, **EXAMPLES.get(kind, {}))
         pins = (f"{pin} → {cls.wiring[pin]}" if pin in cls.wiring else pin for pin in part.pins)
         kinds.append((f"[`{kind}`](#{kind})" if cls.options else f"`{kind}`", row.says, ", ".join(pins)))
         if cls.options:
             chapters.append(f"\n### {kind}\n\n{option_table(cls.options)}\n")
     text = (
         "What stands around a chip: `bench.part(kind, to=x, ...)` in Python, `[[part]]` in a bench file. With `to`,\n"
-        "pins that have an arrow are wired to those of the neighbour. Figures are those of the CY525 manual, with\n"
-        "GS-C those of its data sheet. What a part can be told from Python stands in its class in\n"
+        "pins that have an arrow are wired to the neighbour's pin that is for that. Figures are those of the CY525\n"
+        "manual, with GS-C those of its data sheet. What a part can be told from Python stands in its class in\n"
         "`src/slewline/parts`.\n"
     )
     table_of_kinds = table(("kind", "what it is", "pins"), kinds)

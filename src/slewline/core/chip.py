@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import UnknownName, UsageError
 from .axis import Axis, Steps
+from .hook import Hook
 from .ideal import Deviation, deviation
 from .kernel import Kernel, Task
-from .motions import Mark, MotionStart, Parameters
+from .motions import Mark, MotionEnd, MotionStart, Parameters
 from .net import Bus, Driver, Net
 from .option import checked
 from .pin import Condition, Terminal
@@ -130,9 +131,20 @@ class OneAxis:
     def motions(self, start: Time | None = None, stop: Time | None = None) -> list[MotionStart]:
         """Return the motions that begin at start <= t <= stop; all of them by default.
 
-        Each names what began it, the rates in force, and the ideal that it has followed, if the part defines one.
+        Each names what began it, the rates in force, the ideal that it has followed, if the part defines one, and how
+        it has ended.
         """
         return self.motor.motions(*self._window(start, stop))
+
+    @property
+    def on_motion_begin(self) -> Hook[[MotionStart]]:
+        """Called with every motion of this axis as it begins."""
+        return self.motor.log.on_begin
+
+    @property
+    def on_motion_end(self) -> Hook[[MotionEnd]]:
+        """Called with the end of every motion of this axis, as it comes."""
+        return self.motor.log.on_end
 
     def marks(self, start: Time | None = None, stop: Time | None = None) -> list[Mark]:
         """Return what else has happened to this axis at start <= t <= stop: commands in motion, limits, home."""
@@ -280,7 +292,7 @@ class Chip(OneAxis):
 
     def step_nets(self) -> list[Net]:
         """Outputs that show every step of a motor."""
-        return []
+        return [self.pins[row.name].net for row in self.sheet.pins if row.role == "step"]
 
     @property
     def motor(self) -> Axis:

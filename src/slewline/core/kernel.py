@@ -186,11 +186,11 @@ class Kernel:
 
     def _react(self, time: int, edges: list[Any]) -> None:
         """Commit, tell, run what was woken, and again, until the instant is quiet."""
-        self.seen = time
         for _ in range(ROUNDS_LIMIT):
             if self.pending or edges:
                 self._commit(time, edges)
                 edges = []
+            self.seen = time
             ready = self.woken
             if ready:
                 self.woken = []
@@ -242,6 +242,7 @@ class Kernel:
                 if net.told:
                     net.told = 0
                     nets += net.joined or (net,)
+        self.seen = time
         for net in nets:
             if net.update(time) and (net.waiters or net.observers):
                 changed.append(net)

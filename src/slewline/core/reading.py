@@ -59,7 +59,7 @@ class Reading:
 
     @property
     def quiet(self) -> bool:
-        """Will there be no edges behind those that were asked for, unless a driver is told something?"""
+        """Is no edge promised behind those that were asked for?  Then none comes unless a driver is told something."""
         promises = (driver.promise for driver in self.pin.net.active if driver.promise is not None)
         return self._changed is None and all(promise.after(self._read) is None for promise in promises)
 
@@ -82,21 +82,8 @@ class Reading:
             self._read = max(self._read, since)
         if ps > self._read:
             if net.promise is not None:
-                self._keep(*self._promised(self._read, ps))
+                self._keep(*net.edges_ahead(self._read, ps))
             self._read = ps
-
-    def _promised(self, start: int, stop: int) -> tuple[Any, Any]:
-        """What the promises of the net say of start < t <= stop."""
-        net = self.pin.net
-        if len(net.active) == 1 and net.promise is not None:
-            times, levels = net.promise.edges(start, stop)
-            if isinstance(levels, list) and None in levels:
-                rest = net.tie if net.tie is not None else net.pull
-                levels = [rest if level is None else level for level in levels]
-            return times, levels
-        ahead = [driver.promise.edges(start, stop)[0] for driver in net.active if driver.promise is not None]
-        times = sorted({int(ps) for times in ahead for ps in times})
-        return times, [net.resolve(ps) for ps in times]
 
     def _keep(self, times: Any, levels: Any) -> None:
         """Keep the edges that are real: a list may hold others."""

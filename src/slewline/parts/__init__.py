@@ -18,6 +18,7 @@ from ..errors import UnknownName, UsageError
 
 if TYPE_CHECKING:
     from ..core.kernel import Kernel
+    from ..core.shaft import Shaft
     from .part import Part
 
 
@@ -36,6 +37,7 @@ KINDS = {
     "or": Listed(at="gates:Or", says="OR gate"),
     "nand": Listed(at="gates:Nand", says="NAND gate"),
     "nor": Listed(at="gates:Nor", says="NOR gate"),
+    "delay": Listed(at="gates:Delay", says="delay line"),
     "latch8": Listed(at="gates:Latch8", says="74LS373, eight transparent latches with output enable"),
     "uart": Listed(at="serial:Uart", says="receive-only UART with baud rate generator (fig. 10.16)"),
     "serial_sender": Listed(at="serial:SerialSender", says="serial output of a host computer"),
@@ -48,6 +50,9 @@ KINDS = {
     "rotor": Listed(at="motor:Rotor", says="rotor between two windings"),
     "motor": Listed(at="motor:Motor", says="motor that may lose steps, with the detector of its steps (GS-C fig. 14, 17, 18)"),
     "encoder": Listed(at="encoder:Encoder", says="encoder on the shaft of a step motor, which may be blocked or slip"),
+    "switch": Listed(at="sensors:Switch", says="home or limit switch on a shaft or a carriage"),
+    "gear": Listed(at="carriage:Gear", says="gear between two shafts"),
+    "carriage": Listed(at="carriage:Carriage", says="carriage that a shaft moves, with backlash and hard stops"),
     "quadrature": Listed(at="encoder:Quadrature", says="encoder on a shaft that another machine turns, the master of a gear"),
     "gs_d200": Listed(at="gsd200:GsD200", says="GS-D200 or GS-D200S driver module: translator and enable (GS-C fig. 7)"),
     "phase_current": Listed(at="gsd200:PhaseCurrent", says="phase current that MOV and RAMP choose (GS-C fig. 6, 11)"),
@@ -85,18 +90,18 @@ def part_class(kind: str) -> type[Part]:
     return getattr(import_module(f"{__name__}.{module}"), name)  # type: ignore[no-any-return]
 
 
-def make_part(kind: str, kernel: Kernel, name: str, options: dict[str, Any]) -> Part:
-    """Return a part of a kind; its constructor gets every option, checked.
+def make_part(kind: str, kernel: Kernel, name: str, options: dict[str, Any], **mounted: Shaft) -> Part:
+    """Return a part of a kind, on a shaft where it sits on one; its constructor gets every option, checked.
 
     Raises:
         UnknownName: no such kind.
         UsageError: an option that the kind does not have, or does not allow.
     """
     cls = part_class(kind)
-    if cls.options or len(signature(cls).parameters) == 2:
-        return cls(kernel, name, **checked(name, cls.options, options))
-    parameters = list(signature(cls).parameters)[2:]
+    parameters = [parameter for parameter in list(signature(cls).parameters)[2:] if parameter != "on"]
+    if cls.options or not parameters:
+        return cls(kernel, name, **mounted, **checked(name, cls.options, options))
     for key in options:
         if key not in parameters:
             raise UsageError(f"{name}: no option {key!r}; its options: {', '.join(parameters)}")
-    return cls(kernel, name, **options)
+    return cls(kernel, name, **mounted, **options)

@@ -13,8 +13,8 @@ from types import MappingProxyType
 
 from ..core.kernel import Kernel
 from ..core.net import Net
-from ..errors import UsageError
-from .motor import Translator
+from ..core.option import Option
+from .stepped import Stepped
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,7 @@ class Piece:
         return f"holes at {', '.join(map(str, self.holes)) or 'none'}, cut at {self.length}"
 
 
-class Bar(Translator):
+class Bar(Stepped):
     """A bar that CLOCK and DIR feed under drill and blade; each rise of `bit` makes a hole, of `blade` a cut."""
 
     wiring = MappingProxyType({"pulse": "clock", "direction": "dir", "blade": "uo1"})
@@ -61,19 +61,15 @@ class Bar(Translator):
         super().stepped(sign)
 
 
-class Drill(Translator):
-    """A drill that CLOCK and DIR lower (clockwise) and lift; its spindle turns while `motor` is high.
-
-    Args:
-        gap: steps from the upper end to the bar.
-    """
+class Drill(Stepped):
+    """A drill that CLOCK and DIR lower (clockwise) and lift; its spindle turns while `motor` is high."""
 
     wiring = MappingProxyType({"pulse": "clock", "direction": "dir", "motor": "uo2"})
 
-    def __init__(self, kernel: Kernel, name: str, *, gap: int = 100) -> None:
+    options = (Option("gap", "int", 100, "from the upper end to the bar", low=1, unit="steps"),)
+
+    def __init__(self, kernel: Kernel, name: str, *, gap: int) -> None:
         super().__init__(kernel, name)
-        if gap < 1:
-            raise UsageError(f"{name}: gap {gap}; allowed 1 and more steps")
         self.gap = gap
         self.add_pin("motor", "in", "high: the spindle turns", pull=0)
         self.add_pin("bit", "out", "high: in the bar", initial=0)

@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from types import MappingProxyType
 
 from ..core.kernel import Kernel
 from ..core.net import Driver, Net
+from ..core.option import Option
 from ..core.timebase import Time, picoseconds
+from ..core.views import gated
+from ..core.wave import Level, Promise
 from ..errors import UsageError
+from .follower import Stateless
 from .part import Part
 
 PULSE_PS = 1_700_000  # CLOCK low, as of the module
+TWO_CLOCKS = MappingProxyType({"cw": (1, 1, 0, 1), "ccw": (0, 1, 1, 1)})  # by DIR and CLOCK: low low, low high ...
 
 
-class TwoClocks(Part):
+class TwoClocks(Stateless):
     """A clock line for each direction, for drivers that want it so (figure 10)."""
 
+    follows = ("clock", "dir")
     wiring = MappingProxyType({"clock": "clock", "dir": "dir"})
 
     def __init__(self, kernel: Kernel, name: str) -> None:
@@ -25,15 +32,8 @@ class TwoClocks(Part):
         self.add_pin("cw", "out", "CLOCK while DIR is high, else high", initial=1)
         self.add_pin("ccw", "out", "CLOCK while DIR is low, else high", initial=1)
 
-    def rewired(self) -> None:
-        for pin in ("clock", "dir"):
-            self.pin(pin).net.watch(lambda _: self._put())
-        self._put()
-
-    def _put(self) -> None:
-        clock, clockwise = self.high("clock"), self.high("dir")
-        self.drivers["cw"].drive(int(clock or not clockwise))
-        self.drivers["ccw"].drive(int(clock or clockwise))
+    def view(self, pin: str, inputs: Sequence[Promise | Level]) -> Promise | Level:
+        return gated(inputs, TWO_CLOCKS[pin])
 
 
 class StepCheck(Part):
@@ -91,14 +91,16 @@ class Damping(Part):
         phase       n-1  n |           n-1     n
 
     The times follow from motor and load: the rotor is braked at t1, and at t2, before it turns back, held again.
-
-    Args:
-        t1, t2: from the last step on; t2 = 0 leaves the second pulse out, and the motor stays a step behind.
     """
 
     wiring = MappingProxyType({"clock": "clock", "dir": "dir", "mov": "mov", "ramp": "ramp"})
 
-    def __init__(self, kernel: Kernel, name: str, *, t1: Time = "2 ms", t2: Time = "3 ms") -> None:
+    options = (
+        Option("t1", "time", "2 ms", "from the last step to the first pulse"),
+        Option("t2", "time", "3 ms", "from the last step to the second pulse; 0: none, the motor stays a step behind"),
+    )
+
+    def __init__(self, kernel: Kernel, name: str, *, t1: Time, t2: Time) -> None:
         super().__init__(kernel, name)
         self.t1_ps, self.t2_ps = picoseconds(t1), picoseconds(t2)
         if self.t1_ps <= PULSE_PS or (self.t2_ps and self.t2_ps <= self.t1_ps + 4 * PULSE_PS):

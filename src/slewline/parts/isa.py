@@ -38,7 +38,15 @@ class Isa(Caller):
     """An interface board in a PC."""
 
     wiring = MappingProxyType(
-        {name: name for name in ("hostdata", "hostslct", "hostcmd", "hostread", "hostwrite", "hostrdy", "reset")}
+        {
+            "hostdata": "data",
+            "hostslct": "chip_select",
+            "hostcmd": "command",
+            "hostread": "read",
+            "hostwrite": "write",
+            "hostrdy": "ready",
+            "reset": "reset",
+        }
     )
 
     options = (

@@ -21,7 +21,7 @@ from .worker import Data, Worker, as_bytes
 class Keyboard(Worker):
     """A typist at a keyboard."""
 
-    wiring = MappingProxyType({"db": "db", "request": "io_request", "ready": "ready"})
+    wiring = MappingProxyType({"db": "data", "request": "request", "ready": "ready"})
 
     options = (
         Option("down", "time", "80 ms", "how long a key is held"),

@@ -32,7 +32,7 @@ def _fits(image: Sized) -> str:
 class Prom(Part):
     """A PROM of 256 bytes with its address counter."""
 
-    wiring = MappingProxyType({"db": "db", "request": "io_request", "ready": "ready", "load": "reset"})
+    wiring = MappingProxyType({"db": "data", "request": "request", "ready": "ready", "load": "reset"})
 
     options = (
         Option(
@@ -51,7 +51,7 @@ class Prom(Part):
         self.by_address = stop == "address"
         self.add_bus("db", "the byte at the address")
         self.add_pin("ready", "in", "high: the chip takes a byte", pull=1)
-        self.add_pin("load", "in", "low: the counter takes p0 to p7", pull=1)
+        self.add_pin("load", "in", "low: the counter takes p0 to p7", pull=1, active=0)
         self.add_pin("request", "out", "I/O REQUEST", initial=1)
         for bit in range(8):
             self.add_pin(f"p{bit}", "in", f"preset of the counter, bit {bit}", pull=start >> bit & 1)

@@ -40,7 +40,7 @@ GENERATOR = MappingProxyType(
 class SerialSender(Worker):
     """The serial output of a host: it sends without asking anybody."""
 
-    wiring = MappingProxyType({"txd": "rxd"})
+    wiring = MappingProxyType({"txd": "serial_in"})
     options = (
         BAUD,
         *word_options(8, "none", 1),
@@ -54,7 +54,7 @@ class SerialSender(Worker):
         self.word = Word(bits, parity, stop).checked(name)
         self.clock = bit_clock(baud, name)
         self.gap_ps = picoseconds(gap)
-        self.add_pin("txd", "out", "serial data, TTL level", initial=1)
+        self.add_pin("txd", "out", "serial data, TTL level", initial=1, role="computer_out", active=0)
 
     def send(self, data: Data) -> None:
         """Queue characters; they go out one behind the other."""
@@ -84,7 +84,7 @@ class Uart(Part):
     The straps (bits, parity, stop) must match the host.
     """
 
-    wiring = MappingProxyType({"db": "db", "request": "io_request", "rde": "instrobe", "rdav": "ready"})
+    wiring = MappingProxyType({"db": "data", "request": "request", "rde": "in_strobe", "rdav": "ready"})
     options = (
         Option("baud", "choice", 9600, "output of the baud rate generator", choices=tuple(GENERATOR)),
         *word_options(8, "none", 1),
@@ -94,8 +94,8 @@ class Uart(Part):
         super().__init__(kernel, name)
         self.word = Word(bits, parity, stop).checked(name)
         self.clock = Clock(GENERATOR[baud])
-        self.add_bus("db", "received data, driven while RDE is low")
-        self.add_pin("rxd", "in", "serial data, TTL level", pull=1)
+        self.add_bus("db", "received data, driven while RDE is low", role="data")
+        self.add_pin("rxd", "in", "serial data, TTL level", pull=1, role="serial_in", active=0)
         self.add_pin("rde", "in", "low: received data on the bus", pull=1)
         self.add_pin("rdav", "in", "low: clears DAV and holds it clear", pull=1)
         self.add_pin("dav", "out", "high: a character is available", initial=0)

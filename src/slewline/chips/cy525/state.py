@@ -152,10 +152,6 @@ class State(Chip):
         """Is the running instruction one of the program (not a command of the host)?"""
         return self.pc is not None and not self.live
 
-    def step_nets(self) -> list[Net]:
-        """PULSE: it falls with every step."""
-        return [self.pulse.net]
-
     def renew_outputs(self) -> None:
         """The bound of the train has moved: whoever watches PULSE or a phase must hear of it."""
         self.pulse.renew()

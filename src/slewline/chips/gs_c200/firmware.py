@@ -244,6 +244,7 @@ class GsC(Instructions):
     async def do_zero_speed(self) -> None:
         self._ends("Z")
         if self.motion.moving and not self.homing:
+            self.axis1.log.stop()
             self.ending = True
             self.motion.stop.drive(1)
         elif self.running:
@@ -284,6 +285,7 @@ class GsC(Instructions):
         await self.motion.home(direction, speed, text)
         self.homing = False
         self.axis1.load(0)
+        self.axis1.log.end()
 
     # --------------------------------------------------------------------------------------------------------- EEPROM
     async def do_memorize(self) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 from ...core.axis import Axis
 from ...core.kernel import Kernel, Task
-from ...core.net import Driver, Net
+from ...core.net import Driver
 from ...core.pin import strapped
 from ...core.store import Memory, Store
 from ...core.table import Row
@@ -139,6 +139,7 @@ class State(LineChip):
         self.ending = False  # Z: the program ends when the motion has come to rest
         self.address = 0
         self.running = False
+        self.heading = 0  # the direction of an endless motion
         self.homing = False  # a homing runs: its steps are not counted
         self.program_counter = 0
 
@@ -175,8 +176,9 @@ class State(LineChip):
         """S, T and R."""
         return self.speeds["start_stop"], self.speeds["top_speed"], self.speeds["ramp"]
 
-    def begins(self, text: str, homing: int = 0) -> None:
-        """A motion begins, or a homing at a speed."""
+    def begins(self, text: str, homing: int = 0, heading: int = 0) -> None:
+        """A motion begins, or a homing at a speed; `heading` is the direction of one without a target of its own."""
+        self.heading = heading
         self.made = Made(homing, 0, 0, self.law) if homing else Made(*self.speeds_in_force(), self.law)
         self.axis1.log.begin(text, self.made.homing if homing else self.made.parameters)
 
@@ -199,7 +201,3 @@ class State(LineChip):
     def read_outputs(self) -> int:
         """UO1 + 2 UO2 + 4 UO3."""
         return sum((driver.net.level == 1) << n for n, driver in enumerate(self.outputs))
-
-    def step_nets(self) -> list[Net]:
-        """CLOCK: it falls with every step."""
-        return [self.clock_pin.net]

@@ -108,7 +108,7 @@ class Chipset(Instructions):
         self.starts += 1
         self.motion.stop()
         for axis in self.axes:
-            axis.log.depart()
+            axis.log.end("cut")
         self.forget()
         self.port.begin()
         self.outputs_reset()
