@@ -91,6 +91,7 @@ class Furnished(Drawing):
         hz = None if crystal is None else crystal_for(cls.sheet, crystal)
         if self.stores is not None and cls.sheet.keeps:
             options.setdefault("store", self.stores(name))
+        chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
         if self.journal is not None:
             kept = {"store": list(options["store"].read())} if options.get("store") is not None else {}
             what = {
@@ -102,7 +103,6 @@ class Furnished(Drawing):
                 "bare": bare,
             }
             self._note("add", **what, options=options | kept)
-        chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
         self.chips[name] = chip
         chip.on_power = self._power_input
         self._keep_inputs(chip)
@@ -136,12 +136,13 @@ class Furnished(Drawing):
         neighbour = None if to is None else self[to if isinstance(to, str) else getattr(to, "name", repr(to))]
         part = make_part(kind, self.kernel, name, options, **self._mounted(kind, name, on))
         pairs = [] if neighbour is None else joints(kind, part, neighbour)
+        lists = (bytes, bytearray, set, frozenset)
         self._note(
             "part",
             kind=kind,
             name=name,
             to=neighbour and neighbour.name,
-            options={k: list(v) if isinstance(v, bytes) else v for k, v in options.items()},
+            options={key: list(value) if isinstance(value, lists) else value for key, value in options.items()},
             **{} if on is None else {"on": on if isinstance(on, str) else on.name},
         )
         self._keep_inputs(part)

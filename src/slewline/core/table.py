@@ -446,6 +446,7 @@ class Sheet:
     crystal_high_hz: int = 0
     registers: tuple[Register, ...] = ()
     options: tuple[Option, ...] = ()
+    rates: tuple[int, ...] = ()  # steps/s of each rate parameter, at `crystal_hz`
     times: Mapping[str, Timing] = field(default_factory=dict)
     limits: tuple[Limit, ...] = ()
     buffer_bytes: int = 0

@@ -13,7 +13,7 @@ from types import MappingProxyType
 
 from ..core.kernel import Kernel
 from ..core.net import Net
-from ..errors import UsageError
+from ..core.option import Option
 from .stepped import Stepped
 
 
@@ -62,18 +62,14 @@ class Bar(Stepped):
 
 
 class Drill(Stepped):
-    """A drill that CLOCK and DIR lower (clockwise) and lift; its spindle turns while `motor` is high.
-
-    Args:
-        gap: steps from the upper end to the bar.
-    """
+    """A drill that CLOCK and DIR lower (clockwise) and lift; its spindle turns while `motor` is high."""
 
     wiring = MappingProxyType({"pulse": "step", "direction": "direction", "motor": "output2"})
 
-    def __init__(self, kernel: Kernel, name: str, *, gap: int = 100) -> None:
+    options = (Option("gap", "int", 100, "from the upper end to the bar", low=1, unit="steps"),)
+
+    def __init__(self, kernel: Kernel, name: str, *, gap: int) -> None:
         super().__init__(kernel, name)
-        if gap < 1:
-            raise UsageError(f"{name}: gap {gap}; allowed 1 and more steps")
         self.gap = gap
         self.add_pin("motor", "in", "high: the spindle turns", pull=0)
         self.add_pin("bit", "out", "high: in the bar", initial=0)

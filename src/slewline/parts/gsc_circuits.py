@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..core.kernel import Kernel
 from ..core.net import Driver, Net
+from ..core.option import Option
 from ..core.timebase import Time, picoseconds
 from ..core.views import gated
 from ..core.wave import Level, Promise
@@ -108,14 +109,16 @@ class Damping(Part):
         phase       n-1  n |           n-1     n
 
     The times follow from motor and load: the rotor is braked at t1, and at t2, before it turns back, held again.
-
-    Args:
-        t1, t2: from the last step on; t2 = 0 leaves the second pulse out, and the motor stays a step behind.
     """
 
     wiring = MappingProxyType({"clock": "step", "dir": "direction", "mov": "moving", "ramp": "ramping"})
 
-    def __init__(self, kernel: Kernel, name: str, *, t1: Time = "2 ms", t2: Time = "3 ms") -> None:
+    options = (
+        Option("t1", "time", "2 ms", "from the last step to the first pulse"),
+        Option("t2", "time", "3 ms", "from the last step to the second pulse; 0: none, the motor stays a step behind"),
+    )
+
+    def __init__(self, kernel: Kernel, name: str, *, t1: Time, t2: Time) -> None:
         super().__init__(kernel, name)
         self.t1_ps, self.t2_ps = picoseconds(t1), picoseconds(t2)
         if self.t1_ps <= PULSE_PS or (self.t2_ps and self.t2_ps <= self.t1_ps + 4 * PULSE_PS):

@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from ..core.clocking import ClockEdges, Still
 from ..core.counted import Counted
 from ..core.kernel import Kernel
+from ..core.option import Option
 from ..core.timebase import Time, moment, moments
 from ..core.views import gated
 from ..errors import UsageError
@@ -166,31 +167,27 @@ def _rest(total: float, present: float, what: str) -> float:
     return 1 / (1 / total - 1 / present)
 
 
+def _resists(ohms: float) -> str:
+    return "" if ohms > 0 else "allowed more than 0 ohm"
+
+
 class PhaseCurrent(Part):
     """The phase current that MOV and RAMP choose through Tr1 and Tr2 (figure 11).
 
-    Args:
-        r1, r2, r3: ohms; the values of the example, 1.5 A on ramps, 0.25 A at rest, 0.5 A at speed.
-        driver: "gs-d200" or "gs-d200s".
+    The resistors are by default those of the example: 1.5 A on ramps, 0.25 A at rest, 0.5 A at speed.
     """
 
     wiring = MappingProxyType({"mov": "moving", "ramp": "ramping"})
 
-    def __init__(
-        self,
-        kernel: Kernel,
-        name: str,
-        *,
-        r1: float = 4245,
-        r2: float = 500,
-        r3: float = 937,
-        driver: str = "gs-d200",
-    ) -> None:
+    options = (
+        Option("r1", "float", 4245, "resistor at Tr1, to the supply", unit="ohm", check=_resists),
+        Option("r2", "float", 500, "resistor at Tr2", unit="ohm", check=_resists),
+        Option("r3", "float", 937, "resistor that is always there", unit="ohm", check=_resists),
+        Option("driver", "choice", "gs-d200", "the driver module", choices=tuple(NETWORKS)),
+    )
+
+    def __init__(self, kernel: Kernel, name: str, *, r1: float, r2: float, r3: float, driver: str) -> None:
         super().__init__(kernel, name)
-        if driver not in NETWORKS:
-            raise UsageError(f"{name}: driver {driver!r}; allowed {', '.join(NETWORKS)}")
-        if min(r1, r2, r3) <= 0:
-            raise UsageError(f"{name}: r1 {r1}, r2 {r2}, r3 {r3}; allowed more than 0 ohm")
         ground, most = NETWORKS[driver]
         self.currents = {  # by the states of Tr1 and Tr2
             (tr1, tr2): set_point(r3, *[r2] * tr2, to_supply=r1 if tr1 else None, ground=ground)
