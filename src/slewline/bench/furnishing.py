@@ -25,7 +25,7 @@ from ..parts.part import Part
 from ..parts.rs232 import SerialHost
 from .drawing import Drawing
 from .journal import Journal
-from .wiring import in_role, joints
+from .wiring import as_needed, in_role, joints
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -95,20 +95,21 @@ class Furnished(Drawing):
         hz = None if crystal is None else crystal_for(cls.sheet, crystal)
         if self.stores is not None and cls.sheet.keeps:
             options.setdefault("store", self.stores(name))
-        if self.outside.on_input:
-            kept = {"store": list(options["store"].read())} if options.get("store") is not None else {}
-            self.outside.tell(
-                "add",
-                part=cls.sheet.part,
-                behaviour=cls.sheet.behaviour,
-                name=name,
-                crystal_hz=hz,
-                straps=dict(straps or {}),
-                bare=bare,
-                options=options | kept,
-            )
+        kept = {}
+        if self.outside.on_input and options.get("store") is not None:
+            kept["store"] = list(options["store"].read())
         with self.outside.nested():  # it may switch its supply on
             chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
+        self.outside.tell(
+            "add",
+            part=cls.sheet.part,
+            behaviour=cls.sheet.behaviour,
+            name=name,
+            crystal_hz=hz,
+            straps=dict(straps or {}),
+            bare=bare,
+            options=options | kept,
+        )
         self.chips[name] = chip
         self._adopt(chip)
         self.kernel.settle()
@@ -140,12 +141,13 @@ class Furnished(Drawing):
         neighbour = None if to is None else self[to if isinstance(to, str) else getattr(to, "name", repr(to))]
         part = make_part(kind, self.kernel, name, options, **self._mounted(kind, name, on))
         pairs = [] if neighbour is None else joints(kind, part, neighbour)
+        lists = (bytes, bytearray, set, frozenset)
         self.outside.tell(
             "part",
             kind=kind,
             name=name,
             to=neighbour and neighbour.name,
-            options={k: list(v) if isinstance(v, bytes) else v for k, v in options.items()},
+            options={key: list(value) if isinstance(value, lists) else value for key, value in options.items()},
             **{} if on is None else {"on": on if isinstance(on, str) else on.name},
         )
         self.place(part)
@@ -153,7 +155,7 @@ class Furnished(Drawing):
         for own, theirs in pairs:
             theirs.net.join(own.net)
             self.kernel.settle()
-            part.attached(own.row.name, theirs.row)
+            part.attached(own.row.name, as_needed(theirs.row))
         return part
 
     def _mounted(self, kind: str, name: str, on: Part | str | None) -> dict[str, Shaft]:

@@ -14,8 +14,9 @@ from typing import Any
 from ..core.hook import Hook
 from ..core.kernel import Kernel, Task
 from ..core.net import Driver, Net
+from ..core.option import Option
 from ..core.pin import Condition, GotCondition, strapped
-from ..core.serial import RS232, TTL, Character, LinePartner, Receiver, Word, bit_clock, transmit
+from ..core.serial import BAUD, RS232, TTL, Character, LinePartner, Receiver, Word, bit_clock, transmit, word_options
 from ..core.table import Port
 from ..core.timebase import Time
 from ..core.waits import first_of, until
@@ -34,24 +35,19 @@ POWER_UP_PS = 10**9  # a host gives a module a millisecond after power-up, whose
 class SerialPort(Worker):
     """A serial connector: characters out on txd, characters in on rxd, at the speed of the line.
 
-    Args:
-        baud, bits, parity, stop: the line; `set_line` changes it later.
-        ttl: TTL levels (mark is 1) instead of RS-232 ones.
+    `set_line` changes the line later.
     """
 
     wiring = MappingProxyType({"txd": "serial_in", "rxd": "serial_out"})
     optional = frozenset({"rxd"})  # of a receiver
+    options = (
+        BAUD,
+        *word_options(7, "odd", 2),
+        Option("ttl", "bool", False, "TTL levels (mark is 1) instead of RS-232 ones"),
+    )
 
     def __init__(
-        self,
-        kernel: Kernel,
-        name: str,
-        *,
-        baud: int | str = 9600,
-        bits: int = 7,
-        parity: str = "odd",
-        stop: int | str = 2,
-        ttl: bool = False,
+        self, kernel: Kernel, name: str, *, baud: int | str, bits: int, parity: str, stop: int | str, ttl: bool
     ) -> None:
         super().__init__(kernel, name)
         self.mark = TTL if ttl else RS232
@@ -165,7 +161,8 @@ class SerialHost(SerialPort):
     def __init__(self, kernel: Kernel, name: str, chips: Sequence[LinePartner], *, baud: int | None = None) -> None:
         port = chips[0].sheet.port
         assert port is not None  # the bench chooses the host by the sheet
-        super().__init__(kernel, name, bits=port.bits, parity=port.parity, stop=port.stop)
+        bits, parity, stop = port.bits, port.parity, port.stop
+        super().__init__(kernel, name, baud=9600, bits=bits, parity=parity, stop=stop, ttl=False)
         self.port = port
         self.fixed_baud: int | str | None = baud
         self.chips: dict[str, Any] = {chip.name: chip for chip in chips}
