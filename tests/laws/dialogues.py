@@ -205,10 +205,12 @@ class Wires:
             self.drivers[name].drive(level)
 
 
-def play(dialogue: Dialogue, *, stepwise: bool = False, shuffle: int | None = None) -> Played:
-    """Play a dialogue on a fresh bench."""
+def play(dialogue: Dialogue, *, stepwise: bool = False, shuffle: int | None = None, fit: Any = None) -> Played:
+    """Play a dialogue on a fresh bench; `fit` puts parts on it."""
     bench = slewline.Bench(shuffle=shuffle)
     chip = bench.add("cy525", "x", dialogue.crystal, stepwise=stepwise, **dialogue.options)
+    if fit is not None:
+        fit(bench)
     host = bench.host(chip)
     wires = Wires(chip)
     bench.record(*(f"x.{pin}" for pin in OUTPUTS))

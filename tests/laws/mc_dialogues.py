@@ -437,8 +437,8 @@ class Wires:
             driver.wave(rest, tuple(self.clock.ps(at) for span in spans for at in span), levels * len(spans))
 
 
-def play(dialogue: Dialogue, *, stepwise: bool = False, shuffle: int | None = None) -> Talked:
-    """Play a dialogue on a fresh bench."""
+def play(dialogue: Dialogue, *, stepwise: bool = False, shuffle: int | None = None, fit: Any = None) -> Talked:
+    """Play a dialogue on a fresh bench; `fit` puts parts on it."""
     bench = slewline.Bench(shuffle=shuffle)
     chip: Any = bench.add(dialogue.part, "x", dialogue.crystal, stepwise=stepwise)
     clock = Clock(dialogue.crystal)
@@ -447,6 +447,8 @@ def play(dialogue: Dialogue, *, stepwise: bool = False, shuffle: int | None = No
         kind, options = dialogue.shaft
         wires.shaft = bench.part(kind, "shaft", chip, **options)
     bench.record(*(f"x.{pin}" for pin in outputs(chip)))
+    if fit is not None:
+        fit(bench)
     for event in dialogue.events:
         early = LOW + 1 if event.what == "packet" else 0
         bench.at(clock.ps(ORIGIN + event.tick - early) + event.late_ps, lambda event=event: wires.put(event))  # type: ignore[misc]
