@@ -41,10 +41,10 @@ class Transcript:
         """Watch everything from now on."""
         for found in self.bench.findings:
             self.finding(found)
-        self.bench.on_finding = self.finding
+        self.bench.on_finding.add(self.finding)
         for part in self.bench.parts.values():
             if isinstance(part, Computer):
-                part.on_event = partial(self.tell, part.name, "host")
+                part.on_event.add(partial(self.tell, part.name, "host"))
         for chip in self.bench.chips.values():
             for row in chip.sheet.pins:
                 if row.told is not None:
