@@ -86,6 +86,26 @@ def axis_forget(_path: Path) -> Told:
     return x.axes[0].on_forget, lambda: x.axes[0].forget(bench.now_ps)
 
 
+def motion(name: str) -> Callable[[Path], Told]:
+    def told(_path: Path) -> Told:
+        bench, x = moving()
+        return getattr(x, f"on_motion_{name}"), lambda: move(bench)
+
+    return told
+
+
+def instruction(_path: Path) -> Told:
+    bench, x = moving()
+    bench["host"].send("E\rB\rC\r0\rQ")
+    bench.run_until_idle()
+    return x.on_instruction, lambda: (bench["host"].send("X\r"), bench.run_until_idle())
+
+
+def command(_path: Path) -> Told:
+    bench, x = moving()
+    return x.on_command, lambda: move(bench)
+
+
 def reading(_path: Path) -> Told:
     bench, x = moving()
     return Reading(x.pin("abort")).on_change, lambda: (x.pin("abort").pulse(0, "1 us"), bench.run("2 us"))
@@ -137,6 +157,10 @@ HOOKS: dict[str, Callable[[Path], Told]] = {
     "on_conflict": conflict,
     "on_change of an axis": axis_change,
     "on_forget": axis_forget,
+    "on_begin of motions": motion("begin"),
+    "on_end of motions": motion("end"),
+    "on_instruction": instruction,
+    "on_command": command,
     "on_change of a reading": reading,
     "on_event of a host on a bus": event("cy525", "@note here"),
     "on_event of a host on a serial line": event("gs-c200s", "@note here"),

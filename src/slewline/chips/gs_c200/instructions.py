@@ -9,7 +9,6 @@ from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING
 
 from ...core.table import Row
-from ...core.train import OPEN
 from ...core.waits import polled, until
 from .sheet import TENTH_PS
 from .state import State
@@ -28,7 +27,6 @@ class Instructions(State):
     motion: Motion | Stepwise
     handlers: dict[str, Handler]
     in_work = False  # a line is in work
-    wraps: bool  # past its ends the position counter wraps; else a motion that would leave it is E5
 
     # ---------------------------------------------------------------------------------------------------- the program
     def run_program(self, work: Awaitable[None] | None = None) -> None:
@@ -187,7 +185,7 @@ class Instructions(State):
 
     async def _move_by(self, steps: int, text: str) -> None:
         if steps and self._may_move():
-            if self._limit(steps) < abs(steps):
+            if self.room(steps) < abs(steps):
                 self._overflow(f"{text} from {self.position} leaves the position counter")
                 return
             direction = 1 if steps > 0 else -1
@@ -206,28 +204,14 @@ class Instructions(State):
         watched = None if number is None else self.inputs[number - 1]
         if watched is not None and watched.level == 0:
             return
-        limit = self._limit(direction)
+        limit = self.room(direction)
         text = "a run" + (f" until ui{number}=0" if number else " until K or Z")
         if limit:
             spelled = f"{self.rows[ord('g')].head}{'+' if direction > 0 else '-'}{number or ''}"
             self.begins(spelled, direction, endless=True)
             await self.motion.run(limit, direction, text, watched)
-        if not limit or self._full(direction):
+        if not limit or self.full(direction, self.motion.stopped):
             self._overflow("an endless motion has reached the end of the position counter")
-
-    def _limit(self, steps: int) -> int:
-        """Steps to the end of the counter in a direction; without end where it wraps."""
-        if self.wraps:
-            return OPEN
-        return self.axis1.positions[-1] - self.position if steps > 0 else self.position
-
-    def _full(self, direction: int) -> bool:
-        """Has an endless motion reached the end of the counter, and not stopped there by itself?"""
-        return self._limit(direction) == 0 and not self.motion.stopped
-
-    def motion_over(self) -> None:
-        """The last pulse of a motion is over."""
-        self.axis1.log.end("limit" if self.heading and self._full(self.heading) else None)
 
     def _overflow(self, text: str) -> None:
         self.finding("E5", text)

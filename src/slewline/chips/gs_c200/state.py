@@ -29,6 +29,8 @@ PULL_DOWN = "txpd"  # the name of its driver on a line
 class State(LineChip):
     """Registers, memories and pins; what they do is in the chapters built on this one."""
 
+    wraps: bool  # past its ends the position counter wraps; else a motion that would leave it is E5
+
     def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
         self.store: Store = self.options.store if self.options.store is not None else Memory()
@@ -202,6 +204,20 @@ class State(LineChip):
         if not self.homing:
             ideal = partial(self.made.ideal, self.kernel.now, self.position, sign, number, limit)
             self.axis1.log.expect(ideal)
+
+    def room(self, steps: int) -> int:
+        """Steps to the end of the counter in a direction; without end where it wraps."""
+        if self.wraps:
+            return OPEN
+        return self.axis1.positions[-1] - self.position if steps > 0 else self.position
+
+    def full(self, direction: int, stopped: bool) -> bool:
+        """Has an endless motion come to the end of the counter, and not been stopped there?"""
+        return self.room(direction) == 0 and not stopped
+
+    def motion_over(self, stopped: bool) -> None:
+        """The last pulse of a motion is over; `stopped`: it has come to rest as it was told to."""
+        self.axis1.log.end("limit" if self.heading and self.full(self.heading, stopped) else None)
 
     def departs(self, kind: str = "", text: str = "") -> None:
         """The motion becomes another one than it was to be."""
