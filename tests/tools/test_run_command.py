@@ -252,7 +252,9 @@ def test_a_journal_repeats_the_run_to_the_bit(call, write, ending, options):
 
 
 def test_a_journal_is_repeated_up_to_an_instant(call, write):
-    program = write("p.cy525", "A 0", "F 9", "R 60", "S 250", "Z 1", "N 900", "G", "@until motion_complete=0", "@note x")
+    program = write(
+        "p.cy525", "A 0", "F 9", "R 60", "S 250", "Z 1", "N 900", "G", "@until motion_complete=0", "@note x"
+    )
     call("run", program, "--journal", "j", "--json", "a.json", "--steps", "a.csv")
     again = call("run", "--replay", "j", "--until", "60 ms", "--json", "b.json", "--steps", "b.csv")
     first, second = (json.loads(Path(name).read_text()) for name in ("a.json", "b.json"))
