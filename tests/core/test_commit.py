@@ -86,12 +86,21 @@ def test_a_listener_that_always_puts_something_in_is_stopped(monkeypatch):
     assert not kernel.running
 
 
-def test_who_is_added_inside_a_run_hears_of_that_very_instant_on():
-    kernel, told = Kernel(), []
+@pytest.mark.parametrize("shuffle", [None, 1])
+def test_who_is_added_inside_a_run_hears_of_that_very_instant_on(shuffle):
+    kernel, told, others = Kernel(None if shuffle is None else Random(shuffle)), [], []
+    kernel.call_at(5, lambda: None)
     kernel.call_at(10, lambda: kernel.on_commit.add(told.append))
+    kernel.call_at(15, lambda: kernel.on_commit.add(others.append))
     kernel.call_at(20, lambda: None)
     kernel.run(30)
-    assert told == [10, 20, 30]
+    assert (told, others) == ([10, 15, 20, 30], [15, 20, 30])
+    kernel.call_at(40, lambda: kernel.on_commit.remove(told.append))
+    kernel.call_at(40, lambda: kernel.on_commit.remove(others.append))
+    kernel.call_at(45, lambda: None)
+    kernel.call_at(50, lambda: kernel.on_commit.add(told.append))
+    kernel.run(60)
+    assert (told[4:], others[3:]) == ([50, 60], [])
 
 
 def test_an_error_of_a_listener_comes_out_of_the_run():
