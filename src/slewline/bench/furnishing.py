@@ -60,6 +60,7 @@ class Furnished(Drawing):
             self.outside.on_input.add(self.journal.write)
         self._fresh: list[Chip | Part] = []  # what has been put on the bench since time passed last
         self.on_finding: Hook[[Finding]] = Hook()  # of any chip or part
+        self.on_input, self.on_commit = self.outside.on_input, self.kernel.on_commit
 
     # ---------------------------------------------------------------------------------------------------- furnishing
     def add(

@@ -117,7 +117,8 @@ class Axis:
             self.offsets[-1] = (self.kernel.now, self.offset)
         else:
             self.offsets.append((self.kernel.now, self.offset))
-        self.on_change()
+        if self.on_change.listeners:
+            self.on_change()
 
     def follow(
         self, playing: Playing | None, sign: int, counted: bool = True, plan: Plan | None = None, step: int = 0
@@ -130,7 +131,8 @@ class Axis:
         """
         counts = sign if counted else 0
         self.past.append(Stretch(self.kernel.now, self.travel, self.counted, sign, counts, playing, plan, step))
-        self.on_change()
+        if self.on_change.listeners:
+            self.on_change()
 
     def stands(self) -> tuple[int, int]:
         """The position register and the travel at this instant, steps of this instant being made."""

@@ -67,6 +67,24 @@ class Call:
         return f"<Call {self.function!r}>"
 
 
+class CommitHook(Hook[[int]]):
+    """The hook of committed time.  A run looks once whether anybody listens; who is first to do so in the middle of it
+    leaves a mark in the heap, so that an instant costs nothing more while nobody listens."""
+
+    __slots__ = ("kernel", "mark")
+
+    def __init__(self, kernel: Kernel) -> None:
+        super().__init__()
+        self.kernel, self.mark = kernel, Call(lambda: None)
+        self.mark.token = 1  # an entry with another token is stale: it is dropped, never called
+
+    def add(self, listener: Callable[[int], object]) -> Callable[[int], object]:
+        kernel = self.kernel
+        if kernel.running and not self.listeners:
+            heappush(kernel.heap, (kernel.now, next(kernel.order), self.mark, 0))
+        return super().add(listener)
+
+
 class Kernel:
     """Virtual time.  `now` is the instant being run, `seen` the last instant whose changes are visible.
 
@@ -85,7 +103,7 @@ class Kernel:
         self.shuffle = shuffle
         self.running = False
         self.outside = Outside()
-        self.on_commit: Hook[[int]] = Hook()
+        self.on_commit: Hook[[int]] = CommitHook(self)
 
     # ------------------------------------------------------------------------------------------------- scheduling
     def spawn(self, coroutine: Coroutine[Any, Any, None], name: str) -> Task:
@@ -141,7 +159,8 @@ class Kernel:
     def run_while(self, over: Callable[[], bool] | None, until: int) -> bool:
         """Run whole instants, none later than `until`, until `over` says so; false when it does."""
         self.settle()
-        heap, on_commit = self.heap, self.on_commit
+        heap = self.heap
+        told = bool(self.on_commit.listeners)
         self.running = True
         try:
             while over is None or not over():
@@ -149,13 +168,16 @@ class Kernel:
                     return True
                 _, _, who, token = heappop(heap)
                 if who.token != token:
+                    if not told and self.on_commit.listeners:  # somebody has begun to listen
+                        told = True
+                        self._committed()
                     continue
                 who.token = token + 1
                 self.now = time
                 self.seen = time - 1
                 if self.shuffle is not None or who.is_net or (heap and heap[0][0] == time):
                     self._instant(time, who)
-                    if on_commit.listeners:
+                    if told:
                         self._committed()
                     continue
                 self.task = who  # one timer, alone in its instant: most of the time
@@ -170,7 +192,7 @@ class Kernel:
                     self._react(time, [])
                 else:
                     self.seen = time
-                if on_commit.listeners:
+                if told:
                     self._committed()
             return False
         finally:

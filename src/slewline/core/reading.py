@@ -67,7 +67,8 @@ class Reading:
         now = self.pin.net.kernel.now
         self._catch_up(now - 1)
         self._changed = now
-        self.on_change()
+        if self.on_change.listeners:
+            self.on_change()
 
     def _catch_up(self, ps: int) -> None:
         """Read what the present drive has shown up to an instant."""

@@ -104,7 +104,7 @@ class PacketHost(Caller):
         row = packets.row(self.port.sheet, name)
         numbers = packets.numbers(self.port.sheet, row, values, self.port.crystal_hz)
         found = self.fetch(self._queue(packet_of(row, numbers), axis), timeout)
-        return packets.values(row.reads, found)[0] if row.reads else None
+        return packets.values(row.reads, found)[0] if row.reads and found is not None else None
 
     def query(self, name: str, axis: int = UNKNOWN, timeout: Time = "5 s") -> int:
         """Send a command and return the number that it reads, in the units of the command.

@@ -204,7 +204,7 @@ class Run:
         """Run; returns how it ended: idle, until or timeout."""
         if self.replay:
             owners: list[Chip | Part] = [*bench.chips.values(), *bench.parts.values()]
-            return "idle" if all(owner.idle for owner in owners) else "until"
+            return "idle" if self.until is None and all(owner.idle for owner in owners) else "until"
         timeout = picoseconds(TIMEOUT) if self.timeout is None else self.timeout
         with progress(bench, timeout if self.until is None else self.until, self.quiet):
             if self.until is not None:
