@@ -146,7 +146,7 @@ class Delay(Follower):
     def _follow(self, shown: Promise | Level) -> None:
         """The input shows something else from now on."""
         now = self.kernel.now
-        if now == self.wired_ps:  # the circuit is still coming to rest: so it was before
+        if not self._pieces or (now == self.wired_ps and not self.edge_driven):  # the circuit is coming to rest
             self._pieces = [(now - self.delay_ps, shown.level(now) if promised(shown) else shown)]
         while self._pieces[-1][0] == now:
             self._pieces.pop()
