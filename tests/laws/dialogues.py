@@ -118,7 +118,16 @@ def happening(dialogue: Dialogue, rnd: Random, edges: list[int]) -> None:
 def told(axis: Any) -> dict[str, Any]:
     """What an axis tells of its motions; a phase that is held has no common end."""
     motions = [
-        (at.time_ps, at.text, dict(at.rates), at.changes, dict(at.notes), at.ideal and along(at.ideal))
+        (
+            at.time_ps,
+            at.text,
+            dict(at.rates),
+            at.changes,
+            dict(at.notes),
+            at.position,
+            at.end,
+            at.ideal and along(at.ideal),
+        )
         for at in axis.motions()
     ]
     return {

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from fractions import Fraction
 from random import Random
 
 import pytest
 
 import slewline
+from slewline.core.clocking import clock_edges
+from slewline.core.counter import Channel, Code, Scale, StepCounter
+from slewline.core.course import Course
 from slewline.core.curves import PLACES, Piece, SCurve
 from slewline.core.cycles import CycleTrain, Linear, SquareView
 from slewline.core.kernel import Kernel
@@ -15,7 +19,6 @@ from slewline.core.net import Driver, Net, Wave
 from slewline.core.reading import Reading
 from slewline.core.timebase import Clock
 from slewline.core.train import OPEN, Playing, PulseView, StepTrain, StrobeView
-from slewline.parts.course import Channel, Course, Falls
 from slewline.parts.encoder import Encoder, Quadrature
 
 US, MS = 1_000_000, 1_000_000_000
@@ -466,15 +469,16 @@ def test_they_do_so_in_two_thousand_more_stories():
 @pytest.mark.parametrize("seed", range(60))
 def test_level_after_and_edges_of_a_channel_agree(seed):
     random = Random(seed)
-    drive = Falls(PulseView(Playing(StepTrain(CLOCK, 3, [(random.randrange(2, 40), 9), (30, OPEN)])), 1))
-    drive.of.until = random.choice([None, 40_000 * random.randrange(400)])
+    view = PulseView(Playing(StepTrain(CLOCK, 3, [(random.randrange(2, 40), 9), (30, OPEN)])), 1)
+    view.of.until = random.choice([None, 40_000 * random.randrange(400)])
     counts, steps = random.choice(RATIOS)
-    coming = ([10_000, 90_000, 1_700_000], [8, 9, 8])
     course = Course(
-        counts, steps, 50_000, drive, since=0, sign=random.choice([1, -1]), place=8 * steps + random.randrange(steps),
-        slack=random.choice([0, steps // 2, 7 * steps]), before=7, coming=coming,
+        clock_edges(view, 0, 0), since=0, sign=random.choice([1, -1]), place=8 * steps + random.randrange(steps),
+        step=counts, unit=counts, slack=random.choice([0, steps // 2, 7 * steps]),
     )  # fmt: skip
-    for channel in (Channel(course, levels) for levels in zip(*LEVELS, strict=True)):
+    coming = ([10_000, 90_000, 1_700_000], [8, 9, 8])
+    counter = StepCounter(course, Scale(Fraction(counts, steps)), 50_000, before=7, coming=coming)
+    for channel in (Channel(counter, Code(*levels)) for levels in zip(*LEVELS, strict=True)):
         instants = range(0, 12_000_000, 10_000)  # everything happens then
         levels = [channel.level(ps) for ps in instants]
         edges = [ps for ps, was, now in zip(instants[1:], levels, levels[1:], strict=False) if was != now]

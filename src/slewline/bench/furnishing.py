@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from inspect import signature
 from random import Random
 from typing import TYPE_CHECKING, Any
 
@@ -13,10 +12,11 @@ from ..core.chip import Chip, Finding
 from ..core.kernel import Kernel
 from ..core.net import Bus, Net
 from ..core.pin import Terminal
+from ..core.shaft import Shaft
 from ..core.table import Sheet
 from ..core.timebase import Time, hertz, picoseconds
 from ..errors import UnknownName, UsageError, WiringError
-from ..parts import make_part
+from ..parts import make_part, part_class
 from ..parts.caller import Caller
 from ..parts.gates import WireInverter
 from ..parts.host import Host
@@ -25,6 +25,7 @@ from ..parts.part import Part
 from ..parts.rs232 import SerialHost
 from .drawing import Drawing
 from .journal import Journal
+from .wiring import in_role, joints
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -88,7 +89,7 @@ class Furnished(Drawing):
             raise UsageError(f"add({part!r}): expected a part number such as 'cy525', or the class of a chip")
         name = self._new_name(name, cls.sheet.part.replace("-", "_"))
         hz = None if crystal is None else crystal_for(cls.sheet, crystal)
-        if self.stores is not None and "store" in signature(cls).parameters:
+        if self.stores is not None and cls.sheet.keeps:
             options.setdefault("store", self.stores(name))
         if self.journal is not None:
             kept = {"store": list(options["store"].read())} if options.get("store") is not None else {}
@@ -109,36 +110,67 @@ class Furnished(Drawing):
         self.kernel.settle()
         return chip
 
-    def part(self, kind: str, name: str | None = None, to: Chip | Part | str | None = None, **options: Any) -> Any:
+    def part(
+        self,
+        kind: str,
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Any:
         """Make a part and put it on the bench, at any time; it works from this instant on.
 
         Args:
             kind: for example "uart"; slewline.parts.KINDS lists them.
             name: defaults to the kind, numbered when there are several.
-            to: chip or part to whose pins those of the new part are wired in the standard way.
+            to: chip or part to whose pins those of the new part are wired in the standard way: by their roles.
+            on: part on whose shaft the new part sits: a motor, a gear, a carriage.
             options: of the part.
 
         Raises:
-            UnknownName: no such kind, or `to` lacks a pin of the standard wiring.
-            UsageError: a name that is taken, or an option that the kind does not have or allow.
-            WiringError: a bus would be wired to a single pin.
+            UnknownName: no such kind or neighbour.
+            UsageError: a name that is taken, an option that the kind does not have or allow; it does not sit there.
+            WiringError: the neighbour lacks a pin that the part needs; nothing has been put on the bench then.
         """
         name = self._new_name(name, kind)
-        part = make_part(kind, self.kernel, name, options)
+        neighbour = None if to is None else self[to if isinstance(to, str) else getattr(to, "name", repr(to))]
+        part = make_part(kind, self.kernel, name, options, **self._mounted(kind, name, on))
+        pairs = [] if neighbour is None else joints(kind, part, neighbour)
         self._note(
             "part",
             kind=kind,
             name=name,
+            to=neighbour and neighbour.name,
             options={k: list(v) if isinstance(v, bytes) else v for k, v in options.items()},
+            **{} if on is None else {"on": on if isinstance(on, str) else on.name},
         )
         self._keep_inputs(part)
         self.place(part)
         self.kernel.settle()
-        if to is not None:
-            neighbour = to if isinstance(to, str) else to.name
-            for own, theirs in part.wiring.items():
-                self.wire(f"{neighbour}.{theirs}", f"{name}.{own}")
+        for own, theirs in pairs:
+            theirs.net.join(own.net)
+            self.kernel.settle()
+            part.attached(own.row.name, theirs.row)
         return part
+
+    def _mounted(self, kind: str, name: str, on: Part | str | None) -> dict[str, Shaft]:
+        """The shaft that a new part sits on, as an argument of its constructor; none, if it sits on none."""
+        sits = part_class(kind).sits
+        if on is None:
+            if sits == "must":
+                raise UsageError(
+                    f"{name}: a {kind} sits on a shaft; say on which: on=motor, or on='the name of a part'"
+                )
+            return {}
+        if not sits:
+            raise UsageError(f"{name}: a {kind} sits on no shaft; leave out on=")
+        carrier = self[on] if isinstance(on, str) else on
+        shaft = getattr(carrier, "shaft", None)
+        if not isinstance(shaft, Shaft):
+            having = [other.name for other in self.parts.values() if isinstance(getattr(other, "shaft", None), Shaft)]
+            there = ", ".join(having) or "none yet; a motor or a translator has one"
+            raise UsageError(f"{name}: {getattr(carrier, 'name', repr(carrier))} has no shaft; parts that do: {there}")
+        return {"on": shaft}
 
     def _note(self, do: str, **what: Any) -> None:
         """Write an input from outside into the journal, if there is one."""
@@ -268,8 +300,8 @@ class Furnished(Drawing):
         self._keep_inputs(host)
         self.place(host)
         if line is not None:
-            for theirs, own in line.wiring.items():
-                host.pins[own].net.join(line.pins[theirs].net)
+            for own, theirs in joints("rs232_line", line, host):
+                theirs.net.join(own.net)
         self._connect(host if line is None else line, chips)
         return host
 
@@ -279,18 +311,19 @@ class Furnished(Drawing):
         self._connect(connector, [chip for chip in chips if isinstance(chip, LineChip)])
 
     def _connect(self, connector: Part, chips: Sequence[LineChip]) -> None:
+        out, rxd = in_role(connector, "computer_out").net, in_role(connector, "computer_in").net
         for chip in chips:
-            connector.pins["txd"].net.join(chip.pins["rxd"].net)
-            connector.pins["rxd"].net.join(chip.pins["txd"].net)
+            out.join(in_role(chip, "serial_in").net)
+            rxd.join(in_role(chip, "serial_out").net)
         addresses = [chip.strapped_address() for chip in chips]
         for address in sorted({own for own in addresses if addresses.count(own) > 1 or (own == 0 and len(chips) > 1)}):
             who = ", ".join(chip.name for chip, own in zip(chips, addresses, strict=True) if own == address)
             what = "have the same address on one line" if address else "without an address on a line that modules share"
             apart = f"; strap {', '.join(pins)} apart" if (pins := chips[0].port.address_pins) else ""
             connector.finding("same-address", f"{who} {what}: all of them answer{apart}")
-        rxd, last = connector.pins["rxd"].net, chips[-1].pins
-        if "txpd" in last and not any(chip.pins["txpd"].net.hub is rxd.hub for chip in chips):
-            rxd.join(last["txpd"].net)
+        downs = [chip.pins[down.name].net for chip in chips if (down := chip.sheet.role("serial_pull_down"))]
+        if downs and not any(down.hub is rxd.hub for down in downs):
+            rxd.join(downs[-1])
         self.kernel.settle()
 
     def __getitem__(self, name: str) -> Any:
@@ -353,8 +386,13 @@ class Furnished(Drawing):
     # ------------------------------------------------------------------------------------------------------ findings
     @property
     def findings(self) -> list[Finding]:
-        """What hosts did wrong, of all chips and parts, in order of time."""
+        """What hosts did wrong, of all chips and parts, in order of time; parts that are lazy catch up first."""
         return sorted((found for owner in self._owners() for found in owner.findings), key=lambda found: found.time_ps)
+
+    def catch_up(self) -> None:
+        """Let parts that work things off only when asked do so, up to now: who listens for findings hears them."""
+        for part in self.parts.values():
+            part.be_caught_up()
 
     def _power_input(self, chip: Chip, on: bool) -> None:
         self._note("power", chip=chip.name, on=on)

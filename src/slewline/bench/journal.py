@@ -23,11 +23,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 from weakref import finalize
 
-from .. import __version__
 from ..chips import PARTS, sheet_of
 from ..core.kernel import Kernel
 from ..core.store import Memory
 from ..errors import BenchFileError, OtherLaws, TornJournal
+from ..version import __version__
 from .text import read_file
 
 if TYPE_CHECKING:
@@ -222,7 +222,7 @@ def apply(bench: Bench, entry: dict[str, Any]) -> None:
     elif do == "connect":
         bench.connect(bench[entry["part"]], [bench.chips[name] for name in entry["chips"]])
     elif do == "part":
-        bench.part(entry["kind"], entry["name"], **entry["options"])
+        bench.part(entry["kind"], entry["name"], entry.get("to"), entry.get("on"), **entry["options"])
     elif do == "input":
         getattr(bench[entry["part"]], entry["verb"])(*entry["args"])
     elif do == "wire":

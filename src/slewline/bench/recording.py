@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 FilePath = str | Path
 SLICE_PS = 100_000_000_000  # while a VCD file is streamed, time passes in slices of 100 ms
-QUIET = ("clk15", "clkout")  # clocks are recorded only when asked for by name
 
 
 class Recording:
@@ -85,7 +84,7 @@ class Recording:
             for row in chip.sheet.pins:
                 if (
                     row.way in ("in", "out", "both")
-                    and row.name not in QUIET
+                    and row.role != "clock"
                     and not isinstance(chip.pins[row.name].net, Bus)
                 ):
                     yield f"{chip.name}.{row.name}"

@@ -10,9 +10,9 @@ serial `port`), and a method for each command or an `obey` of its own.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from inspect import isawaitable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ..core.chip import Chip
 from ..core.kernel import Kernel, Task
@@ -50,16 +50,8 @@ class LineChip(Chip):
     done, refused = b"OK", b"?"  # what `obey` answers where a command says nothing, and to what is no command
     lenient = False  # forgive a line feed between two lines
 
-    def __init__(
-        self,
-        kernel: Kernel,
-        name: str,
-        crystal_hz: int | None = None,
-        *,
-        bare: bool = False,
-        straps: Mapping[str, int] | None = None,
-    ) -> None:
-        super().__init__(kernel, name, crystal_hz, bare=bare, straps=straps)
+    def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, **given: Any) -> None:
+        super().__init__(kernel, name, crystal_hz, **given)
         assert self.sheet.port is not None  # a mistake in the sheet of the chip
         self.port: Port = self.sheet.port
         self.work: deque[Line | bytes] = deque()  # lines to obey, and answers that came late

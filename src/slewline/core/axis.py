@@ -39,7 +39,8 @@ class Stretch:
     """A stretch of travel: from an instant on, `playing` moves the axis by `sign` a step, starting from `travel`.
 
     `count` is `travel` without those steps that the position register did not count; it counts `counts` a step.  A
-    train that plays a plan from one of its steps on tells of both.
+    train that plays a plan from one of its steps on tells of both.  Where a motion is cut off, its step in progress is,
+    too: from `halted` on the motor stands.
     """
 
     start: int
@@ -50,6 +51,7 @@ class Stretch:
     playing: Playing | None
     plan: Plan | None = None
     step: int = 0
+    halted: int | None = None
 
     def phases(self) -> Iterator[tuple[int, int, str]]:
         """Yield the legs of the plan that are played: begin and end in ps, and the name."""
@@ -82,7 +84,7 @@ class Axis:
         self.offsets = [(0, self.offset)]
         self.watchers: list[Callable[[], object]] = []  # called when a plan or the register changes
         self.forgetters: list[Callable[[int], object]] = []  # called when the past before an instant is dropped
-        self.log = Motions(kernel)  # what a chip tells of its motions
+        self.log = Motions(self)  # what a chip tells of its motions
 
     @property
     def travel(self) -> int:
@@ -130,6 +132,18 @@ class Axis:
         self.past.append(Stretch(self.kernel.now, self.travel, self.counted, sign, counts, playing, plan, step))
         for watcher in self.watchers:
             watcher()
+
+    def stands(self) -> tuple[int, int]:
+        """The position register and the travel at this instant, steps of this instant being made."""
+        now, stretch = self.kernel.now, self.past[-1]
+        begun = stretch.playing.begun(now) if stretch.playing is not None else 0
+        position = self.low + (self.offset + stretch.count + stretch.counts * begun) % self.modulus
+        return position, stretch.travel + stretch.sign * begun
+
+    def halt(self) -> None:
+        """The step in progress, if there is one, is cut off: from now on the motor stands."""
+        if self.past[-1].halted is None:
+            self.past[-1].halted = self.kernel.now
 
     def arrives(self, position: int) -> int | None:
         """When the present promise reaches a position; None if it does not."""
@@ -303,7 +317,8 @@ class Axis:
     def driven(self, start: int, stop: int) -> list[tuple[int, int, int, Playing]]:
         """What says the velocity at start <= t <= stop: from which instant on, before which one, direction, and train.
 
-        A step in progress lasts until its end, or until the next train moves the axis.
+        A step in progress lasts until its end, or until the next train moves the axis; one that is cut off does not:
+        from there on the direction is 0.
         """
         found: list[tuple[int, int, int, Playing]] = []
         end = stop + 1
@@ -311,7 +326,12 @@ class Axis:
             stretch = self.past[number]
             playing = stretch.playing
             if playing is not None and (moves := playing.moves) is not None and moves < end:
-                found.append((max(moves, start), end, stretch.sign, playing))
+                halted = end if stretch.halted is None else max(stretch.halted, moves)
+                if halted < end:
+                    found.append((max(halted, start), end, 0, playing))
+                    end = halted
+                if max(moves, start) < end:
+                    found.append((max(moves, start), end, stretch.sign, playing))
                 end = moves
                 if moves <= start:
                     break

@@ -7,14 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from ..errors import UnknownName, UsageError
 from .axis import Axis, Steps
+from .hook import Hook
 from .ideal import Deviation, deviation
 from .kernel import Kernel, Task
-from .motions import Mark, MotionStart, Parameters
+from .motions import Mark, MotionEnd, MotionStart, Parameters
 from .net import Bus, Driver, Net
+from .option import checked
 from .pin import Condition, Terminal
 from .quantity import Position, Quantity, Velocity
 from .table import Sheet
@@ -128,9 +131,20 @@ class OneAxis:
     def motions(self, start: Time | None = None, stop: Time | None = None) -> list[MotionStart]:
         """Return the motions that begin at start <= t <= stop; all of them by default.
 
-        Each names what began it, the rates in force, and the ideal that it has followed, if the part defines one.
+        Each names what began it, the rates in force, the ideal that it has followed, if the part defines one, and how
+        it has ended.
         """
         return self.motor.motions(*self._window(start, stop))
+
+    @property
+    def on_motion_begin(self) -> Hook[[MotionStart]]:
+        """Called with every motion of this axis as it begins."""
+        return self.motor.log.on_begin
+
+    @property
+    def on_motion_end(self) -> Hook[[MotionEnd]]:
+        """Called with the end of every motion of this axis, as it comes."""
+        return self.motor.log.on_end
 
     def marks(self, start: Time | None = None, stop: Time | None = None) -> list[Mark]:
         """Return what else has happened to this axis at start <= t <= stop: commands in motion, limits, home."""
@@ -181,7 +195,10 @@ class AxisOfChip(OneAxis):
 
 
 class Chip(OneAxis):
-    """A part on a bench.  Subclasses bring a sheet and `run()`, the firmware."""
+    """A part on a bench.  Subclasses bring a sheet and `run()`, the firmware.
+
+    `options` holds every option of the sheet by its name, checked.
+    """
 
     sheet: Sheet
     axes: tuple[Axis, ...]
@@ -194,8 +211,10 @@ class Chip(OneAxis):
         *,
         bare: bool = False,
         straps: Mapping[str, int] | None = None,
+        **options: Any,
     ) -> None:
-        self.kernel, self.name = kernel, name
+        self.kernel, self.name, self.bare = kernel, name, bare
+        self.options = SimpleNamespace(**checked(name, self.sheet.options, options))
         self.crystal_hz = crystal_hz or self.sheet.crystal_hz
         self.clock = Clock(self.crystal_hz)
         self.tick = 0  # the chip's own count; every sleep adds to it, so nothing drifts
@@ -206,14 +225,14 @@ class Chip(OneAxis):
         self.task: Task | None = None
         self.idle = False
         self._waiting: tuple[str, int] = ("nothing yet", 0)
-        self._build_pins(bare, straps or {})
+        self._build_pins(straps or {})
 
     @property
     def has_bus(self) -> bool:
         """Does the part have a data bus?"""
         return any(isinstance(terminal.net, Bus) for terminal in self.pins.values())
 
-    def _build_pins(self, bare: bool, straps: Mapping[str, int]) -> None:
+    def _build_pins(self, straps: Mapping[str, int]) -> None:
         self.pins: dict[str, Terminal] = {}
         self.drivers: dict[str, Driver] = {}
         prefix = self.sheet.bus
@@ -227,9 +246,8 @@ class Chip(OneAxis):
                 terminal.bit = int(line)
             else:
                 open_input = row.way == "in" and row.pull is None  # an input without pull-up reads low when left open
-                net = Net(
-                    self.kernel, f"{self.name}.{row.name}", 0 if open_input else row.pull, None if bare else row.tie
-                )
+                pull, tie = 0 if open_input else row.pull, None if self.bare else row.tie
+                net = Net(self.kernel, f"{self.name}.{row.name}", pull, tie)
                 terminal = Terminal(self.name, row, net)
                 net.on_conflict = self._conflict
                 if row.way in ("out", "both"):
@@ -274,7 +292,7 @@ class Chip(OneAxis):
 
     def step_nets(self) -> list[Net]:
         """Outputs that show every step of a motor."""
-        return []
+        return [self.pins[row.name].net for row in self.sheet.pins if row.role == "step"]
 
     @property
     def motor(self) -> Axis:

@@ -18,11 +18,12 @@ first, lowest, highest and last one.
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from itertools import accumulate, pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, overload
 
 from .axis import staircase
+from .timebase import Time, moments
 
 if TYPE_CHECKING:
     import numpy as np
@@ -53,7 +54,28 @@ class Quantity:
     unit: str
     held: bool
 
-    def at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+    @overload
+    def at(self, times: Time) -> float: ...  # type: ignore[overload-overlap]  # a text is no sequence of times
+    @overload
+    def at(self, times: Sequence[Time] | NDArray[np.int64]) -> NDArray[np.float64]: ...
+    def at(self, times: Time | Sequence[Time] | NDArray[np.int64]) -> float | NDArray[np.float64]:
+        """Return the value at one instant of the past, or the values at many: float64, shape as `times`.
+
+        Args:
+            times: "3 ms" or picoseconds, a list of them, or an array of int64 picoseconds, in any order.
+
+        Raises:
+            TimeError: not a time.
+            UsageError: an instant is still to come.
+        """
+        import numpy as np
+
+        instants = moments(times)
+        if isinstance(instants, int):
+            return float(self.values_at(np.array([instants]))[0])
+        return self.values_at(instants)
+
+    def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the values at instants of the past, in any order: float64, shape as `times_ps` (int64 ps)."""
         raise NotImplementedError
 
@@ -81,7 +103,7 @@ class Velocity(Quantity):
     def __init__(self, axis: Axis) -> None:
         self.axis = axis
 
-    def at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+    def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
         return self.axis.velocities_at(times_ps)
 
     def changes(self, start: int, stop: int) -> Outline:
@@ -113,7 +135,7 @@ class Position(Quantity):
     def __init__(self, axis: Axis) -> None:
         self.axis = axis
 
-    def at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+    def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
         import numpy as np
 
         return self.axis.positions_at(times_ps).astype(np.float64)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from .option import Option
+
 
 class Store(Protocol):
     """What keeps bytes without power.  Both may raise OSError: the memory fails."""
@@ -26,3 +28,18 @@ class Memory:
 
     def write(self, data: bytes) -> None:
         self.data = data
+
+
+def _missing(store: object) -> str:
+    has = all(callable(getattr(store, name, None)) for name in ("read", "write"))
+    return "" if has else "expected an object with read() and write(data)"
+
+
+STORE = Option(
+    "store",
+    "object",
+    None,
+    "what keeps the memory without power: an object with read() and write(data); gone with the bench by default",
+    none=True,
+    check=_missing,
+)

@@ -20,6 +20,7 @@ from functools import lru_cache
 from itertools import product
 from typing import Any
 
+from .clocking import Bounded, ClockEdges, Walked, clock_edges
 from .wave import Level, Promise, promised
 
 TRIES = 16  # changes of inputs that change nothing; then `after` says where it has come to
@@ -103,6 +104,10 @@ class Repeated(View):
     def inputs(self) -> Iterable[Promise]:
         return (self.of,)
 
+    def clock(self, level: int, since: int) -> ClockEdges:
+        """Return the edges to a level after an instant (see clocking.py)."""
+        return Bounded(clock_edges(self.of, level, since), self)
+
     def level_of(self, ps: int) -> Level:
         return self.of.level(ps)
 
@@ -124,6 +129,9 @@ class Rested(Repeated):
         super().__init__(of)
         self.rest = rest
 
+    def clock(self, level: int, since: int) -> ClockEdges:
+        return Walked(self, level, since)
+
     def level_of(self, ps: int) -> Level:
         return self.rest if (level := self.of.level(ps)) is None else level
 
@@ -138,6 +146,9 @@ class Inverted(Repeated):
     """The other level; a wire that floats is passed on as it is."""
 
     __slots__ = ()
+
+    def clock(self, level: int, since: int) -> ClockEdges:
+        return super().clock(1 - level, since)
 
     def level_of(self, ps: int) -> Level:
         return None if (level := self.of.level(ps)) is None else 1 - level

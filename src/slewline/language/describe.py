@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from ..core.table import Arg, Bits, Packets, Port, Row, Sheet
+from ..core.table import AXIS_ROLES, Arg, Bits, Packets, Pin, Port, Row, Sheet
 from . import lines, packets
 from .assemble import units
 from .lookup import MARK, find
@@ -322,6 +322,7 @@ def _pins(sheet: Sheet) -> str:
         "name",
         "way",
         "what it does",
+        "role",
         "active",
         "open",
         "wire to",
@@ -335,6 +336,7 @@ def _pins(sheet: Sheet) -> str:
             f"`{pin.name}`",
             pin.way,
             pin.says,
+            _role(pin, sheet),
             LEVEL[pin.active],
             LEVEL[pin.pull],
             LEVEL[pin.tie],
@@ -344,7 +346,17 @@ def _pins(sheet: Sheet) -> str:
         )
         for pin in sheet.pins
     ]
-    return f"## Pins\n\n{table(heads, rows)}" if rows else ""
+    note = (
+        "A part that is wired `to` the chip finds its pins by their roles. A level behind a role is the one at which\n"
+        "it holds, where that is not the active one."
+    )
+    return f"## Pins\n\n{table(heads, rows)}\n\n{note}" if rows else ""
+
+
+def _role(pin: Pin, sheet: Sheet) -> str:
+    """What a pin is for: its role, the axis where there are several, and the level where it is not the active one."""
+    axis = f" {pin.axis}" if pin.role in AXIS_ROLES and sheet.axes > 1 else ""
+    return f"`{pin.role}`{axis}{f' ({LEVEL[pin.sense]})' * (pin.sense != pin.active)}" if pin.role else ""
 
 
 def _wires(sheet: Sheet) -> str:
@@ -353,9 +365,9 @@ def _wires(sheet: Sheet) -> str:
 
 
 def _registers(sheet: Sheet) -> str:
-    heads = ("register", "what it holds", "loaded by", "bits", "power-up value of the model", "manual")
+    heads = ("register", "what it holds", "loaded by", "bits", "unit", "power-up value of the model", "manual")
     rows = [
-        (f"`{r.name}`", r.says, f"`{r.letter}`" if r.letter else "", r.bits, r.default, r.where)
+        (f"`{r.name}`", r.says, f"`{r.letter}`" if r.letter else "", r.bits, r.unit, r.default, r.where)
         for r in sheet.registers
     ]
     return f"## Registers\n\n{table(heads, rows)}" if rows else ""

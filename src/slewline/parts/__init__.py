@@ -11,10 +11,12 @@ from importlib import import_module
 from inspect import signature
 from typing import TYPE_CHECKING, Any
 
+from ..core.option import checked
 from ..errors import UnknownName, UsageError
 
 if TYPE_CHECKING:
     from ..core.kernel import Kernel
+    from ..core.shaft import Shaft
     from .part import Part
 
 KINDS = {  # kind: (module, class, what it is)
@@ -36,6 +38,9 @@ KINDS = {  # kind: (module, class, what it is)
     "rotor": ("motor", "Rotor", "rotor between two windings"),
     "motor": ("motor", "Motor", "motor that may lose steps, with the detector of its steps (GS-C fig. 14, 17, 18)"),
     "encoder": ("encoder", "Encoder", "encoder on the shaft of a step motor, which may be blocked or slip"),
+    "switch": ("sensors", "Switch", "home or limit switch on a shaft or a carriage"),
+    "gear": ("carriage", "Gear", "gear between two shafts"),
+    "carriage": ("carriage", "Carriage", "carriage that a shaft moves, with backlash and hard stops"),
     "quadrature": ("encoder", "Quadrature", "encoder on a shaft that another machine turns, the master of a gear"),
     "gs_d200": ("gsd200", "GsD200", "GS-D200 or GS-D200S driver module: translator and enable (GS-C fig. 7)"),
     "phase_current": ("gsd200", "PhaseCurrent", "phase current that MOV and RAMP choose (GS-C fig. 6, 11)"),
@@ -67,11 +72,18 @@ def part_class(kind: str) -> type[Part]:
     return getattr(import_module(f"{__name__}.{module}"), name)  # type: ignore[no-any-return]
 
 
-def make_part(kind: str, kernel: Kernel, name: str, options: dict[str, Any]) -> Part:
-    """A part of a kind; options that it does not have are refused with the list of those it has."""
+def make_part(kind: str, kernel: Kernel, name: str, options: dict[str, Any], **mounted: Shaft) -> Part:
+    """Return a part of a kind, on a shaft where it sits on one; its constructor gets every option, checked.
+
+    Raises:
+        UnknownName: no such kind.
+        UsageError: an option that the kind does not have, or does not allow.
+    """
     cls = part_class(kind)
-    parameters = list(signature(cls).parameters)[2:]
+    parameters = [parameter for parameter in list(signature(cls).parameters)[2:] if parameter != "on"]
+    if cls.options or not parameters:
+        return cls(kernel, name, **mounted, **checked(name, cls.options, options))
     for key in options:
         if key not in parameters:
-            raise UsageError(f"{name}: a {kind} has no option {key!r}; its options: {', '.join(parameters) or 'none'}")
-    return cls(kernel, name, **options)
+            raise UsageError(f"{name}: no option {key!r}; its options: {', '.join(parameters)}")
+    return cls(kernel, name, **mounted, **options)

@@ -14,7 +14,7 @@ from types import MappingProxyType
 from ..core.kernel import Kernel
 from ..core.net import Net
 from ..errors import UsageError
-from .motor import Translator
+from .stepped import Stepped
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,7 @@ class Piece:
         return f"holes at {', '.join(map(str, self.holes)) or 'none'}, cut at {self.length}"
 
 
-class Bar(Translator):
+class Bar(Stepped):
     """A bar that CLOCK and DIR feed under drill and blade; each rise of `bit` makes a hole, of `blade` a cut."""
 
     wiring = MappingProxyType({"pulse": "clock", "direction": "dir", "blade": "uo1"})
@@ -61,7 +61,7 @@ class Bar(Translator):
         super().stepped(sign)
 
 
-class Drill(Translator):
+class Drill(Stepped):
     """A drill that CLOCK and DIR lower (clockwise) and lift; its spindle turns while `motor` is high.
 
     Args:

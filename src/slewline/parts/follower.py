@@ -17,7 +17,7 @@ levels, edge by edge (`react`).
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..core.net import Driver, Net
 from ..core.outlook import Outlook
@@ -44,10 +44,8 @@ class Follower(Part):
         self._laying = False  # `lay` is due in the next round
         self._drivers_seen = -1  # of the inputs, when circles were looked for
 
-    def add_pin(
-        self, name: str, way: Way, says: str, *, pull: int | None = None, initial: int | None = None
-    ) -> Terminal:
-        terminal = super().add_pin(name, way, says, pull=pull, initial=initial)
+    def add_pin(self, name: str, way: Way, says: str, **how: Any) -> Terminal:
+        terminal = super().add_pin(name, way, says, **how)
         if name in self.drivers:
             self.drivers[name].source = self
         return terminal
@@ -85,7 +83,7 @@ class Follower(Part):
             self.freeze(self.kernel.seen + 1)
         if not self._laying:
             self._laying = True
-            self.cut(self.kernel.now - 1)
+            self.cut(self.kernel.seen)
             self.kernel.call_at(self.kernel.now, self._lay)
 
     def freeze(self, ps: int) -> None:

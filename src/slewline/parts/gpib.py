@@ -31,9 +31,9 @@ MANAGEMENT = ("atn", "ifc", "srq")
 
 def add_bus_lines(part: Part) -> None:
     """Data lines, handshake and management lines of the IEEE-488 bus."""
-    part.add_bus("dio", "data lines")
+    part.add_bus("dio", "data lines", role="dio")
     for name in (*HANDSHAKE, *MANAGEMENT):
-        part.add_pin(name, "both", f"{name.upper()}, low active, open collector", pull=1)
+        part.add_pin(name, "both", f"{name.upper()}, low active, open collector", pull=1, role=name)
 
 
 def pull(part: Part, name: str, low: bool) -> None:
@@ -50,8 +50,8 @@ class GpibListener(Part):
 
     wiring = MappingProxyType(
         {
-            "dio": "db",
-            "io_request": "io_request",
+            "dio": "data",
+            "io_request": "request",
             "ready": "ready",
             "reset": "reset",
             "motion_complete": "motion_complete",

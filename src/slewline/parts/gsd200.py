@@ -25,10 +25,13 @@ from collections.abc import Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
+from ..core.clocking import ClockEdges, Still
+from ..core.counted import Counted
 from ..core.kernel import Kernel
-from ..core.net import Net
 from ..core.timebase import Time, moment, moments
+from ..core.views import gated
 from ..errors import UsageError
+from .clocked import Clocked
 from .part import Part
 
 if TYPE_CHECKING:
@@ -37,20 +40,27 @@ if TYPE_CHECKING:
 
 STATES = ("0101", "0001", "1001", "1000", "1010", "0010", "0110", "0100")  # a, b, c, d in states 1 to 8
 PHASES = "abcd"
+AND = (0, 0, 0, 1)
 SUPPLY_V = 5.0
 PULL_UP_OHM = 10e3
 AMPERES_PER_VOLT = 2.0
 
 
 # ------------------------------------------------------------------------------------------------------- translator
-class GsD200(Part):
+class GsD200(Clocked):
     """A driver module: translator and enable; `to` wires CLOCK, DIR and RESET."""
 
     wiring = MappingProxyType({"clock": "clock", "direction": "dir", "reset": "reset"})
+    follows = ("clock", "direction", "half_full", "reset", "enable")
+    clock = "clock"
+    steers = ("direction", "half_full", "reset")
+    edge = 1
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
-        self.state = 1
+        self._state = 0  # 0 to 7, and what the clock makes of it
+        self._by = 0
+        self._counted: ClockEdges = Still()
         self.add_pin("clock", "in", "step at each rise", pull=1)
         self.add_pin("direction", "in", "high: clockwise", pull=1)
         self.add_pin("reset", "in", "low: state 1", pull=1)
@@ -60,28 +70,42 @@ class GsD200(Part):
         for phase, level in zip(PHASES, STATES[0], strict=True):
             self.add_pin(phase, "out", f"phase {phase}, high: on", initial=int(level))
 
-    def rewired(self) -> None:
-        self.pin("clock").net.watch(self._clocked)
-        for pin in ("reset", "enable"):
-            self.pin(pin).net.watch(lambda _: self._put())
-        self._put()
+    @property
+    def state(self) -> int:
+        """The state of the translator, 1 to 8."""
+        if not self.high("reset"):
+            return 1
+        by = self._by * self._counted.by(self.kernel.seen) + self._step * self.due
+        return (self._state + by) % len(STATES) + 1
 
     @property
     def decay(self) -> str:
         """How the current decays in the pauses of the chopper: "slow" or "fast"."""
         return "slow" if self.high("control") else "fast"
 
-    def _clocked(self, net: Net) -> None:
-        if net.level == 1:
-            way = 1 if self.high("direction") else -1
-            self.state = (self.state - 1 + way * (1 if self.high("half_full") else 2)) % len(STATES) + 1
-            self._put()
+    @property
+    def _step(self) -> int:
+        """By how many states a clock advances."""
+        return (1 if self.high("direction") else -1) * (1 if self.high("half_full") else 2)
 
-    def _put(self) -> None:
+    # ------------------------------------------------------------------------------------------------------- changes
+    def bring(self, ps: int) -> None:
+        self._state = (self._state + self._by * self._counted.by(ps)) % len(STATES)
+        self._counted = Still()
+
+    def stepped(self) -> None:
+        self._state = (self._state + self._step) % len(STATES)
+
+    def follow(self, clock: ClockEdges) -> None:
         if not self.high("reset"):
-            self.state = 1
-        for phase, level in zip(PHASES, STATES[self.state - 1], strict=True):
-            self.drivers[phase].drive(int(level) if self.high("enable") else 0)
+            self._state, clock = 0, Still()
+        self._by, self._counted = self._step, clock
+        states = [STATES[(self._state + self._by * n) % len(STATES)] for n in range(len(STATES))]
+        enable = self.shown("enable")
+        for n, phase in enumerate(PHASES):
+            levels = tuple(int(state[n]) for state in states)
+            on = levels[0] if isinstance(clock, Still) else Counted(clock, self.shown(self.clock), levels)
+            self.put(self.drivers[phase], gated((on, enable), AND))
 
 
 # ----------------------------------------------------------------------------------------------------- phase current

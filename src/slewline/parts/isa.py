@@ -40,7 +40,15 @@ class Isa(Caller):
     """
 
     wiring = MappingProxyType(
-        {name: name for name in ("hostdata", "hostslct", "hostcmd", "hostread", "hostwrite", "hostrdy", "reset")}
+        {
+            "hostdata": "data",
+            "hostslct": "chip_select",
+            "hostcmd": "command",
+            "hostread": "read",
+            "hostwrite": "write",
+            "hostrdy": "ready",
+            "reset": "reset",
+        }
     )
 
     def __init__(self, kernel: Kernel, name: str, *, base: int = 0x340) -> None:

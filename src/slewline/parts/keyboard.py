@@ -25,7 +25,7 @@ class Keyboard(Worker):
         apart: from the release of one key to the next.
     """
 
-    wiring = MappingProxyType({"db": "db", "request": "io_request", "ready": "ready"})
+    wiring = MappingProxyType({"db": "data", "request": "request", "ready": "ready"})
 
     def __init__(self, kernel: Kernel, name: str, *, down: Time = "80 ms", apart: Time = "120 ms") -> None:
         super().__init__(kernel, name)

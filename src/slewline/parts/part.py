@@ -1,24 +1,32 @@
 """What every part has: a name, pins of its own, findings.  A part sees a chip through nets only.
 
-`wiring` is the standard wiring: pins of the part, and the pins of the neighbour to which `bench.part(..., to=...)`
-joins them.  What a user tells a part (a text, a key) goes through `input`, so that a journal can repeat it; `verbs` are
-the methods by which a run script tells it something, with a whole number or nothing.
+`wiring` is the standard wiring: pins of the part, and the roles (core/table.py, ROLES) of the neighbour's pins to which
+`bench.part(..., to=...)` joins them, on the part's option `axis`, if it has one; those in `optional` stay open where no
+pin has that role.  Pins of parts have roles themselves, so that a part attaches to a part.
+
+What a user tells a part (a text, a key) goes through `input`, so that a journal can repeat it; `verbs` are the methods
+by which a run script tells it something, with a whole number or nothing.  `options` are the rows of what its
+constructor takes: it gets all of them, checked.
 """
 
 from __future__ import annotations
 
+from bisect import insort
 from collections.abc import Callable, Mapping
+from operator import attrgetter
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar
 
 from ..core.chip import Finding
 from ..core.kernel import Kernel
 from ..core.net import Bus, Driver, Net
+from ..core.option import Option
 from ..core.pin import Terminal
 from ..core.table import Pin
 from ..errors import UnknownName
 
 if TYPE_CHECKING:
+    from ..core.quantity import Quantity
     from ..core.table import Way
 
 T = TypeVar("T")
@@ -36,21 +44,39 @@ class Part:
     """A part on a bench.  Subclasses make their pins in the constructor and react to nets by observers or tasks."""
 
     wiring: Mapping[str, str] = MappingProxyType({})
+    optional: frozenset[str] = frozenset()
     verbs: tuple[str, ...] = ()
+    sits: ClassVar[Literal["", "may", "must"]] = ""  # on the shaft of another part (`bench.part(..., on=...)`)
+    options: tuple[Option, ...] = ()
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         self.kernel, self.name = kernel, name
         self.pins: dict[str, Terminal] = {}
         self.drivers: dict[str, Driver] = {}
-        self.findings: list[Finding] = []
+        self._findings: list[Finding] = []
+        self._catching_up = False
         self.on_finding: Callable[[Finding], object] | None = None
         self.on_input: Callable[[str, list[Any]], object] | None = None  # the journal
 
     def add_pin(
-        self, name: str, way: Way, says: str, *, pull: int | None = None, initial: int | None = None
+        self,
+        name: str,
+        way: Way,
+        says: str,
+        *,
+        pull: int | None = None,
+        initial: int | None = None,
+        role: str = "",
+        axis: int = 1,
+        active: int | None = None,
     ) -> Terminal:
-        """Make a pin; an output drives `initial` from the beginning."""
-        row = Pin(len(self.pins) + 1, name, way, says, pull=pull)
+        """Make a pin; an output drives `initial` from the beginning.
+
+        Args:
+            role, axis: what it is for, where other parts attach to it.
+            active: the level that counts; None: the part takes it from the neighbour, or it has none.
+        """
+        row = Pin(len(self.pins) + 1, name, way, says, active=active, pull=pull, role=role, axis=axis)
         terminal = Terminal(self.name, row, Net(self.kernel, f"{self.name}.{name}", pull))
         self.pins[name] = terminal
         if way in ("out", "both"):
@@ -59,10 +85,10 @@ class Part:
                 driver.drive(initial)
         return terminal
 
-    def add_bus(self, name: str, says: str) -> Terminal:
+    def add_bus(self, name: str, says: str, *, role: str = "") -> Terminal:
         """Make an eight-wire bus pin; its driver takes (mask, value) or None."""
         terminal = Terminal(
-            self.name, Pin(len(self.pins) + 1, name, "both", says), Bus(self.kernel, f"{self.name}.{name}")
+            self.name, Pin(len(self.pins) + 1, name, "both", says, role=role), Bus(self.kernel, f"{self.name}.{name}")
         )
         self.pins[name] = terminal
         self.drivers[name] = Driver(terminal.net, self.name)
@@ -88,12 +114,44 @@ class Part:
         if self.on_input is not None:
             self.on_input(verb, [list(arg) if isinstance(arg, bytes) else arg for arg in args])
 
-    def finding(self, code: str, text: str) -> None:
-        """Keep something that went wrong around the chip."""
-        found = Finding(self.kernel.now, self.name, code, text)
-        self.findings.append(found)
+    # ------------------------------------------------------------------------------------------------ what it tells
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Return what the part has over time, to be drawn, written and asked: an angle, a current, a count; or ()."""
+        return ()
+
+    def catch_up(self) -> None:
+        """Work off what has happened up to the last committed instant, in a part that does so only when asked.
+
+        Findings made on the way bear the instants at which things happened; their listeners hear them now.
+        """
+
+    def forget(self, before: int) -> None:
+        """Drop what the part keeps of the time before an instant (ps) for its quantities."""
+
+    @property
+    def findings(self) -> list[Finding]:
+        """What went wrong around the chip, by time; the part catches up first."""
+        self.be_caught_up()
+        return self._findings
+
+    def be_caught_up(self) -> None:
+        """Catch up, unless it is doing so: a listener that hears of one finding may ask for all."""
+        if not self._catching_up:
+            self._catching_up = True
+            try:
+                self.catch_up()
+            finally:
+                self._catching_up = False
+
+    def finding(self, code: str, text: str, at: int | None = None) -> None:
+        """Keep something that went wrong around the chip, now or at an instant of the past (ps)."""
+        found = Finding(self.kernel.now if at is None else at, self.name, code, text)
+        insort(self._findings, found, key=attrgetter("time_ps"))
         if self.on_finding is not None:
             self.on_finding(found)
+
+    def attached(self, own: str, row: Pin) -> None:
+        """Take notice that `to` has joined a pin with a neighbour's; `row.sense` is the level that counts there."""
 
     def rewired(self) -> None:
         """The part is wired, and time is about to pass: subclasses put their observers on here; called once."""

@@ -31,7 +31,7 @@ class Prom(Part):
         stop: "data": the byte FF ends the program; "address": address FF does, for binary programs that contain FF.
     """
 
-    wiring = MappingProxyType({"db": "db", "request": "io_request", "ready": "ready", "load": "reset"})
+    wiring = MappingProxyType({"db": "data", "request": "request", "ready": "ready", "load": "reset"})
 
     def __init__(self, kernel: Kernel, name: str, *, image: Data, start: int = 0, stop: str = "data") -> None:
         super().__init__(kernel, name)
@@ -44,7 +44,7 @@ class Prom(Part):
         self.by_address = stop == "address"
         self.add_bus("db", "the byte at the address")
         self.add_pin("ready", "in", "high: the chip takes a byte", pull=1)
-        self.add_pin("load", "in", "low: the counter takes p0 to p7", pull=1)
+        self.add_pin("load", "in", "low: the counter takes p0 to p7", pull=1, active=0)
         self.add_pin("request", "out", "I/O REQUEST", initial=1)
         for bit in range(8):
             self.add_pin(f"p{bit}", "in", f"preset of the counter, bit {bit}", pull=start >> bit & 1)

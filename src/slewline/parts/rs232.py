@@ -38,7 +38,8 @@ class SerialPort(Worker):
         ttl: TTL levels (mark is 1) instead of RS-232 ones.
     """
 
-    wiring = MappingProxyType({"txd": "rxd", "rxd": "txd"})
+    wiring = MappingProxyType({"txd": "serial_in", "rxd": "serial_out"})
+    optional = frozenset({"rxd"})  # of a receiver
 
     def __init__(
         self,
@@ -55,8 +56,9 @@ class SerialPort(Worker):
         self.mark = TTL if ttl else RS232
         self.receiver: Receiver | None = None
         self.set_line(baud, Word(bits, parity, stop))
-        self.add_pin("txd", "out", "serial data out", initial=self.mark)
-        self.add_pin("rxd", "in", "serial data in", pull=self.mark)
+        space = 1 - self.mark
+        self.add_pin("txd", "out", "serial data out", initial=self.mark, role="computer_out", active=space)
+        self.add_pin("rxd", "in", "serial data in", pull=self.mark, role="computer_in", active=space)
         self.outgoing: deque[tuple[bytes, str]] = deque()  # bursts of characters, each with its fault
         self.sender: Task | None = None
         self.received = bytearray()  # the data bits of every character, good or not

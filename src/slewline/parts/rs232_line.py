@@ -91,7 +91,7 @@ class Rs232Line(Part):
         baud, bits, parity, stop: the characters on it.
     """
 
-    wiring = MappingProxyType({"host_txd": "txd", "host_rxd": "rxd"})
+    wiring = MappingProxyType({"host_txd": "computer_out", "host_rxd": "computer_in"})
 
     def __init__(
         self,
@@ -106,11 +106,11 @@ class Rs232Line(Part):
         super().__init__(kernel, name)
         self.word, self.clock = Word(bits, parity, stop).checked(name), bit_clock(baud, name)
         ends = (
-            self.add_pin("host_txd", "in", "from the host", pull=MARK),
-            self.add_pin("rxd", "in", "from the module", pull=MARK),
+            self.add_pin("host_txd", "in", "from the host", pull=MARK, role="serial_in", active=SPACE),
+            self.add_pin("rxd", "in", "from the module", pull=MARK, role="computer_in", active=SPACE),
         )
-        self.add_pin("txd", "out", "to the module", initial=MARK)
-        self.add_pin("host_rxd", "out", "to the host", initial=MARK)
+        self.add_pin("txd", "out", "to the module", initial=MARK, role="computer_out", active=SPACE)
+        self.add_pin("host_rxd", "out", "to the host", initial=MARK, role="serial_out", active=SPACE)
         self.ways = {
             way: Way(end, self.drivers[out], self.clock, self.word)
             for way, end, out in zip(WAYS, ends, ("txd", "host_rxd"), strict=True)

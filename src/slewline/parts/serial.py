@@ -45,7 +45,7 @@ class SerialSender(Worker):
         gap: what the host pauses after each character.
     """
 
-    wiring = MappingProxyType({"txd": "rxd"})
+    wiring = MappingProxyType({"txd": "serial_in"})
 
     def __init__(
         self,
@@ -62,7 +62,7 @@ class SerialSender(Worker):
         self.word = Word(bits, parity, stop).checked(name)
         self.clock = bit_clock(baud, name)
         self.gap_ps = picoseconds(gap)
-        self.add_pin("txd", "out", "serial data, TTL level", initial=1)
+        self.add_pin("txd", "out", "serial data, TTL level", initial=1, role="computer_out", active=0)
 
     def send(self, data: Data) -> None:
         """Queue characters; they go out one behind the other."""
@@ -94,7 +94,7 @@ class Uart(Part):
         bits, parity, stop: the straps; they must match the host.
     """
 
-    wiring = MappingProxyType({"db": "db", "request": "io_request", "rde": "instrobe", "rdav": "ready"})
+    wiring = MappingProxyType({"db": "data", "request": "request", "rde": "in_strobe", "rdav": "ready"})
 
     def __init__(
         self,
@@ -111,8 +111,8 @@ class Uart(Part):
         if str(baud) not in GENERATOR:
             raise UsageError(f"{name}: baud {baud!r}; the generator has {', '.join(GENERATOR)}")
         self.clock = Clock(GENERATOR[str(baud)])
-        self.add_bus("db", "received data, driven while RDE is low")
-        self.add_pin("rxd", "in", "serial data, TTL level", pull=1)
+        self.add_bus("db", "received data, driven while RDE is low", role="data")
+        self.add_pin("rxd", "in", "serial data, TTL level", pull=1, role="serial_in", active=0)
         self.add_pin("rde", "in", "low: received data on the bus", pull=1)
         self.add_pin("rdav", "in", "low: clears DAV and holds it clear", pull=1)
         self.add_pin("dav", "out", "high: a character is available", initial=0)

@@ -9,8 +9,8 @@ from ..core.kernel import Kernel
 from ..core.net import Net
 from ..core.timebase import Time, picoseconds, readable
 from ..errors import UsageError
-from .motor import Translator
 from .part import Part
+from .stepped import Stepped
 
 
 class Workpieces(Part):
@@ -75,7 +75,7 @@ class Spot:
         return f"{self.position:5}  from {readable(self.start_ps)} for {readable(self.duration_ps)}"
 
 
-class Welder(Translator):
+class Welder(Stepped):
     """A carriage that PULSE and DIRECTION move, with a torch that burns while `torch` is high."""
 
     wiring = MappingProxyType({"torch": "programmable_output", "pulse": "pulse", "direction": "direction"})

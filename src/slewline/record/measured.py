@@ -35,7 +35,7 @@ class Measured(Quantity):
     def __init__(self, name: str, unit: str, times_ps: NDArray[np.int64], values: NDArray[np.float64]) -> None:
         self.name, self.unit, self.times_ps, self.values = name, unit, times_ps, values
 
-    def at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+    def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
         import numpy as np
 
         found: NDArray[np.float64] = np.append(np.nan, self.values)[np.searchsorted(self.times_ps, times_ps, "right")]
@@ -45,7 +45,7 @@ class Measured(Quantity):
         import numpy as np
 
         first, last = np.searchsorted(self.times_ps, (start, stop), side="right").tolist()
-        values = np.append(self.at(np.array([start])), self.values[first:last])
+        values = np.append(self.values_at(np.array([start])), self.values[first:last])
         return Outline(np.append(start, self.times_ps[first:last]), values)
 
 

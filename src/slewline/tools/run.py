@@ -29,7 +29,9 @@ if TYPE_CHECKING:
     from ..record.vcd_sources import Buses
 
 TIMEOUT = "60 s"
-PLOTTED = ("run", "programmable_output", "slew", "motion_complete", "mov", "ramp", "uo1", "uo2", "uo3", "hostintrpt")
+PLOTTED = (  # pins in these roles, beside the curves
+    *("running", "slewing", "motion_complete", "moving", "ramping", "output1", "output2", "output3", "interrupt"),
+)
 DEFAULT_BUSES: Buses = "bits"
 OF_VCD = ("pins", "timescale", "vcd_buses", "vcd_values", "layout")
 COLOURS = {"finding": "red", "motion": "green", "host": "cyan"}
@@ -182,7 +184,7 @@ class Run:
     def plotted(self, bench: Bench) -> list[str]:
         """The pins below a plot: those of the first chip."""
         name, chip = next(iter(bench.chips.items()))
-        return [f"{name}.{pin}" for pin in PLOTTED if pin in chip.pins]
+        return [f"{name}.{row.name}" for role in PLOTTED for row in chip.sheet.pins if row.role == role]
 
     # --------------------------------------------------------------------------------------------------------- running
     def replayed(self) -> Bench:

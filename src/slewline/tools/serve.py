@@ -8,14 +8,13 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from ..bench import Bench
-from ..chips import chip_class, sheet_of
+from ..chips import sheet_of
 from ..errors import SlewlineError, UsageError
 from .files import say_replaced
 
@@ -162,7 +161,7 @@ class Serve:
 
 def keeps(part: str) -> bool:
     """Does a part keep anything without power?"""
-    return "store" in signature(chip_class(part)).parameters
+    return sheet_of(part).keeps
 
 
 def titled(line: Line) -> str:

@@ -7,11 +7,11 @@ Where the manual is silent see quirks.py.
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable
+from typing import Any
 
 from ...core.kernel import Kernel
 from ...core.table import Row
-from ...errors import UsageError
 from ...language.dialects import Command, Label
 from . import sheet
 from .instructions import Instructions
@@ -29,53 +29,16 @@ def lead(row: Row) -> int:
     return T["step_lead"] if row.motion else 0
 
 
-def ramp_law(name: str, unit: object, jumps: object) -> Law:
-    """Return the law of the ramps that the options of a chip ask for.
-
-    Raises:
-        UsageError: a unit that is not a whole number of clocks from 1 to 65535, or jumps that are not a bool.
-    """
-    arg = sheet.RAMP_UNIT
-    if type(unit) is not int or not arg.allows(unit):
-        allowed = f"{arg.low}..{arg.high} {arg.unit}, {sheet.RAMP_UNIT_TICKS} by default"
-        raise UsageError(f"{name}: {arg.name} {unit!r}; allowed {allowed}")
-    if type(jumps) is not bool:
-        raise UsageError(f"{name}: ramp_jumps {jumps!r}; allowed True, False")
-    return Law(unit, jumps)
-
-
 class Cy525(Instructions):
-    """A CY525 on a bench.
+    """A CY525 on a bench."""
 
-    Args:
-        stepwise: play every motion step by step instead of whole; slow, and the same to the last edge.
-        cold: begin without supply; `power(True)` and RESET low for 10 ms bring the chip up.
-        ramp_unit: clocks that one rate unit takes at S 255 and Z 1, 1 to 65535 (quirk UND-RAMP-LAW); 479 follows the
-            formula of s.8 with the D of the low rates.
-        ramp_jumps: take all rate units that are due when a step begins, not one.
-        registers: position, number, slope, rate, firstrate, divisor: what they hold at power-up (random in the part).
-    """
-
-    def __init__(
-        self,
-        kernel: Kernel,
-        name: str,
-        crystal_hz: int | None = None,
-        *,
-        bare: bool = False,
-        straps: Mapping[str, int] | None = None,
-        stepwise: bool = False,
-        cold: bool = False,
-        ramp_unit: int = sheet.RAMP_UNIT_TICKS,
-        ramp_jumps: bool = False,
-        **registers: int,
-    ) -> None:
-        super().__init__(kernel, name, crystal_hz, bare, straps, registers, cold)
-        self.law = ramp_law(name, ramp_unit, ramp_jumps)
+    def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, **given: Any) -> None:
+        super().__init__(kernel, name, crystal_hz, **given)
+        self.law = Law(self.options.ramp_unit, self.options.ramp_jumps)
         self.handlers: dict[int, Callable[..., Awaitable[None] | None]] = {
             row.code: getattr(self, row.handler) for row in sheet.COMMANDS if row.stored
         }
-        if stepwise:
+        if self.options.stepwise:
             from .stepwise import Stepwise
 
             self.motion = Stepwise(self)

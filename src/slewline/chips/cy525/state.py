@@ -13,15 +13,14 @@ and motion.py plays what profile.py plans.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 from ...core.axis import Axis
 from ...core.chip import Chip
 from ...core.kernel import Kernel
 from ...core.net import Net
 from ...core.train import OPEN, Playing, PulseView, StepTrain
-from ...errors import UsageError
 from ...language.dialects import Decoder
 from . import sheet
 from .ideal import Made
@@ -42,20 +41,9 @@ class State(Chip):
     motion: Motion | Stepwise
     law: Law  # of the ramps
 
-    def __init__(
-        self,
-        kernel: Kernel,
-        name: str,
-        crystal_hz: int | None,
-        bare: bool,
-        straps: Mapping[str, int] | None,
-        registers: Mapping[str, int],
-    ) -> None:
-        super().__init__(kernel, name, crystal_hz, bare=bare, straps=straps)
-        self.defaults = {register.name: register.default for register in sheet.REGISTERS}
-        for key, value in registers.items():
-            self._check_register(key, value)
-            self.defaults[key] = value
+    def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, **given: Any) -> None:
+        super().__init__(kernel, name, crystal_hz, **given)
+        self.defaults: dict[str, int] = {row.name: getattr(self.options, row.name) for row in sheet.REGISTERS}
         self.reg = dict(self.defaults)
         self.axis1 = Axis(kernel, range(1 << 16), self.reg.pop("position"))
         self.axes = (self.axis1,)
@@ -71,14 +59,6 @@ class State(Chip):
         self.ascii = True  # pin 36, as it was with the command letter
         self._name_pins()
         self.reset_registers()
-
-    def _check_register(self, key: str, value: object) -> None:
-        row = next((row for row in sheet.REGISTERS if row.name == key), None)
-        if row is None:
-            raise UsageError(f"{self.name}: no option or register {key!r}; registers: {', '.join(self.defaults)}")
-        top = (1 << row.bits) - 1
-        if not isinstance(value, int) or not 0 <= value <= top:
-            raise UsageError(f"{self.name}: {key} {value!r}; allowed 0..{top}")
 
     def _name_pins(self) -> None:
         net: Callable[[str], Net] = lambda name: self.pins[name].net  # noqa: E731
@@ -171,10 +151,6 @@ class State(Chip):
     def in_program(self) -> bool:
         """Is the running instruction one of the program (not a command of the host)?"""
         return self.pc is not None and not self.live
-
-    def step_nets(self) -> list[Net]:
-        """PULSE: it falls with every step."""
-        return [self.pulse.net]
 
     def renew_outputs(self) -> None:
         """The bound of the train has moved: whoever watches PULSE or a phase must hear of it."""

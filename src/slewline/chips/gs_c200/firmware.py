@@ -6,11 +6,10 @@ Checks of a line, in this order: how it was received (E1), is it a command (E4),
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from ...core.kernel import Kernel
-from ...core.store import Store
 from ...core.table import Sheet
 from ...core.waits import until
 from ...errors import UsageError
@@ -25,29 +24,13 @@ INVALID = b"\xff"  # no opcode; the first byte that a failed write leaves
 
 
 class GsC(Instructions):
-    """A GS-C module on a bench.
-
-    Args:
-        store: what keeps the EEPROM's program: an object with read() and write(data); in memory without it.
-        options: see `slewline.chips.gs_c200.state.Options`.
-    """
+    """A GS-C module on a bench."""
 
     homing_erases: bool  # a homing sent by the host erases the program
     answer_checked = False  # the answer to the line in work carries a checksum
 
-    def __init__(
-        self,
-        kernel: Kernel,
-        name: str,
-        crystal_hz: int | None = None,
-        *,
-        bare: bool = False,
-        straps: Mapping[str, int] | None = None,
-        store: Store | None = None,
-        cold: bool = False,
-        **options: Any,
-    ) -> None:
-        super().__init__(kernel, name, crystal_hz, bare, straps, store, options)
+    def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, **given: Any) -> None:
+        super().__init__(kernel, name, crystal_hz, **given)
         if self.options.stepwise:
             from .stepwise import Stepwise
 
@@ -55,7 +38,7 @@ class GsC(Instructions):
         else:
             self.motion = Motion(self)
         self.handlers = {row.form: getattr(self, row.handler) for row in self.sheet.commands}
-        if cold:
+        if self.options.cold:
             self.idle = True
         else:
             self.power(True)
@@ -261,6 +244,7 @@ class GsC(Instructions):
     async def do_zero_speed(self) -> None:
         self._ends("Z")
         if self.motion.moving and not self.homing:
+            self.axis1.log.stop()
             self.ending = True
             self.motion.stop.drive(1)
         elif self.running:
@@ -301,6 +285,7 @@ class GsC(Instructions):
         await self.motion.home(direction, speed, text)
         self.homing = False
         self.axis1.load(0)
+        self.axis1.log.end()
 
     # --------------------------------------------------------------------------------------------------------- EEPROM
     async def do_memorize(self) -> str:

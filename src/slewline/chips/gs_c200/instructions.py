@@ -201,9 +201,10 @@ class Instructions(State):
         limit = self._limit(direction)
         text = "a run" + (f" until ui{number}=0" if number else " until K or Z")
         if limit:
-            self.begins(f"{self.rows[ord('g')].head}{'+' if direction > 0 else '-'}{number or ''}")
+            text_of_row = f"{self.rows[ord('g')].head}{'+' if direction > 0 else '-'}{number or ''}"
+            self.begins(text_of_row, heading=direction)
             await self.motion.run(limit, direction, text, watched)
-        if not limit or (self._limit(direction) == 0 and not self.motion.stopped):
+        if not limit or self._full(direction):
             self._overflow("an endless motion has reached the end of the position counter")
 
     def _limit(self, steps: int) -> int:
@@ -211,6 +212,14 @@ class Instructions(State):
         if self.wraps:
             return OPEN
         return self.axis1.positions[-1] - self.position if steps > 0 else self.position
+
+    def _full(self, direction: int) -> bool:
+        """Has an endless motion reached the end of the counter, and not stopped there by itself?"""
+        return self._limit(direction) == 0 and not self.motion.stopped
+
+    def motion_over(self) -> None:
+        """The last pulse of a motion is over."""
+        self.axis1.log.end("limit" if self.heading and self._full(self.heading) else None)
 
     def _overflow(self, text: str) -> None:
         self.finding("E5", text)

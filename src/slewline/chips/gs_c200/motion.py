@@ -18,7 +18,7 @@ from ...core.waits import first_of, level, polled, until
 from . import profile
 
 if TYPE_CHECKING:
-    from .state import State
+    from .instructions import Instructions
 
 RAMPS = ("up", "down")
 
@@ -32,7 +32,7 @@ class Motion:
     """The stepping part of the firmware.  `moving` is true from MOV high to MOV low; `stopped` tells of the last motion
     whether it came to rest because it was told to."""
 
-    def __init__(self, chip: State) -> None:
+    def __init__(self, chip: Instructions) -> None:
         self.chip, self.kernel = chip, chip.kernel
         self.moving = self.stopped = False
         self.playing: Playing | None = None
@@ -53,6 +53,7 @@ class Motion:
         self.begin(text)
         end = await self.play(plan, sign)
         self.rest()
+        self.chip.motion_over()
         await until(self.kernel, end)
         if self.chip.options.mov_hold:
             self.outputs_rest()
@@ -116,6 +117,7 @@ class Motion:
             end = max(now, train.begin(begun - 1) + self.chip.clock_ps) if begun else now
             self.end_by(end + 1)
             await until(self.kernel, end)
+        self.chip.axis1.log.end("cut")
         self.moving = False
         self.outputs_rest()
 
@@ -123,6 +125,7 @@ class Motion:
         """The supply is gone: steps of this instant stand, later ones do not."""
         self.end_by(self.kernel.now + 1)
         self.chip.departs()
+        self.chip.axis1.log.end("cut")
         self.moving = False
 
     def end_by(self, ps: int) -> None:

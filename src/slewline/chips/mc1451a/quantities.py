@@ -132,7 +132,7 @@ class Acceleration(Quantity):
         """Return the value at an instant of a stretch."""
         return stretch.acceleration + stretch.jerk * (ps - stretch.begin_ps) / PS_PER_S
 
-    def at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+    def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
         import numpy as np
 
         times = np.asarray(times_ps, np.int64)
@@ -152,7 +152,7 @@ class Acceleration(Quantity):
     def changes(self, start: int, stop: int) -> Outline:
         import numpy as np
 
-        points = [(start, float(self.at(np.array([start]))[0]))]
+        points = [(start, float(self.values_at(np.array([start]))[0]))]
         stretches = self.forces.stretches(start, stop)
         for before, stretch in pairwise(stretches):
             if not start < stretch.begin_ps <= stop:
@@ -182,7 +182,7 @@ class Acceleration(Quantity):
                 parts.append(cycles[cycles >= stretch.begin_ps])
         times = np.unique(np.concatenate(parts))
         times = times[max(int(np.searchsorted(times, start, side="right")) - 1, 0) :]
-        return Outline(np.maximum(times, start), self.at(times) + 0.0)
+        return Outline(np.maximum(times, start), self.values_at(times) + 0.0)
 
 
 class Jerk(Acceleration):
