@@ -126,7 +126,7 @@ def test_unknown_kinds_and_options_are_refused_with_what_there_is():
         bench.part("uart", speed=9600)
     with pytest.raises(slewline.UsageError, match=r"no option 'inputs'; its options: none"):
         bench.part("inverter", inputs=2)
-    with pytest.raises(slewline.UsageError, match=r"g: 9 inputs; allowed 1 to 8"):
+    with pytest.raises(slewline.UsageError, match=r"g: inputs 9; allowed 1\.\.8"):
         bench.part("and", "g", inputs=9)
     assert bench.parts == {}
 

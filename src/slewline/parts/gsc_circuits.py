@@ -22,7 +22,7 @@ class TwoClocks(Stateless):
     """A clock line for each direction, for drivers that want it so (figure 10)."""
 
     follows = ("clock", "dir")
-    wiring = MappingProxyType({"clock": "clock", "dir": "dir"})
+    wiring = MappingProxyType({"clock": "step", "dir": "direction"})
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
