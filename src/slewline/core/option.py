@@ -219,7 +219,7 @@ class Option:
         return {
             "name": self.name,
             "kind": self.kind,
-            "default": plain,
+            "default": list(plain) if isinstance(plain, (bytes, tuple)) else plain,
             "required": self.required,
             "says": self.says,
             "low": self.low,
