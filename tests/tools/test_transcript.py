@@ -23,7 +23,7 @@ def told(script, drive=(), timeout="60 s", **options):
     Transcript(bench, lambda *event: events.append(event)).attach()
     run_script(bench, bench.host(x), script)
     host = bench["host"]
-    host.on_event = lambda text: events.append((bench.now_ps, "host", "host", text))
+    host.on_event.add(lambda text: events.append((bench.now_ps, "host", "host", text)))
     with suppress(slewline.Timeout):
         bench.run_until_idle(timeout)
     return events, x

@@ -5,7 +5,7 @@ Reset acts through a net: its change kills the firmware after all timed work of 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -219,9 +219,8 @@ class Chip(OneAxis):
         self.clock = Clock(self.crystal_hz)
         self.tick = 0  # the chip's own count; every sleep adds to it, so nothing drifts
         self.findings: list[Finding] = []
-        self.on_finding: Callable[[Finding], object] | None = None
-        self.on_power: Callable[[Chip, bool], object] | None = None  # the journal
-        self.on_input: Callable[[str, list[Any]], object] | None = None  # the journal, too: other inputs from outside
+        self.on_finding: Hook[[Finding]] = Hook()
+        self.on_power: Hook[[Chip, bool]] = Hook()  # the supply is being switched
         self.task: Task | None = None
         self.idle = False
         self._waiting: tuple[str, int] = ("nothing yet", 0)
@@ -237,7 +236,7 @@ class Chip(OneAxis):
         self.drivers: dict[str, Driver] = {}
         prefix = self.sheet.bus
         self.bus = Bus(self.kernel, f"{self.name}.{prefix}")
-        self.bus.on_conflict = self._conflict
+        self.bus.on_conflict.add(self._conflict)
         self.bus_driver = Driver(self.bus, self.name)
         for row in self.sheet.pins:
             line = row.name.removeprefix(prefix)
@@ -249,7 +248,7 @@ class Chip(OneAxis):
                 pull, tie = 0 if open_input else row.pull, None if self.bare else row.tie
                 net = Net(self.kernel, f"{self.name}.{row.name}", pull, tie)
                 terminal = Terminal(self.name, row, net)
-                net.on_conflict = self._conflict
+                net.on_conflict.add(self._conflict)
                 if row.way in ("out", "both"):
                     self.drivers[row.name] = Driver(net, self.name)
             self.pins[row.name] = terminal
@@ -358,10 +357,22 @@ class Chip(OneAxis):
         """Keep what a host did wrong, or where the manual is silent."""
         found = Finding(self.kernel.now, self.name, code, text)
         self.findings.append(found)
-        if self.on_finding is not None:
-            self.on_finding(found)
+        self.on_finding(found)
+
+    def input(self, verb: str, *args: Any) -> None:
+        """Tell the outside that a user has told the chip something by one of its methods, as plain data."""
+        self.kernel.outside.tell("input", part=self.name, verb=verb, args=list(args))
+
+    def switched(self, on: bool) -> None:
+        """Tell that the supply is being switched."""
+        self.kernel.outside.tell("power", chip=self.name, on=on)
+        self.on_power(self, on)
 
     def _conflict(self, net: Net) -> None:
+        """A conflict on a wire that chips share is a finding of the first of them."""
+        if net.blamed_ps == self.kernel.now:
+            return
+        net.blamed_ps = self.kernel.now
         if not self.findings or self.findings[-1].code != "conflict" or self.findings[-1].time_ps != self.kernel.now:
             self.finding("conflict", f"two outputs disagree on {net.name}; the low one wins")
 

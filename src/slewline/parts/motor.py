@@ -59,7 +59,7 @@ class Translator(Clocked):
         self.add_pin("pulse", "in", f"step at each {'rise' if self.edge else 'fall'}", pull=1)
         self.add_pin("direction", "in", "high: clockwise", pull=1)
         self.shaft = Shaft(kernel)
-        self.shaft.on_lost.add(self._lost)
+        self.shaft.source = self
 
     def attached(self, own: str, row: Pin) -> None:
         """Step with the edge that the neighbour's pin means, unless a user has chosen one."""
@@ -75,12 +75,6 @@ class Translator(Clocked):
     def sign(self) -> int:
         """Which way a step goes now: 1 clockwise, -1 back."""
         return 1 if self.high("direction") else -1
-
-    def catch_up(self) -> None:
-        self.shaft.look(self.kernel.seen)
-
-    def _lost(self, first: int, steps: int) -> None:
-        self.finding("steps-lost", f"{steps} step{'s' * (steps > 1)} lost at a stop", first)
 
     # ------------------------------------------------------------------------------------------------------- changes
     def bring(self, ps: int) -> None:

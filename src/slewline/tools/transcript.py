@@ -66,10 +66,10 @@ class Transcript:
         """Watch everything from now on."""
         for found in self.bench.findings:
             self.finding(found)
-        self.bench.on_finding = self.finding
+        self.bench.on_finding.add(self.finding)
         for part in self.bench.parts.values():
             if isinstance(part, Computer):
-                part.on_event = partial(self.tell, part.name, "host")
+                part.on_event.add(partial(self.tell, part.name, "host"))
         for chip in self.bench.chips.values():
             told = ON_LINE if chip.sheet.in_lines else IN_PACKETS if chip.sheet.in_packets else ON_BUS
             for pin, meanings in told.items():

@@ -44,8 +44,7 @@ class Supply(State):
         self.check_switch(on)
         if on == self.powered:
             return
-        if self.on_power is not None:
-            self.on_power(self, on)
+        self.switched(on)
         self.powered, self.cold, self.reset_valid = on, True, False
         self.inner_reset.drive(0)
         if on:

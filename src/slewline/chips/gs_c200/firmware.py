@@ -47,10 +47,9 @@ class GsC(Instructions):
     def power(self, on: bool) -> None:
         """Switch the supply: program memory, speeds, counter and outputs are lost without it; the EEPROM stays."""
         self.check_switch(on)
-        if self.on_power is not None:
-            self.on_power(self, on)
         if on == self.powered:
             return
+        self.switched(on)
         self.powered = on
         # what else belongs to this instant is done first, its steps among it
         self.kernel.call_at(self.kernel.now, self._power_up if on else self._power_off)

@@ -123,8 +123,7 @@ class State(LineChip):
         """
         if not isinstance(on, bool):
             raise UsageError(f"{self.name}: eeprom_fault {on!r}; allowed True, False")
-        if self.on_input is not None:
-            self.on_input("fail_eeprom", [on])
+        self.input("fail_eeprom", on)
         self.eeprom_fails = on
 
     def forget(self) -> None:
