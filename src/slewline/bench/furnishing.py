@@ -25,7 +25,7 @@ from ..parts.part import Part
 from ..parts.rs232 import SerialHost
 from .drawing import Drawing
 from .journal import Journal
-from .wiring import in_role, joints
+from .wiring import as_needed, in_role, joints
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -154,7 +154,7 @@ class Furnished(Drawing):
         for own, theirs in pairs:
             theirs.net.join(own.net)
             self.kernel.settle()
-            part.attached(own.row.name, theirs.row)
+            part.attached(own.row.name, as_needed(theirs.row))
         return part
 
     def _mounted(self, kind: str, name: str, on: Part | str | None) -> dict[str, Shaft]:

@@ -36,8 +36,6 @@ AXIS_ROLES: Mapping[str, str] = MappingProxyType(  # a pin of an axis that ...
         "encoder_a": "takes channel A of an encoder, ahead of B in positive direction",
         "encoder_b": "takes channel B of an encoder",
         "index": "takes the mark of an encoder, once a turn",
-        "detector_x": "carries signal x of a step detector, a quarter of its period ahead of y clockwise",
-        "detector_y": "carries signal y of a step detector",
     }
 )
 ROLES: Mapping[str, str] = MappingProxyType(  # what a pin is for; parts that are wired `to` a neighbour go by it

@@ -31,7 +31,7 @@ class Piece:
 class Bar(Stepped):
     """A bar that CLOCK and DIR feed under drill and blade; each rise of `bit` makes a hole, of `blade` a cut."""
 
-    wiring = MappingProxyType({"pulse": "clock", "direction": "dir", "blade": "uo1"})
+    wiring = MappingProxyType({"pulse": "step", "direction": "direction", "blade": "output1"})
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
@@ -64,7 +64,7 @@ class Bar(Stepped):
 class Drill(Stepped):
     """A drill that CLOCK and DIR lower (clockwise) and lift; its spindle turns while `motor` is high."""
 
-    wiring = MappingProxyType({"pulse": "clock", "direction": "dir", "motor": "uo2"})
+    wiring = MappingProxyType({"pulse": "step", "direction": "direction", "motor": "output2"})
 
     options = (Option("gap", "int", 100, "from the upper end to the bar", low=1, unit="steps"),)
 

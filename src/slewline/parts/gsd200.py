@@ -33,7 +33,7 @@ from ..core.timebase import Time, moment, moments
 from ..core.views import gated
 from ..errors import UsageError
 from .clocked import Clocked
-from .part import Part
+from .part import AXIS, Part
 
 if TYPE_CHECKING:
     import numpy as np
@@ -51,20 +51,23 @@ AMPERES_PER_VOLT = 2.0
 class GsD200(Clocked):
     """A driver module: translator and enable; `to` wires CLOCK, DIR and RESET."""
 
-    wiring = MappingProxyType({"clock": "clock", "direction": "dir", "reset": "reset"})
+    wiring = MappingProxyType({"clock": "step", "direction": "direction", "reset": "driver_reset"})
+    optional = frozenset({"reset"})
+    options = (AXIS,)
     follows = ("clock", "direction", "half_full", "reset", "enable")
     clock = "clock"
     steers = ("direction", "half_full", "reset")
     edge = 1
 
-    def __init__(self, kernel: Kernel, name: str) -> None:
+    def __init__(self, kernel: Kernel, name: str, *, axis: int = 1) -> None:
         super().__init__(kernel, name)
+        self.axis = axis
         self._state = 0  # 0 to 7, and what the clock makes of it
         self._by = 0
         self._counted: ClockEdges = Still()
         self.add_pin("clock", "in", "step at each rise", pull=1)
         self.add_pin("direction", "in", "high: clockwise", pull=1)
-        self.add_pin("reset", "in", "low: state 1", pull=1)
+        self.add_pin("reset", "in", "low: state 1", pull=1, active=0)
         self.add_pin("enable", "in", "low: no current in any phase", pull=1)
         self.add_pin("half_full", "in", "high: half step, low: full step", pull=1)
         self.add_pin("control", "in", "current decay; high: slow, low: fast", pull=1)
@@ -174,7 +177,7 @@ class PhaseCurrent(Part):
     The resistors are by default those of the example: 1.5 A on ramps, 0.25 A at rest, 0.5 A at speed.
     """
 
-    wiring = MappingProxyType({"mov": "mov", "ramp": "ramp"})
+    wiring = MappingProxyType({"mov": "moving", "ramp": "ramping"})
 
     options = (
         Option("r1", "float", 4245, "resistor at Tr1, to the supply", unit="ohm", check=_resists),
@@ -195,8 +198,8 @@ class PhaseCurrent(Part):
             raise UsageError(
                 f"{name}: {self.currents[True, False]:.3g} A on ramps; the {driver} takes {most:g} A: a greater r1"
             )
-        self.add_pin("mov", "in", "high: in motion", pull=0)
-        self.add_pin("ramp", "in", "high: on a ramp", pull=0)
+        self.add_pin("mov", "in", "high: in motion", pull=0, active=1)
+        self.add_pin("ramp", "in", "high: on a ramp", pull=0, active=1)
         self.past: list[tuple[int, float]] = []  # (from, amperes)
 
     def rewired(self) -> None:

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from ..core.table import Way
 
 T = TypeVar("T")
+LEVELS = ("low", "high")
+AXIS = Option("axis", "int", 1, "of the neighbour", low=1, high=4)  # of a part that is wired to pins of an axis
 
 
 def served(host: str, chips: Mapping[str, T], chip: object) -> T:
@@ -149,8 +151,15 @@ class Part:
         insort(self._findings, found, key=attrgetter("time_ps"))
         self.on_finding(found)
 
+    def objection(self, own: str, row: Pin) -> str:
+        """Return what makes a neighbour's pin unfit for a pin of this part, though it has the right role, or ""."""
+        wanted, found = self.pins[own].row.sense, row.sense
+        if wanted is None or found is None or wanted == found:
+            return ""
+        return f"is active {LEVELS[found]}, and {own} means {LEVELS[wanted]}: bench.wire(..., invert=True) may help"
+
     def attached(self, own: str, row: Pin) -> None:
-        """Take notice that `to` has joined a pin with a neighbour's; `row.sense` is the level that counts there."""
+        """Take notice that `to` has joined a pin with a neighbour's, whose role holds at the level `row.active`."""
 
     def rewired(self) -> None:
         """The part is wired, and time is about to pass: subclasses put their observers on here; called once."""

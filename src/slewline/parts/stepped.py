@@ -3,24 +3,31 @@
 from __future__ import annotations
 
 from types import MappingProxyType
-from typing import ClassVar
+from typing import TYPE_CHECKING
 
 from ..core.kernel import Kernel
 from ..core.net import Net
 from .part import Part
 
+if TYPE_CHECKING:
+    from ..core.table import Pin
+
 
 class Stepped(Part):
     """A step at each fall of PULSE, the way that DIRECTION says."""
 
-    wiring = MappingProxyType({"pulse": "pulse", "direction": "direction"})
-    edge: ClassVar[int] = 0  # the level of PULSE with which a step begins
+    wiring = MappingProxyType({"pulse": "step", "direction": "direction"})
+    edge = 0  # the level of PULSE with which a step begins
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
         self.add_pin("pulse", "in", f"step at each {'rise' if self.edge else 'fall'}", pull=1)
         self.add_pin("direction", "in", "high: clockwise", pull=1)
         self.position = 0  # steps clockwise since the beginning
+
+    def attached(self, own: str, row: Pin) -> None:
+        if own == "pulse" and row.active is not None:
+            self.edge = row.active
 
     def rewired(self) -> None:
         self.pin("pulse").net.watch(self._pulsed)

@@ -19,7 +19,7 @@ class Workpieces(Part):
     `in_place` is high while one lies ready; `last` is low as long as another one is to come.
     """
 
-    wiring = MappingProxyType({"in_place": "wait", "last": "dowhile", "torch": "programmable_output"})
+    wiring = MappingProxyType({"in_place": "input1", "last": "input2", "torch": "output1"})
 
     options = (
         Option("pieces", "int", 3, "how many workpieces there are", low=0),
@@ -77,7 +77,7 @@ class Spot:
 class Welder(Stepped):
     """A carriage that PULSE and DIRECTION move, with a torch that burns while `torch` is high."""
 
-    wiring = MappingProxyType({"torch": "programmable_output", "pulse": "pulse", "direction": "direction"})
+    wiring = MappingProxyType({"torch": "output1", "pulse": "step", "direction": "direction"})
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
