@@ -100,10 +100,8 @@ def test_a_latch_is_transparent_while_enabled_and_floats_while_its_output_is_off
 def test_every_kind_of_part_can_be_placed_and_has_pins_that_its_standard_wiring_names():
     for kind in KINDS:
         bench = slewline.Bench()
-        options = {"prom": {"image": ""}, "switch": {"high": 10}}.get(kind, {})
-        if part_class(kind).sits == "must":
-            options["on"] = bench.part("motor", "turns")
-        part = bench.part(kind, **options)
+        on = bench.part("motor", "turning") if part_class(kind).sits == "must" else None
+        part = bench.part(kind, on=on, **{"prom": {"image": ""}, "switch": {"low": 0}}.get(kind, {}))
         assert part.name == kind
         assert isinstance(part, part_class(kind))
         assert set(part.wiring) <= set(part.pins)

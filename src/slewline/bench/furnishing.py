@@ -96,21 +96,20 @@ class Furnished(Drawing):
         hz = None if crystal is None else crystal_for(cls.sheet, crystal)
         if self.stores is not None and cls.sheet.keeps:
             options.setdefault("store", self.stores(name))
-        kept = {}
-        if self.outside.on_input and options.get("store") is not None:
-            kept["store"] = list(options["store"].read())
         with self.outside.nested():  # it may switch its supply on
             chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
-        self.outside.tell(
-            "add",
-            part=cls.sheet.part,
-            behaviour=cls.sheet.behaviour,
-            name=name,
-            crystal_hz=hz,
-            straps=dict(straps or {}),
-            bare=bare,
-            options=options | kept,
-        )
+        if self.outside.on_input:
+            kept = {"store": list(options["store"].read())} if options.get("store") is not None else {}
+            self.outside.tell(
+                "add",
+                part=cls.sheet.part,
+                behaviour=cls.sheet.behaviour,
+                name=name,
+                crystal_hz=hz,
+                straps=dict(straps or {}),
+                bare=bare,
+                options=options | kept,
+            )
         self.chips[name] = chip
         self._adopt(chip)
         self.kernel.settle()
