@@ -49,8 +49,8 @@ class Furnished(Drawing):
         self.stores = stores
         self.seed = seed
         self.random = Random(seed)
-        self.chips: dict[str, Chip] = {}
-        self.parts: dict[str, Part] = {}
+        self.chips = {}
+        self.parts = {}
         self.journal = Journal(journal, self.kernel, seed) if journal is not None else None
         self._fresh: list[Chip | Part] = []  # what has been put on the bench since time passed last
         self.on_finding: Callable[[Finding], object] | None = None
@@ -356,11 +356,6 @@ class Furnished(Drawing):
     def findings(self) -> list[Finding]:
         """What hosts did wrong, of all chips and parts, in order of time; parts that are lazy catch up first."""
         return sorted((found for owner in self._owners() for found in owner.findings), key=lambda found: found.time_ps)
-
-    def catch_up(self) -> None:
-        """Let parts that work things off only when asked do so, up to now: who listens for findings hears them."""
-        for part in self.parts.values():
-            part.be_caught_up()
 
     def _power_input(self, chip: Chip, on: bool) -> None:
         self._note("power", chip=chip.name, on=on)

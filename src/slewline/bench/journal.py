@@ -189,6 +189,7 @@ def replay(
         except (KeyError, TypeError, ValueError) as error:
             raise BenchFileError(f"journal {path}, line {number}: {error}") from error
     bench.run(0)  # a journal that was cut off may end with an input: it takes effect
+    bench.catch_up()
     return bench
 
 

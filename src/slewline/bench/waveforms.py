@@ -9,7 +9,9 @@ from operator import attrgetter
 from typing import TYPE_CHECKING
 
 from ..core.axis import Axis
-from ..core.chip import Chip, OneAxis
+from ..core.chip import Chip
+from ..parts.part import Part
+from .curves import axes_of
 
 if TYPE_CHECKING:
     from ..record.layouts import View
@@ -27,14 +29,9 @@ def chips_of(chips: Mapping[str, Chip], names: Iterable[str]) -> list[Chip]:
     return [chip for name, chip in chips.items() if name in owners]
 
 
-def axes_of(chip: Chip) -> Iterator[tuple[str, OneAxis]]:
-    """The axes of a chip, by the scope that they have in the file: that of the chip if it has only one."""
-    for number in range(1, chip.sheet.axes + 1):
-        yield chip.name if chip.sheet.axes == 1 else f"{chip.name}.axis{number}", chip.axis(number)
-
-
-def values_of(chips: Iterable[Chip]) -> list[Source]:
-    """Of every axis the command that began its motion, and its quantities; of every chip its findings."""
+def values_of(chips: Iterable[Chip], parts: Iterable[Part] = ()) -> list[Source]:
+    """Of every axis the command that began its motion, and its quantities; of every chip its findings; of parts that
+    have quantities, these and their findings."""
     from ..record.vcd_sources import CurveSource, TextSource
 
     sources: list[Source] = []
@@ -43,16 +40,22 @@ def values_of(chips: Iterable[Chip]) -> list[Source]:
         for scope, axis in axes_of(chip):
             sources.append(TextSource(f"{scope}.command", partial(_commands, axis.motor)))
             sources += [CurveSource(f"{scope}.{quantity.name}", quantity) for quantity in axis.quantities()]
+    for part in parts:
+        if quantities := part.quantities():
+            sources.append(TextSource(f"{part.name}.finding", partial(_findings, part)))
+            sources += [CurveSource(f"{part.name}.{quantity.name}", quantity) for quantity in quantities]
     return sources
 
 
-def comments_of(chips: Iterable[Chip], values: bool) -> Iterator[str]:
+def comments_of(chips: Iterable[Chip], values: bool, parts: Iterable[Part] = ()) -> Iterator[str]:
     """What the head of the file says: the parts, and the units of the quantities."""
     for chip in chips:
         crystal = f", {chip.crystal_hz} Hz" if chip.sheet.crystal_high_hz else ""
         yield f"{chip.name}: {chip.sheet.part.upper()}{crystal}"
         for scope, axis in axes_of(chip) if values else ():
             yield from (f"{scope}.{quantity.name} in {quantity.unit}" for quantity in axis.quantities())
+    for part in parts:
+        yield from (f"{part.name}.{quantity.name} in {quantity.unit}" for quantity in part.quantities())
 
 
 def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> View:
@@ -81,9 +84,10 @@ def _apart(marks: Iterable[tuple[int, str]], distance: int) -> list[tuple[int, s
     return sorted(kept)
 
 
-def _findings(chip: Chip, start: int, stop: int) -> list[tuple[int, str]]:
-    first, end = bisect_left(chip.findings, start, key=_time), bisect_right(chip.findings, stop, key=_time)
-    return [(found.time_ps, f"{found.code}: {found.text}") for found in chip.findings[first:end]]
+def _findings(owner: Chip | Part, start: int, stop: int) -> list[tuple[int, str]]:
+    findings = owner.findings
+    first, end = bisect_left(findings, start, key=_time), bisect_right(findings, stop, key=_time)
+    return [(found.time_ps, f"{found.code}: {found.text}") for found in findings[first:end]]
 
 
 def _commands(axis: Axis, start: int, stop: int) -> list[tuple[int, str]]:
