@@ -26,6 +26,7 @@ import numpy as np
 import pictures
 import reading
 import serve
+import store
 from rows import Row, best, best_of, table, timed
 
 import slewline
@@ -361,7 +362,7 @@ WORKLOADS: dict[str, dict[str, Callable[[], list[Row]]]] = {
         "moves": chipset.moves,
         "registers": serve.register_rows,
     },
-    "To start, and to go on": {"starting": starting, "hour": hour},
+    "To start, and to go on": {"starting": starting, "hour": hour, "storing": store.rows},
 }
 PAGE = """# Performance
 
