@@ -158,6 +158,32 @@ def test_a_waveform_file_has_what_the_parts_tell(tmp_path):
     assert set(waveform.read(tmp_path / "y.vcd")[1]) == {"x.mov"}
 
 
+def test_the_actual_position_of_an_axis_with_encoder_is_known_at_every_instant():
+    bench = slewline.Bench()
+    m = bench.add("mc1451a-e", name="m")
+    host = bench.host(m)
+    shaft = bench.part("encoder", "shaft", to=m, counts=400, steps=400)
+    for name, value in (("SET_VEL", 65536), ("SET_ACC", 400), ("SET_POS", 300), ("UPDATE", None)):
+        host.command(name, *([] if value is None else [value]))
+    assert "actual_position" not in [quantity.name for quantity in m.axis(1).quantities()]
+    seen = {}
+    for ms in range(10, 200, 7):
+        bench.run_to(f"{ms} ms")
+        seen[ms * MS] = shaft.counts
+        if ms == 80:
+            shaft.slip(50)
+        if ms == 150:
+            host.command("SET_ACTL_POS", -7)
+    bench.run_until_idle()
+    actual = bench.quantity("m.actual_position")
+    until, late = [at for at in seen if at <= 150 * MS], MS // 1000  # a count passes the filter within a microsecond
+    assert actual.at([at + late for at in until]).tolist() == [seen[at] for at in until]
+    assert actual.at(bench.now_ps) == host.query("GET_ACTL_POS")
+    assert headings(bench.figure())[-1] == "Actual position, counts"
+    m.axes[0].forget(100 * MS)
+    assert actual.at("143 ms") == seen[143 * MS] and actual.changes(0, 99 * MS).times_ps.tolist() == [0]
+
+
 # -------------------------------------------------------------------------------------------------------------- lazy
 ASKING = {
     "findings": lambda bench, path: bench.findings,

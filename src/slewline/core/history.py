@@ -137,6 +137,9 @@ class History:
     def __init__(self, value: float = 0.0) -> None:
         self._times, self._held = array("q", [0]), array("d", [value])
 
+    def __len__(self) -> int:
+        return len(self._times)
+
     def __iter__(self) -> Iterator[tuple[int, float]]:
         """From when on (ps) which value holds, those that are kept, in order."""
         return zip(self._times, self._held, strict=True)

@@ -161,7 +161,7 @@ def heading(curves: Sequence[Curve], several: bool) -> str:
     """Return what a panel shows, with its unit; `several`: and whose, for there is another such panel."""
     quantity = curves[0].quantity
     whose = f" of {', '.join(curve.track.name for curve in curves)}" if several else ""
-    return f"{quantity.name.capitalize()}{whose}, {POWERS.get(_power(curves), '')}{quantity.unit}"
+    return f"{quantity.name.capitalize().replace('_', ' ')}{whose}, {POWERS.get(_power(curves), '')}{quantity.unit}"
 
 
 def _power(curves: Sequence[Curve]) -> int:

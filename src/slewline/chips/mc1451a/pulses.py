@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ...core.curves import SCurve
 from ...core.cycles import CycleTrain, Law, SquareView
+from ...core.history import History
 from ...core.train import Playing
 from ...errors import PlanError
 from .enc import FilteredInput, QuadratureCounter
@@ -64,6 +65,7 @@ class Pulses:
         if chip.encoder:
             a, b = chip.pins[f"quada{n}"], chip.pins[f"quadb{n}"]
             self.encoder = QuadratureCounter(a, b, chip.clock, chip.finding)
+        self.offsets = History()  # actual position minus counts
         self.past: list[Past] = []
         self.waiting: list[Callable[[], object]] = []  # for the next round
         self.axis.forgetters.append(self.forget)
@@ -95,6 +97,7 @@ class Pulses:
         self.armed = {POSITIVE_LIMIT: True, NEGATIVE_LIMIT: True}
         self.counts = self.error8 = self.whole = 0  # encoder; error * 256; whole steps that it knows of
         self.offset = 0  # actual position minus counts
+        self.offsets.note(self.kernel.now, 0)
         self.followed = self.backlog = 0  # gear: counts followed so far, displacement that waits
         self.suspended = False
         self.due = 0
@@ -172,6 +175,9 @@ class Pulses:
     def forget(self, before: int) -> None:
         """Nobody asks for the cycles before an instant any more."""
         cycle = (self.chip.clock.ticks_until(before) - self.chip.origin) // CYCLE_TICKS
+        self.offsets.forget(before)
+        if self.encoder is not None:
+            self.encoder.history.forget(before)
         del self.past[: max(bisect_right(self.past, cycle, key=lambda entry: entry.first) - 1, 0)]
 
     def _base(self) -> None:
@@ -257,6 +263,7 @@ class Pulses:
         self.whole, self.error8, state.error, state.motion_error = value, 0, 0, False
         if self.encoder is not None:
             self.offset += value - state.actual
+            self.offsets.note(self.chip.clock.ps(self.motion.tick(n)), self.offset)
             state.actual = value
         self.soon(lambda: self._load(n, value))
 
