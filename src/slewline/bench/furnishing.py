@@ -51,8 +51,8 @@ class Furnished(Drawing):
         self.stores = stores
         self.seed = seed
         self.random = Random(seed)
-        self.chips: dict[str, Chip] = {}
-        self.parts: dict[str, Part] = {}
+        self.chips = {}
+        self.parts = {}
         self.outside = self.kernel.outside
         self.outside.let_pass = self._wait_for
         self.journal = Journal(journal, self.kernel, seed) if journal is not None else None
@@ -368,11 +368,6 @@ class Furnished(Drawing):
     def findings(self) -> list[Finding]:
         """What hosts did wrong, of all chips and parts, in order of time; parts that are lazy catch up first."""
         return sorted((found for owner in self._owners() for found in owner.findings), key=lambda found: found.time_ps)
-
-    def catch_up(self) -> None:
-        """Let parts that work things off only when asked do so, up to now: who listens for findings hears them."""
-        for part in self.parts.values():
-            part.be_caught_up()
 
 
 def crystal_for(sheet: Sheet, crystal: str | int) -> int:
