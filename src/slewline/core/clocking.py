@@ -18,13 +18,13 @@ from bisect import bisect_right
 from typing import TYPE_CHECKING, Any, Protocol
 
 from .timebase import Clock
-from .wave import Promise
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from .train import Playing
+    from .views import View
 
 BLOCK = 1 << 14  # edges that are expanded at a time
 LOOKS = 64  # edges that one question about the future looks ahead at most
@@ -101,15 +101,15 @@ class Limited:
 
 
 class Bounded(Limited):
-    """Edges of another clock as long as they lie before the `until` of a promise, which may still move."""
+    """Edges of another clock as long as they lie before the bound of a view, which may still move."""
 
-    def __init__(self, of: ClockEdges, promise: Promise) -> None:
-        self.of, self.promise = of, promise
+    def __init__(self, of: ClockEdges, view: View) -> None:
+        self.of, self.view = of, view
 
     @property
     def until(self) -> int | None:  # type: ignore[override]
         """The instant before which edges count."""
-        return self.promise.until
+        return self.view.bound
 
 
 class Later:
@@ -235,9 +235,6 @@ class Walked:
                 self._strides.skipped(self._reached - stop)
 
     def by(self, ps: int) -> int:
-        until = self.promise.until
-        if until is not None and ps >= until:
-            ps = until - 1
         self._walk(ps)
         start, first, _, times = self._held
         if ps >= self._reached:
@@ -259,9 +256,8 @@ class Walked:
                     break
             else:
                 return time
-        time = int(self.many(k, k)[0])
-        until = self.promise.until
-        return time if until is None or time < until else None
+        found = self.many(k, k)
+        return int(found[0]) if len(found) else None  # it was promised, and is no more
 
     def many(self, first: int, last: int) -> NDArray[np.int64]:
         import numpy as np

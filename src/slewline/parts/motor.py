@@ -18,6 +18,7 @@ from ..core.views import Repeated
 from ..errors import UsageError
 from .clocked import Clocked
 from .follower import Follower
+from .part import AXIS
 from .steps_made import Limits, Made, Pulsed
 
 if TYPE_CHECKING:
@@ -42,29 +43,31 @@ class Translator(Clocked):
     on its `shaft` turns with it: an encoder, switches, a gear.
 
     Args:
+        axis: of the neighbour.
         edge: "fall" or "rise": which edge of the pulse is a step; by default what the neighbour's pin says.
     """
 
-    wiring = MappingProxyType({"pulse": "pulse", "direction": "direction"})
-    options: tuple[Option, ...] = (EDGE,)
+    wiring = MappingProxyType({"pulse": "step", "direction": "direction"})
+    options: tuple[Option, ...] = (AXIS, EDGE)
     follows = ("pulse", "direction")
     clock = "pulse"
     steers = ("direction",)
 
-    def __init__(self, kernel: Kernel, name: str, *, edge: str | None = None) -> None:
+    def __init__(self, kernel: Kernel, name: str, *, axis: int = 1, edge: str | None = None) -> None:
         super().__init__(kernel, name)
+        self.axis = axis
         if edge is not None:
             self.edge = EDGES[edge]
         self._chosen = edge is not None
         self.add_pin("pulse", "in", f"step at each {'rise' if self.edge else 'fall'}", pull=1)
         self.add_pin("direction", "in", "high: clockwise", pull=1)
         self.shaft = Shaft(kernel)
-        self.shaft.on_lost.add(self._lost)
+        self.shaft.source = self
 
     def attached(self, own: str, row: Pin) -> None:
         """Step with the edge that the neighbour's pin means, unless a user has chosen one."""
-        if own == "pulse" and row.active is not None and not self._chosen:
-            self.edge = row.active
+        if own == "pulse" and row.sense is not None and not self._chosen:
+            self.edge = row.sense
 
     @property
     def position(self) -> int:
@@ -75,12 +78,6 @@ class Translator(Clocked):
     def sign(self) -> int:
         """Which way a step goes now: 1 clockwise, -1 back."""
         return 1 if self.high("direction") else -1
-
-    def catch_up(self) -> None:
-        self.shaft.look(self.kernel.seen)
-
-    def _lost(self, first: int, steps: int) -> None:
-        self.finding("steps-lost", f"{steps} step{'s' * (steps > 1)} lost at a stop", first)
 
     # ------------------------------------------------------------------------------------------------------- changes
     def bring(self, ps: int) -> None:
@@ -104,6 +101,7 @@ class Motor(Translator):
         y   0 0 1 1
 
     Args:
+        axis: of the neighbour.
         edge: "fall" or "rise": which edge of the pulse is a step; by default what the neighbour's pin says.
         lag: how long a step takes.
         pull_in: greatest rate from rest, steps/s; 0: any rate at any time.
@@ -111,9 +109,8 @@ class Motor(Translator):
         loses: numbers of pulses that it misses besides, the first one being 1.
     """
 
-    wiring = MappingProxyType({"pulse": "clock", "direction": "dir"})
     options = (
-        EDGE,
+        *Translator.options,
         Option("lag", "time", 0, "how long a step takes"),
         Option("pull_in", "float", 0, "greatest rate from rest; 0: any rate at any time", low=0, unit="steps/s"),
         Option("acceleration", "float", 0, "how fast it may become faster", low=0, unit="steps/s2"),
@@ -126,13 +123,14 @@ class Motor(Translator):
         kernel: Kernel,
         name: str,
         *,
+        axis: int = 1,
         edge: str | None = None,
         lag: Time = 0,
         pull_in: float = 0,
         acceleration: float = 0,
         loses: Iterable[int] = (),
     ) -> None:
-        super().__init__(kernel, name, edge=edge)
+        super().__init__(kernel, name, axis=axis, edge=edge)
         if pull_in < 0 or not 0 <= acceleration <= pull_in**2 / 2:
             raise UsageError(
                 f"{name}: pull_in {pull_in}, acceleration {acceleration}; allowed 0 and more, 0 to {pull_in**2 / 2:g}"
@@ -223,7 +221,7 @@ class Rotor(Follower):
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
         for n in (1, 2, 3, 4):
-            self.add_pin(f"phase{n}", "in", f"phase {n}, low energises", pull=1)
+            self.add_pin(f"phase{n}", "in", f"phase {n}, low energises", pull=1, active=0)
         self._position = 0
         self.followed: int | None = None
         self._read_ps: int | None = None  # up to where the phases have been read; None: not yet

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ..core.hook import Hook
 from ..core.kernel import Kernel
 from ..core.timebase import Time, picoseconds
 from ..core.waits import until
@@ -61,7 +62,7 @@ class PacketHost(Caller):
         self.port = next(iter(self.ports.values()))
         self.received: list[int] = []
         self.results: list[Result] = []
-        self.on_event: Callable[[str], object] | None = None  # a transcript
+        self.on_event: Hook[[str]] = Hook()  # what it does, in words: a line of a script, an answer
 
     @property
     def chip(self) -> Chip:
