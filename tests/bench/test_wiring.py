@@ -5,9 +5,11 @@ from __future__ import annotations
 import pytest
 
 import slewline
+from slewline.bench.wiring import met
 from slewline.chips import PARTS, sheet_of
 from slewline.core.table import AXIS_ROLES, ROLES, Pin
 from slewline.errors import SheetError, UnknownName, WiringError
+from slewline.parts.part import Part
 
 LINE = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}
 
@@ -112,6 +114,22 @@ def test_a_driver_behind_a_damping_circuit_takes_what_that_puts_out(bench):
     assert one(bench, "driver.clock", "damping.clock_out")
     assert one(bench, "driver.direction", "damping.dir_out")
     assert not one(bench, "driver.clock", "x.clock")
+
+
+def test_a_pin_meets_who_drives_before_who_listens_and_an_output_meets_no_output(bench):
+    circuit = Part(bench.kernel, "circuit")
+    for name, way in (("into", "in"), ("out", "out")):
+        circuit.add_pin(name, way, "", role="step")
+    listener, driver = (
+        Part(bench.kernel, "own").add_pin("a", "in", ""),
+        Part(bench.kernel, "own").add_pin("a", "out", ""),
+    )
+    assert met(listener, "step", 1, circuit) is circuit.pin("out")
+    assert met(driver, "step", 1, circuit) is circuit.pin("into")
+    del circuit.pins["into"]
+    assert met(driver, "step", 1, circuit) is None
+    circuit.pins = {"into": circuit.add_pin("into", "in", "", role="step")}
+    assert met(listener, "step", 1, circuit) is circuit.pin("into")  # they share a wire
 
 
 def test_a_rotor_hangs_on_the_coils_of_a_latch(bench):
