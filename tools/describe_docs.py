@@ -30,11 +30,16 @@ import click
 
 import conformance
 from slewline.bench import Bench
+from slewline.bench.wiring import joints
 from slewline.chips import PARTS, listed, quirks_of, ramps_of, sheet_of
+from slewline.core.chip import Chip
+from slewline.core.table import ROLES
+from slewline.errors import WiringError
 from slewline.language.describe import describe, line_table, option_table, table
 from slewline.language.lines import usage
 from slewline.links.requests import COMMON, NAMES, REQUESTS, Key, Request, schema
 from slewline.parts import KINDS, part_class
+from slewline.parts.part import Part
 from slewline.tools.commands import cli
 
 EXAMPLES: dict[str, dict[str, Any]] = {"prom": {"image": ""}, "switch": {"low": 0}}  # parts that must be told something
@@ -242,18 +247,44 @@ def parts_page() -> str:
         bench = Bench()
         on = bench.part("motor", "shaft") if cls.sits == "must" else None
         part = bench.part(kind, on=on, **EXAMPLES.get(kind, {}))
-        pins = (f"{pin} → {cls.wiring[pin]}" if pin in cls.wiring else pin for pin in part.pins)
-        kinds.append((f"[`{kind}`](#{kind})" if cls.options else f"`{kind}`", row.says, ", ".join(pins)))
+        pins = (f"{pin} → {part.wiring[pin]}" if pin in part.wiring else pin for pin in part.pins)
+        named = f"[`{kind}`](#{kind})" if cls.options else f"`{kind}`"
+        kinds.append((named, row.says, ", ".join(pins), ", ".join(fitting(kind, part))))
         if cls.options:
             chapters.append(f"\n### {kind}\n\n{option_table(cls.options)}\n")
     text = (
         "What stands around a chip: `bench.part(kind, to=x, ...)` in Python, `[[part]]` in a bench file. With `to`,\n"
-        "pins that have an arrow are wired to the neighbour's pin that is for that. Figures are those of the CY525\n"
-        "manual, with GS-C those of its data sheet. What a part can be told from Python stands in its class in\n"
+        "pins that have an arrow are wired to the neighbour's pin in [that role](#roles). It may be a chip or another\n"
+        "part; of a chip with several axes it is the axis that the option `axis` names. A part that needs a pin which\n"
+        "the neighbour lacks is refused with the reason. Figures are those of the CY525 manual, with GS-C those of\n"
+        "its data sheet. What a part can be told from Python stands in its class in\n"
         "`src/slewline/parts`.\n"
     )
-    table_of_kinds = table(("kind", "what it is", "pins"), kinds)
-    return f"{NOTE}# Parts\n\n{text}\n{table_of_kinds}\n\n## Options\n{''.join(chapters)}"
+    table_of_kinds = table(("kind", "what it is", "pins", "chips that it attaches to"), kinds)
+    roles = table(("role", "a pin that"), ((f"`{role}`", says) for role, says in ROLES.items()))
+    return (
+        f"{NOTE}# Parts\n\n{text}\n{table_of_kinds}\n\n## Options\n{''.join(chapters)}\n"
+        "## Roles\n\nWhat pins of chips and parts are for; the tables of pins on the pages of the chips have them.\n\n"
+        f"{roles}\n"
+    )
+
+
+def fitting(kind: str, part: Part) -> list[str]:
+    """The chips to which a part can be attached, or the names of their families."""
+    found = []
+    for folder in dict.fromkeys(row.folder for row in PARTS.values()):
+        chips = [Bench().add(chip) for chip, row in PARTS.items() if row.folder == folder]
+        fits = [chip.sheet.part for chip in chips if attaches(kind, part, chip)]
+        found += [f"all of {folder}"] if len(fits) == len(chips) > 2 else fits
+    return found
+
+
+def attaches(kind: str, part: Part, chip: Chip) -> bool:
+    """Can a part be wired to a chip in the standard way?"""
+    try:
+        return bool(joints(kind, part, chip))
+    except WiringError:
+        return False
 
 
 # ---------------------------------------------------------------------------------------------------------- conformance

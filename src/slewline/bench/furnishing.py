@@ -155,7 +155,9 @@ class Furnished(Drawing):
         for own, theirs in pairs:
             theirs.net.join(own.net)
             self.kernel.settle()
+        for own, theirs in pairs:
             part.attached(own.row.name, as_needed(theirs.row))
+        self.kernel.settle()
         return part
 
     def _mounted(self, kind: str, name: str, on: Part | str | None) -> dict[str, Shaft]:

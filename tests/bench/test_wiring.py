@@ -1,0 +1,203 @@
+"""What `to=` wires: pins by their roles, on the axis that is asked for, all of them or nothing."""
+
+from __future__ import annotations
+
+import pytest
+
+import slewline
+from slewline.bench.wiring import met
+from slewline.chips import PARTS, sheet_of
+from slewline.core.table import AXIS_ROLES, ROLES, Pin
+from slewline.errors import SheetError, UnknownName, WiringError
+from slewline.parts.part import Part
+
+LINE = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}
+
+
+@pytest.fixture
+def bench():
+    return slewline.Bench()
+
+
+def one(bench, first, second):
+    return bench.pin(first).net.hub is bench.pin(second).net.hub
+
+
+# --------------------------------------------------------------------------------------------------------- the sheets
+@pytest.mark.parametrize("part", PARTS)
+def test_no_two_pins_of_an_axis_have_the_same_role_but_those_of_the_data_bus(part):
+    sheet = sheet_of(part)
+    roles = [(pin.role, pin.axis) for pin in sheet.pins if pin.role not in ("", "data")]
+    assert len(set(roles)) == len(roles)
+    for role, axis in roles:
+        assert sheet.role(role, axis).axis == axis
+    assert {pin.axis for pin in sheet.pins if pin.role in AXIS_ROLES} == set(range(1, sheet.axes + 1))
+    assert all(sheet.role("step", axis) and sheet.role("direction", axis) for axis in range(1, sheet.axes + 1))
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_every_register_says_what_it_counts(part):
+    assert all(register.unit for register in sheet_of(part).registers)
+
+
+def test_a_role_holds_at_the_active_level_unless_the_pin_is_named_for_the_contrary():
+    assert [sheet_of(part).role("moving").sense for part in ("gs-c200", "mc1151a")] == [1, 0]  # MOV, ATREST
+    assert [sheet_of(part).role("enable").sense for part in ("gs-c200", "cy525")] == [1, 0]  # ENABLE, STEP INHIBIT
+    assert [sheet_of(part).role("step").sense for part in ("cy525", "gs-c200", "mc1151a")] == [0, 1, 0]
+
+
+def test_a_role_that_there_is_not_is_no_role():
+    with pytest.raises(SheetError, match=r"pin x: no role 'stepp'; there are: step, direction"):
+        Pin(1, "x", "in", "", role="stepp")
+
+
+# --------------------------------------------------------------------------------------------------------------- axes
+def test_a_part_is_wired_to_the_axis_that_it_is_asked_for(bench):
+    bench.add("mc1451a", name="x")
+    bench.part("translator", name="m", to="x", axis=3)
+    assert one(bench, "m.pulse", "x.pulse3")
+    assert one(bench, "m.direction", "x.dir3")
+    assert not one(bench, "m.pulse", "x.pulse1")
+
+
+def test_an_axis_that_the_chip_lacks_is_refused(bench):
+    x = bench.add("gs-c200", name="x")
+    with pytest.raises(
+        WiringError, match=r"m: a part of kind motor needs a pin that shows every step; .* \(axis 2\); x"
+    ):
+        bench.part("motor", name="m", to=x, axis=2)
+    bench.part("motor", name="m", to=x)  # the name is free still
+
+
+# ------------------------------------------------------------------------------------------------------------ refusals
+def test_what_is_missing_is_said_with_the_reason_and_nothing_is_put_on_the_bench(bench):
+    x = bench.add("cy525", name="x")
+    drivers = {name: len(pin.net.drivers) for name, pin in x.pins.items()}
+    with pytest.raises(
+        WiringError, match="a part of kind damping needs a pin that tells that the motor is under way; x, a CY525, has"
+    ):
+        bench.part("damping", to=x)
+    assert bench.parts == {}
+    assert {name: len(pin.net.drivers) for name, pin in x.pins.items()} == drivers
+    assert {len(pin.net.hub.joined) for pin in x.pins.values()} == {0}
+
+
+def test_a_part_without_wiring_says_which_pins_it_has(bench):
+    x = bench.add("cy525", name="x")
+    with pytest.raises(
+        WiringError, match=r"inverter: a part of kind inverter has no standard wiring; connect in1, out"
+    ):
+        bench.part("inverter", to=x)
+
+
+def test_a_line_of_other_levels_is_refused(bench):
+    module = bench.add("gs-c200", name="x", straps=LINE)
+    with pytest.raises(WiringError, match=r"pc\.txd: x\.rxd is active high, and txd means low: bench\.wire"):
+        bench.part("serial_sender", name="pc", to=module)
+    with pytest.raises(WiringError, match=r"pc\.txd: x\.rxd is active high"):
+        bench.part("serial_port", name="pc", to=module, ttl=True)
+
+
+def test_an_unknown_neighbour_is_refused(bench):
+    with pytest.raises(UnknownName, match="the bench has no 'y'"):
+        bench.part("motor", to="y")
+    with pytest.raises(UnknownName, match="the bench has no '7'"):
+        bench.part("motor", to=7)
+    assert bench.parts == {}
+
+
+# ------------------------------------------------------------------------------------------------------ part to part
+def test_a_driver_behind_a_damping_circuit_takes_what_that_puts_out(bench):
+    x = bench.add("gs-c200", name="x", straps=LINE)
+    damping = bench.part("damping", name="damping", to=x)
+    bench.part("gs_d200", name="driver", to=damping)
+    assert one(bench, "driver.clock", "damping.clock_out")
+    assert one(bench, "driver.direction", "damping.dir_out")
+    assert not one(bench, "driver.clock", "x.clock")
+
+
+def test_a_pin_meets_who_drives_before_who_listens_and_an_output_meets_no_output(bench):
+    circuit = Part(bench.kernel, "circuit")
+    for name, way in (("into", "in"), ("out", "out")):
+        circuit.add_pin(name, way, "", role="step")
+    listener, driver = (
+        Part(bench.kernel, "own").add_pin("a", "in", ""),
+        Part(bench.kernel, "own").add_pin("a", "out", ""),
+    )
+    assert met(listener, "step", 1, circuit) is circuit.pin("out")
+    assert met(driver, "step", 1, circuit) is circuit.pin("into")
+    del circuit.pins["into"]
+    assert met(driver, "step", 1, circuit) is None
+    circuit.pins = {"into": circuit.add_pin("into", "in", "", role="step")}
+    assert met(listener, "step", 1, circuit) is circuit.pin("into")  # they share a wire
+
+
+def test_a_rotor_hangs_on_the_coils_of_a_latch(bench):
+    x = bench.add("cy525", name="x")
+    latch = bench.part("phase_latch", name="latch", to=x)
+    bench.part("rotor", to=latch)
+    assert all(one(bench, f"rotor.phase{n}", f"latch.coil{n}") for n in (1, 2, 3, 4))
+
+
+def test_a_connector_finds_the_receiver_of_a_uart_which_never_answers(bench):
+    x = bench.add("cy525", name="x")
+    bench.part("uart", name="uart", to=x)
+    bench.part("serial_port", name="pc", to="uart", ttl=True)
+    assert one(bench, "pc.txd", "uart.rxd")
+    assert bench.pin("pc.rxd").net.hub.joined == ()
+
+
+# ------------------------------------------------------------------------------------------------------- step edges
+@pytest.mark.parametrize(("chip", "rises"), [("cy525", 0), ("gs-c200s", 1), ("mc1151a", 0)])
+def test_a_motor_steps_with_the_edge_that_the_sheet_means(bench, chip, rises):
+    bench.add(chip, name="x")
+    for kind in ("translator", "motor"):
+        assert bench.part(kind, to="x").edge == rises
+
+
+def test_a_journal_repeats_what_was_wired_with_its_edge(tmp_path):
+    path = tmp_path / "journal"
+    bench = slewline.Bench(journal=path)
+    x = bench.add("gs-c200s", name="x", straps=LINE)
+    bench.part("translator", name="m", to=x)
+    host = bench.host(x)
+    for line in ("Po", "S10", "T100", "R10", "+12", "E"):
+        assert host.ask(line) == "Y"
+    bench.run_until_idle()
+    bench.journal.close()
+    again = slewline.replay(path)
+    assert again["m"].position == bench["m"].position == 12
+    assert again["m"].edge == 1
+    assert one(again, "m.pulse", "x.clock")
+
+
+# ---------------------------------------------------------------------------------------------------- who goes by roles
+@pytest.mark.parametrize(("chip", "pin", "lets"), [("cy525", "step_inhibit", 0), ("gs-c200", "enable", 1)])
+def test_a_step_check_holds_a_chip_in_its_own_way(bench, chip, pin, lets):
+    x = bench.add(chip, name="x")
+    check = bench.part("step_check", to=x)
+    assert x.pin(pin).level == lets
+    bench.run(0)
+    check.pin("x").drive(1)  # the load has turned the motor, and a step is owed
+    assert (check.behind, x.pin(pin).level) == (-1, 1 - lets)
+    check.pin("x").drive(0)
+    assert (check.behind, x.pin(pin).level) == (0, lets)
+
+
+def test_clocks_are_recorded_only_when_they_are_named(bench):
+    for chip in ("cy525", "mc1151a"):
+        bench.add(chip, name=chip)
+    bench.record()
+    assert not {"cy525.clk15", "mc1151a.clkout"} & set(bench.recorded)
+    assert {"cy525.pulse", "mc1151a.pulse1"} <= set(bench.recorded)
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_the_nets_of_steps_are_those_of_every_axis(bench, part):
+    x = bench.add(part, name="x")
+    assert x.step_nets() == [x.pin(x.sheet.role("step", n).name).net for n in range(1, x.sheet.axes + 1)]
+
+
+def test_every_role_of_a_part_is_one_of_the_house(bench):
+    for kind in ("uart", "gpib_talker", "rs232_line", "damping", "phase_latch"):
+        assert {pin.row.role for pin in bench.part(kind).pins.values()} <= {"", *ROLES}
