@@ -64,8 +64,8 @@ class Translator(Clocked):
 
     def attached(self, own: str, row: Pin) -> None:
         """Step with the edge that the neighbour's pin means, unless a user has chosen one."""
-        if own == "pulse" and row.active is not None and not self._chosen:
-            self.edge = row.active
+        if own == "pulse" and row.sense is not None and not self._chosen:
+            self.edge = row.sense
 
     @property
     def position(self) -> int:
@@ -110,8 +110,8 @@ class Motor(Translator):
     options = (
         EDGE,
         Option("lag", "time", 0, "how long a step takes"),
-        Option("pull_in", "float", 0, "greatest rate from rest; 0: any rate at any time", low=0, unit="steps/s"),
-        Option("acceleration", "float", 0, "how fast it may become faster", low=0, unit="steps/s2"),
+        Option("pull_in", "float", 0, "greatest rate from rest; 0: any rate at any time", unit="steps/s"),
+        Option("acceleration", "float", 0, "how fast it may become faster", unit="steps/s2"),
         Option("loses", "ints", (), "numbers of pulses that it misses besides", low=1),
     )
     edge = 1
