@@ -29,6 +29,7 @@ class Clocked(Follower):
 
     clock: ClassVar[str]  # the pin
     steers: ClassVar[tuple[str, ...]] = ()  # the pins that say what a step does
+    acts: ClassVar[tuple[str, ...]] = ()  # those of them that act without a step, too
     edge = 0  # the level of the clock with which a step begins
 
     def __init__(self, kernel: Kernel, name: str) -> None:
@@ -86,12 +87,13 @@ class Clocked(Follower):
             self._again.token += 1  # it is not called any more
             self._again = None
         clock = clock_edges(self.outlooks[self.clock].shown(), self.edge, now)
-        times = [time for name in self.steers if (time := self.outlooks[name].after(now)) is not None]
+        names = self.acts if isinstance(clock, Still) else self.steers
+        times = [time for name in names if (time := self.outlooks[name].after(now)) is not None]
+        if times:
+            self._again = self.kernel.call_at(min(times), self.look)
         if isinstance(clock, Still):
             return clock
         self._ahead = Limited(clock, min(times, default=None))
-        if times:
-            self._again = self.kernel.call_at(min(times), self.look)
         return self._ahead
 
     def look(self) -> None:

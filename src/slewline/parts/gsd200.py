@@ -59,6 +59,7 @@ class GsD200(Clocked):
     follows = ("clock", "direction", "half_full", "reset", "enable")
     clock = "clock"
     steers = ("direction", "half_full", "reset")
+    acts = ("reset",)
     edge = 1
 
     def __init__(self, kernel: Kernel, name: str, *, axis: int = 1) -> None:
