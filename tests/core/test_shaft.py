@@ -40,6 +40,8 @@ class Story:
         at = 0
         for _ in range(random.randrange(3, 12)):
             at += random.choice([1, 40_000, random.randrange(1, 900 * US)])
+            if at >= END:
+                break
             kind = random.choice(["train", "train", "even", "still", "step"])
             self.turns.append((at, kind, random.choice([1, -1]), random.random()))
 
