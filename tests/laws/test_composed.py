@@ -5,6 +5,7 @@ Watched, recorded, read or left alone, ties shuffled or not, whatever happens to
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from random import Random
 
 import pytest
@@ -41,11 +42,11 @@ def circuit(bench, random: Random, sources: list[str], parts: int, *, twin: bool
 class Script:
     """Random drives of some wires, by one or two outputs each: levels, waves, trains, bounds that move, any round."""
 
-    def __init__(self, bench, seed: int) -> None:
+    def __init__(self, bench, seed: int, names: Sequence[str] = ("s0", "s1", "s2"), latest: int = 3) -> None:
         self.kernel, random = bench.kernel, Random(seed)
         self.drivers: list[Driver] = []
         self.views: dict[Driver, object] = {}
-        for name in ("s0", "s1", "s2"):
+        for name in names:
             net = bench.pin(f"{name}.out").net
             self.drivers += [Driver(net, "script") for _ in range(random.choice((1, 1, 2)))]
         taken = set()
@@ -54,7 +55,9 @@ class Script:
             if (ps, driver) not in taken:  # else the order of a round would matter
                 taken.add((ps, driver))
                 kind = random.choice(("level", "wave", "soon", "train", "strobe", "cycles", "bound", "bound"))
-                self.kernel.call_at(ps, self.acting(kind, self.drivers[driver], random.randrange(3), random.random()))
+                self.kernel.call_at(
+                    ps, self.acting(kind, self.drivers[driver], random.randrange(latest), random.random())
+                )
 
     def acting(self, kind: str, driver: Driver, rounds: int, seed: float):
         def act() -> None:

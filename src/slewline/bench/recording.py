@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from ..record.recorder import Probe, Recorder
+    from ..record.recorder import Probe, Recorder, TextLog
     from ..record.vcd import VcdStream
     from ..record.vcd_sources import Buses
 
@@ -34,6 +34,7 @@ class Recording:
     def __init__(self, kernel: Kernel) -> None:
         self.kernel = kernel
         self.recorded: dict[str, Net | Terminal] = {}
+        self.commands: dict[str, TextLog] = {}  # by the name of the chip
         self._recorder: Recorder | None = None
         self._streams: list[Any] = []
 
@@ -67,6 +68,16 @@ class Recording:
             probe = self._probe(name)
             self.recorder.record(probe, keep_ps)
             self.recorded[name] = probe
+            self._record_commands(name.split(".")[0], keep_ps)
+
+    def _record_commands(self, owner: str, keep_ps: int | None) -> None:
+        """What a chip works on is recorded with its pins."""
+        from ..record.recorder import TextLog
+
+        if owner in self.commands:
+            self.commands[owner].log.keep(keep_ps)
+        elif owner in self.chips:
+            self.commands[owner] = TextLog(self.kernel, self.chips[owner].on_command, keep_ps)
 
     def _probe(self, name: str) -> Net | Terminal:
         """The net of a pin; of a pin that is a wire of a bus, the pin."""
@@ -154,8 +165,8 @@ class Recording:
             timescale: the unit of its times, 1, 10 or 100 ps to s; they are rounded down.
             buses: "bits": a bus is written as its wires, which every viewer reads; "whole", as PulseView does not;
                 "both".
-            values: with velocity and position of the axes (acceleration and jerk where the part has them) as reals,
-                with the commands that began their motions and with the findings as strings.
+            values: with velocity and position of the axes (acceleration and jerk where the part has them) as reals;
+                with the commands in work, what began the motions under way, and the findings as strings.
             layout: write layouts for GTKWave and Surfer beside the file, with its name and .gtkw, .sucl.
 
         Returns:
@@ -186,7 +197,8 @@ class Recording:
 
             layout_paths(path)
         chips = chips_of(self.chips, nets)
-        return {"buses": buses, "values": values_of(chips) if values else (), "comments": comments_of(chips, values)}
+        sources = values_of(chips, self.commands) if values else ()
+        return {"buses": buses, "values": sources, "comments": comments_of(chips, values)}
 
     def _save_layouts(self, stream: VcdStream) -> None:
         from ..record.layouts import save_layouts

@@ -14,13 +14,14 @@ and whatever ends it before leaves the former content in place:
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from struct import Struct
 from typing import Any
 from zlib import crc32
 
+from ..core.hook import Hook
 from ..errors import StoreError
 
 MAGIC = b"slewline memory 1\n"
@@ -42,7 +43,7 @@ class FileStore:
     def __init__(self, path: str | os.PathLike[str], system: Any = os) -> None:
         self.path, self.system = Path(path), system
         self._part = self.path.with_name(f".{self.path.name}.part")
-        self.on_failure: Callable[[str], object] = lambda _text: None  # is told why a read or a write was refused
+        self.on_failure: Hook[[str]] = Hook()  # a read or a write was refused, and why
 
     def read(self) -> bytes:
         """The content; empty when nothing was ever written.

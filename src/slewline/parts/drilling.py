@@ -73,16 +73,12 @@ class Bar(Translator):
 
 
 class Drill(Translator):
-    """A drill that CLOCK and DIR lower (clockwise) and lift; its spindle turns while `motor` is high.
-
-    Args:
-        gap: steps from the upper end to the bar.
-    """
+    """A drill that CLOCK and DIR lower (clockwise) and lift; its spindle turns while `motor` is high."""
 
     wiring = MappingProxyType({**Translator.wiring, "motor": "output2"})
     options = (Option("gap", "int", 100, "from the upper end to the bar", low=1, unit="steps"),)
 
-    def __init__(self, kernel: Kernel, name: str, *, gap: int = 100) -> None:
+    def __init__(self, kernel: Kernel, name: str, *, gap: int) -> None:
         super().__init__(kernel, name)
         self.gap = gap
         self.add_pin("motor", "in", "high: the spindle turns", pull=0)

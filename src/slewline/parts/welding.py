@@ -18,22 +18,17 @@ class Workpieces(Part):
     """Workpieces come to the machine one by one and leave after their last weld.
 
     `in_place` is high while one lies ready; `last` is low as long as another one is to come.
-
-    Args:
-        pieces: how many there are.
-        welds: falls of `torch` that a workpiece needs.
-        change: from the beginning, or from the leaving of one workpiece, to the arrival of the next.
     """
 
     wiring = MappingProxyType({"in_place": "input1", "last": "input2", "torch": "output1"})
 
     options = (
-        Option("pieces", "int", 3, "how many there are", low=0),
+        Option("pieces", "int", 3, "how many workpieces there are", low=0),
         Option("welds", "int", 6, "falls of `torch` that a workpiece needs", low=1),
-        Option("change", "time", "1 s", "from one workpiece to the next"),
+        Option("change", "time", "1 s", "from the beginning, or the leaving of one workpiece, to the next one"),
     )
 
-    def __init__(self, kernel: Kernel, name: str, *, pieces: int = 3, welds: int = 6, change: Time = "1 s") -> None:
+    def __init__(self, kernel: Kernel, name: str, *, pieces: int, welds: int, change: Time) -> None:
         super().__init__(kernel, name)
         self.pieces, self.welds, self.change_ps = pieces, welds, picoseconds(change)
         self.add_pin("in_place", "out", "high: a workpiece lies ready", initial=0)
