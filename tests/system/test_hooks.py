@@ -148,6 +148,21 @@ def committed(_path: Path) -> Told:
     return bench.kernel.on_commit, lambda: move(bench)
 
 
+def shaft(name: str) -> Callable[[Path], Told]:
+    def told(_path: Path) -> Told:
+        bench, x = moving()
+        turned = bench.part("motor", to=x).shaft
+        turned.stops.append((None, 1))  # and three steps are to come
+
+        def happen() -> None:
+            move(bench)
+            turned.look(bench.now_ps)
+
+        return getattr(turned, name), happen
+
+    return told
+
+
 HOOKS: dict[str, Callable[[Path], Told]] = {
     "on_finding of a chip": chip_finding,
     "on_finding of a part": part_finding,
@@ -169,6 +184,7 @@ HOOKS: dict[str, Callable[[Path], Told]] = {
     "on_failure of a journal": journal,
     "on_failure of a store": store,
     "on_commit": committed,
+    **{name: shaft(name) for name in ("on_cut", "on_turn", "on_lost")},
 }
 
 

@@ -51,8 +51,8 @@ class Furnished(Drawing):
         self.stores = stores
         self.seed = seed
         self.random = Random(seed)
-        self.chips: dict[str, Chip] = {}
-        self.parts: dict[str, Part] = {}
+        self.chips = {}
+        self.parts = {}
         self.outside = self.kernel.outside
         self.outside.let_pass = self._wait_for
         self.journal = Journal(journal, self.kernel, seed) if journal is not None else None
@@ -96,21 +96,20 @@ class Furnished(Drawing):
         hz = None if crystal is None else crystal_for(cls.sheet, crystal)
         if self.stores is not None and cls.sheet.keeps:
             options.setdefault("store", self.stores(name))
-        kept = {}
-        if self.outside.on_input and options.get("store") is not None:
-            kept["store"] = list(options["store"].read())
         with self.outside.nested():  # it may switch its supply on
             chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
-        self.outside.tell(
-            "add",
-            part=cls.sheet.part,
-            behaviour=cls.sheet.behaviour,
-            name=name,
-            crystal_hz=hz,
-            straps=dict(straps or {}),
-            bare=bare,
-            options=options | kept,
-        )
+        if self.outside.on_input:
+            kept = {"store": list(options["store"].read())} if options.get("store") is not None else {}
+            self.outside.tell(
+                "add",
+                part=cls.sheet.part,
+                behaviour=cls.sheet.behaviour,
+                name=name,
+                crystal_hz=hz,
+                straps=dict(straps or {}),
+                bare=bare,
+                options=options | kept,
+            )
         self.chips[name] = chip
         self._adopt(chip)
         self.kernel.settle()
@@ -369,11 +368,6 @@ class Furnished(Drawing):
     def findings(self) -> list[Finding]:
         """What hosts did wrong, of all chips and parts, in order of time; parts that are lazy catch up first."""
         return sorted((found for owner in self._owners() for found in owner.findings), key=lambda found: found.time_ps)
-
-    def catch_up(self) -> None:
-        """Let parts that work things off only when asked do so, up to now: who listens for findings hears them."""
-        for part in self.parts.values():
-            part.be_caught_up()
 
 
 def crystal_for(sheet: Sheet, crystal: str | int) -> int:

@@ -103,6 +103,7 @@ def replay(
     if prepare is not None:
         prepare(bench)
     bench.run_to(f"{stop} ps")  # an input that stands last takes effect
+    bench.catch_up()
     return bench
 
 

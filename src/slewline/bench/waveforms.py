@@ -8,7 +8,9 @@ from functools import partial
 from operator import attrgetter
 from typing import TYPE_CHECKING
 
-from ..core.chip import Chip, OneAxis
+from ..core.chip import Chip
+from ..parts.part import Part
+from .curves import axes_of
 
 if TYPE_CHECKING:
     from ..record.layouts import View
@@ -27,14 +29,9 @@ def chips_of(chips: Mapping[str, Chip], names: Iterable[str]) -> list[Chip]:
     return [chip for name, chip in chips.items() if name in owners]
 
 
-def axes_of(chip: Chip) -> Iterator[tuple[str, OneAxis]]:
-    """The axes of a chip, by the scope that they have in the file: that of the chip if it has only one."""
-    for number in range(1, chip.sheet.axes + 1):
-        yield chip.name if chip.sheet.axes == 1 else f"{chip.name}.axis{number}", chip.axis(number)
-
-
-def values_of(chips: Iterable[Chip], commands: Mapping[str, TextLog]) -> list[Source]:
-    """Of every chip its findings and the command in work; of every axis what moves it, and its quantities."""
+def values_of(chips: Iterable[Chip], parts: Iterable[Part], commands: Mapping[str, TextLog]) -> list[Source]:
+    """Of every chip its findings and the command in work; of every axis what moves it, and its quantities; of parts
+    that have quantities, these and their findings."""
     from ..record.vcd_sources import CurveSource, TextSource
 
     sources: list[Source] = []
@@ -45,16 +42,22 @@ def values_of(chips: Iterable[Chip], commands: Mapping[str, TextLog]) -> list[So
         for scope, axis in axes_of(chip):
             sources.append(TextSource(f"{scope}.motion", axis.motor.log.texts, all=False))
             sources += [CurveSource(f"{scope}.{quantity.name}", quantity) for quantity in axis.quantities()]
+    for part in parts:
+        if quantities := part.quantities():
+            sources.append(TextSource(f"{part.name}.finding", partial(_findings, part)))
+            sources += [CurveSource(f"{part.name}.{quantity.name}", quantity) for quantity in quantities]
     return sources
 
 
-def comments_of(chips: Iterable[Chip], values: bool) -> Iterator[str]:
+def comments_of(chips: Iterable[Chip], values: bool, parts: Iterable[Part] = ()) -> Iterator[str]:
     """What the head of the file says: the parts, and the units of the quantities."""
     for chip in chips:
         crystal = f", {chip.crystal_hz} Hz" if chip.sheet.crystal_high_hz else ""
         yield f"{chip.name}: {chip.sheet.part.upper()}{crystal}"
         for scope, axis in axes_of(chip) if values else ():
             yield from (f"{scope}.{quantity.name} in {quantity.unit}" for quantity in axis.quantities())
+    for part in parts:
+        yield from (f"{part.name}.{quantity.name} in {quantity.unit}" for quantity in part.quantities())
 
 
 def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> View:
@@ -83,6 +86,7 @@ def _apart(marks: Iterable[tuple[int, str]], distance: int) -> list[tuple[int, s
     return sorted(kept)
 
 
-def _findings(chip: Chip, start: int, stop: int) -> list[tuple[int, str]]:
-    first, end = bisect_left(chip.findings, start, key=_time), bisect_right(chip.findings, stop, key=_time)
-    return [(found.time_ps, f"{found.code}: {found.text}") for found in chip.findings[first:end]]
+def _findings(owner: Chip | Part, start: int, stop: int) -> list[tuple[int, str]]:
+    findings = owner.findings
+    first, end = bisect_left(findings, start, key=_time), bisect_right(findings, stop, key=_time)
+    return [(found.time_ps, f"{found.code}: {found.text}") for found in findings[first:end]]

@@ -177,7 +177,7 @@ class Shaft:
             times, places = self.changes(start, stop)
             return times, places * scale
 
-        return Staircase(self.kernel, name, unit, lambda times: self.place_at(times) * scale, changes, self.turns)
+        return Staircase(self.kernel, name, unit, lambda times: self.place_at(times) * scale, changes, turns=self.turns)
 
     def _courses(self, start: int, stop: int) -> list[tuple[Course, int]]:
         """The courses at start <= t <= stop, each with the last instant that is of it."""
