@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from random import Random
 
+import numpy as np
 import pytest
 
 import slewline
@@ -218,3 +219,19 @@ def test_a_gear_a_carriage_and_an_encoder_are_repeated_by_the_journal(tmp_path):
     bench.journal.close()
     again = slewline.replay(journal)
     assert [again["enc"].counts, again["carriage"].place, again["gear"].position] == found
+
+
+def test_a_carriage_and_its_motor_have_curves():
+    machine = Machine(440, stepwise=True)
+    fine = machine.bench.part("carriage", "fine", on="motor", scale=0.5, unit="mm")
+    machine.home()
+    (place,), (position,) = machine.carriage.quantities(), machine.motor.quantities()
+    steps = machine.x.steps()
+    after = steps.times_ps + 10**7
+    made = np.cumsum(steps.directions)
+    assert position.at(after).tolist() == made.tolist()
+    assert place.at(after).tolist() == [
+        440 + min(n, 60) if k < 60 else 440 + n + 7 if n < 53 else 500 for k, n in enumerate(made)
+    ]
+    assert fine.quantities()[0].unit == "mm" and fine.quantities()[0].at(after).tolist() == (made / 2).tolist()
+    assert len(position.changes(-1, machine.bench.now_ps).times_ps) == len(made) + 1

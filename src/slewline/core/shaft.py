@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING
 
 from .clocking import ClockEdges, Still
 from .course import BLOCKED, Course, Made, Once, common
+from .history import Staircase
 from .hook import Hook
 
 if TYPE_CHECKING:
@@ -168,6 +169,15 @@ class Shaft:
     def turns(self, start: int, stop: int) -> list[int]:
         """Where, at start <= t <= stop, it may have turned round or been pushed; in between it goes one way."""
         return [course.since for course, _ in self._courses(start, stop) if course.since >= start]
+
+    def quantity(self, name: str, unit: str = "steps", scale: float = 1.0) -> Staircase:
+        """Return the place over time as a quantity, a step being `scale` units."""
+
+        def changes(start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+            times, places = self.changes(start, stop)
+            return times, places * scale
+
+        return Staircase(self.kernel, name, unit, lambda times: self.place_at(times) * scale, changes, turns=self.turns)
 
     def _courses(self, start: int, stop: int) -> list[tuple[Course, int]]:
         """The courses at start <= t <= stop, each with the last instant that is of it."""

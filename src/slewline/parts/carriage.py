@@ -5,7 +5,6 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TYPE_CHECKING, ClassVar, Literal
 
-from ..core.history import Staircase
 from ..core.option import Option
 from ..core.shaft import Geared, Played, Shaft
 from ..errors import UsageError
@@ -44,6 +43,12 @@ class Gear(Part):
     def position(self) -> float:
         """Steps that the shaft behind has turned, a step being that of a motor with as many a turn."""
         return float(self.shaft.place)
+
+    def quantities(self) -> tuple[Quantity, ...]:
+        return (self.shaft.quantity("position"),)
+
+    def forget(self, before: int) -> None:
+        self.shaft.forget(before)
 
 
 class Carriage(Part):
@@ -113,17 +118,7 @@ class Carriage(Part):
             self.finding("hard-stop", f"at {self.place:g} {self.unit} it runs into a stop: steps are lost", ps)
 
     def quantities(self) -> tuple[Quantity, ...]:
-        shaft, scale = self.shaft, float(self.scale)
-
-        def changes(start: int, stop: int):  # type: ignore[no-untyped-def]
-            times, places = shaft.changes(start, stop)
-            return times, places * scale
-
-        return (
-            Staircase(
-                self.kernel, "place", self.unit, lambda times: shaft.place_at(times) * scale, changes, turns=shaft.turns
-            ),
-        )
+        return (self.shaft.quantity("place", self.unit, float(self.scale)),)
 
     def forget(self, before: int) -> None:
         self.shaft.forget(before)

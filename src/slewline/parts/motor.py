@@ -22,6 +22,7 @@ from .part import AXIS
 from .steps_made import Limits, Made, Pulsed
 
 if TYPE_CHECKING:
+    from ..core.quantity import Quantity
     from ..core.table import Pin
     from ..core.wave import Level
 
@@ -74,6 +75,12 @@ class Translator(Clocked):
     def position(self) -> int:
         """Steps clockwise since the beginning."""
         return self.shaft.place // 1 + (self.sign if self.due else 0)
+
+    def quantities(self) -> tuple[Quantity, ...]:
+        return (self.shaft.quantity("position"),)
+
+    def forget(self, before: int) -> None:
+        self.shaft.forget(before)
 
     @property
     def sign(self) -> int:
