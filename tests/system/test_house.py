@@ -12,7 +12,6 @@ ANATOMY = (
     "one chip in several modules that know one another; they become objects with faces of their own in another change"
 )
 CIRCLES = {  # that are there still: modules, and why
-    "core": ("axis ideal motions", "each names the types of the others, none calls them when it is imported"),
     "core.": ("clocking train views", "a view of a train numbers its edges by the arithmetic of the train"),
     "chips.cy525": ("firmware instructions motion port readout state stepwise supply", ANATOMY),
     "chips.gs_c200": ("firmware instructions stepwise", ANATOMY),
@@ -22,7 +21,6 @@ CIRCLES = {  # that are there still: modules, and why
         ANATOMY,
     ),
     "links": ("control server status", "the control port speaks of the server that has opened it"),
-    "tools": ("commands compare main", "the exit status is named where the command line is called"),
 }
 
 
