@@ -23,9 +23,11 @@ from typing import Any
 import chipset
 import cycles
 import numpy as np
+import parts
 import pictures
 import reading
 import serve
+import store
 from rows import Row, best, best_of, table, timed
 
 import slewline
@@ -361,7 +363,8 @@ WORKLOADS: dict[str, dict[str, Callable[[], list[Row]]]] = {
         "moves": chipset.moves,
         "registers": serve.register_rows,
     },
-    "To start, and to go on": {"starting": starting, "hour": hour},
+    "Parts": {"parts": parts.rows},
+    "To start, and to go on": {"starting": starting, "hour": hour, "storing": store.rows},
 }
 PAGE = """# Performance
 

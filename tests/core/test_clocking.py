@@ -13,6 +13,7 @@ from slewline.core.clocking import Bounded, Even, Still, TrainEdges, Walked, clo
 from slewline.core.cycles import CycleTrain, Linear, SquareView
 from slewline.core.timebase import Clock
 from slewline.core.train import OPEN, Playing, PulseView, StepTrain, StrobeView
+from slewline.core.views import Repeated
 from slewline.core.wave import Wave
 
 END = 1 << 50
@@ -126,7 +127,7 @@ def test_an_even_clock_begins_a_period_after_its_instant():
 
 
 def test_a_bound_that_moves_ends_a_clock():
-    frozen = Wave(1, (), ())
+    frozen = Repeated(Wave(1, (), ()))
     clock = Bounded(Even(0, 1000), frozen)
     assert clock.by(10**10) == 10 and clock.at(3) == 3 * 10**9
     frozen.until = 3 * 10**9

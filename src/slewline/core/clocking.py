@@ -14,17 +14,17 @@ caller has dealt with itself; nothing here has an effect on the wire.
 
 from __future__ import annotations
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from typing import TYPE_CHECKING, Any, Protocol
 
 from .timebase import Clock
-from .wave import Promise
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from .train import Playing
+    from .views import View
 
 BLOCK = 1 << 14  # edges that are expanded at a time
 LOOKS = 64  # edges that one question about the future looks ahead at most
@@ -88,6 +88,16 @@ class Limited:
     def __init__(self, of: ClockEdges, until: int | None = None) -> None:
         self.of, self.until = of, until
 
+    def cut(self, ps: int) -> None:
+        """Count only what lies before an instant or at it, and look again at what was found ahead of time."""
+        self.until = ps + 1
+        self.recount(ps)
+
+    def recount(self, ps: int) -> None:
+        """Look again at what was found at an instant and behind it."""
+        if isinstance(self.of, Limited | Walked):
+            self.of.recount(ps)
+
     def by(self, ps: int) -> int:
         until = self.until
         return self.of.by(ps if until is None or ps < until else until - 1)
@@ -101,15 +111,15 @@ class Limited:
 
 
 class Bounded(Limited):
-    """Edges of another clock as long as they lie before the `until` of a promise, which may still move."""
+    """Edges of another clock as long as they lie before the bound of a view, which may still move."""
 
-    def __init__(self, of: ClockEdges, promise: Promise) -> None:
-        self.of, self.promise = of, promise
+    def __init__(self, of: ClockEdges, view: View) -> None:
+        self.of, self.view = of, view
 
     @property
     def until(self) -> int | None:  # type: ignore[override]
         """The instant before which edges count."""
-        return self.promise.until
+        return self.view.bound
 
 
 class Later:
@@ -235,9 +245,6 @@ class Walked:
                 self._strides.skipped(self._reached - stop)
 
     def by(self, ps: int) -> int:
-        until = self.promise.until
-        if until is not None and ps >= until:
-            ps = until - 1
         self._walk(ps)
         start, first, _, times = self._held
         if ps >= self._reached:
@@ -246,6 +253,13 @@ class Walked:
             return first + bisect_right(times, ps)
         i = max(bisect_right(self._starts, ps) - 1, 0)
         return self._counts[i] + (len(self._edges(self._starts[i], ps)) if ps > self._starts[i] else 0)
+
+    def recount(self, ps: int) -> None:
+        """Look again at what was found at an instant and behind it: it may have been withdrawn since."""
+        keep = max(bisect_left(self._starts, ps), 1)
+        del self._starts[keep:], self._counts[keep:]
+        self._reached, self._found = self._starts[-1], self._counts[-1]
+        self._held = (self._reached, self._found, self._found, ())
 
     def at(self, k: int) -> int | None:
         time: int | None = self._reached
@@ -259,9 +273,8 @@ class Walked:
                     break
             else:
                 return time
-        time = int(self.many(k, k)[0])
-        until = self.promise.until
-        return time if until is None or time < until else None
+        found = self.many(k, k)
+        return int(found[0]) if len(found) else None  # it was promised, and is no more
 
     def many(self, first: int, last: int) -> NDArray[np.int64]:
         import numpy as np

@@ -57,7 +57,7 @@ FITS: Mapping[Kind, Callable[[Any], bool]] = MappingProxyType(  # is a value of 
         "int": _whole,
         "float": lambda value: _whole(value) or (isinstance(value, float) and abs(value) < float("inf")),
         "number": lambda value: _whole(value) or isinstance(value, (str, Fraction)),
-        "time": lambda value: _whole(value) or isinstance(value, str),
+        "time": lambda value: isinstance(value, str) or (hasattr(value, "__index__") and not isinstance(value, bool)),
         "frequency": lambda value: _whole(value) or isinstance(value, str),
         "text": lambda value: isinstance(value, str),
         "ints": lambda value: _many(value) and all(map(_whole, value)),
@@ -219,7 +219,7 @@ class Option:
         return {
             "name": self.name,
             "kind": self.kind,
-            "default": plain,
+            "default": list(plain) if isinstance(plain, (bytes, tuple)) else plain,
             "required": self.required,
             "says": self.says,
             "low": self.low,

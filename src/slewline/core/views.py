@@ -71,6 +71,11 @@ class View:
     def until(self, ps: int | None) -> None:
         self._bound = ps
 
+    @property
+    def bound(self) -> int | None:
+        """Its own bound alone: what else goes on behind `until` goes on."""
+        return self._bound
+
     def level(self, ps: int) -> Level:
         """Level at an instant, edges at that instant included."""
         return self.level_of(ps if self._bound is None or ps < self._bound else self._bound - 1)

@@ -10,11 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from difflib import get_close_matches
 from importlib import import_module
-from inspect import signature
 from typing import TYPE_CHECKING, Any
 
 from ..core.option import checked
-from ..errors import UnknownName, UsageError
+from ..errors import UnknownName
 
 if TYPE_CHECKING:
     from ..core.kernel import Kernel
@@ -98,10 +97,4 @@ def make_part(kind: str, kernel: Kernel, name: str, options: dict[str, Any], **m
         UsageError: an option that the kind does not have, or does not allow.
     """
     cls = part_class(kind)
-    parameters = [parameter for parameter in list(signature(cls).parameters)[2:] if parameter != "on"]
-    if cls.options or not parameters:
-        return cls(kernel, name, **mounted, **checked(name, cls.options, options))
-    for key in options:
-        if key not in parameters:
-            raise UsageError(f"{name}: no option {key!r}; its options: {', '.join(parameters)}")
-    return cls(kernel, name, **mounted, **options)
+    return cls(kernel, name, **mounted, **checked(name, cls.options, options))

@@ -55,7 +55,7 @@ class Clocked(Follower):
     def cut(self, ps: int) -> None:
         if self._begun:
             self._level = self.outlooks[self.clock].level(ps)
-            self._ahead.until = ps + 1
+            self._ahead.cut(ps)
             self.bring(ps)
 
     def lay(self) -> None:

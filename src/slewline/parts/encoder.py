@@ -12,7 +12,6 @@ event.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from fractions import Fraction
 from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar, Literal
@@ -21,7 +20,6 @@ from ..core.clocking import Even, Still
 from ..core.counter import Channel, Code, Scale
 from ..core.kernel import Kernel
 from ..core.option import Option
-from ..core.pin import Terminal
 from ..core.shaft import Geared, Shaft
 from ..core.timebase import Time, picoseconds
 from ..errors import UsageError
@@ -143,8 +141,7 @@ class Encoder(Counts):
         motor = Translator(self.kernel, self.name)
         motor.shaft.per_turn = steps
         for own, theirs in MOTOR.items():
-            terminal = motor.pins[theirs]
-            self.pins[own] = Terminal(self.name, replace(terminal.row, name=own), terminal.net)
+            self.take_pin(own, motor.pins[theirs])
         self.wiring = MappingProxyType({"pulse": "step", "dir": "direction", **self.wiring})
         return motor
 

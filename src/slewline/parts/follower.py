@@ -44,8 +44,8 @@ class Follower(Part):
         self._laying = False  # `lay` is due in the next round
         self._drivers_seen = -1  # of the inputs, when circles were looked for
 
-    def add_pin(self, name: str, way: Way, says: str, **given: Any) -> Terminal:
-        terminal = super().add_pin(name, way, says, **given)
+    def add_pin(self, name: str, way: Way, says: str, **how: Any) -> Terminal:
+        terminal = super().add_pin(name, way, says, **how)
         if name in self.drivers:
             self.drivers[name].source = self
         return terminal

@@ -20,13 +20,13 @@ is 2 A for each volt on it.  Around it stand the resistors of figure 11:
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections.abc import Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 from ..core.clocking import ClockEdges, Still
 from ..core.counted import Counted
+from ..core.history import History
 from ..core.kernel import Kernel
 from ..core.option import Option
 from ..core.timebase import Time, moment, moments
@@ -38,6 +38,8 @@ from .part import AXIS, Part
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from ..core.quantity import Quantity
 
 STATES = ("0101", "0001", "1001", "1000", "1010", "0010", "0110", "0100")  # a, b, c, d in states 1 to 8
 PHASES = "abcd"
@@ -200,7 +202,7 @@ class PhaseCurrent(Part):
             )
         self.add_pin("mov", "in", "high: in motion", pull=0, active=1)
         self.add_pin("ramp", "in", "high: on a ramp", pull=0, active=1)
-        self.past: list[tuple[int, float]] = []  # (from, amperes)
+        self.history = History()
 
     def rewired(self) -> None:
         for pin in ("mov", "ramp"):
@@ -218,21 +220,25 @@ class PhaseCurrent(Part):
         return self.currents[self.transistors]
 
     def _note(self) -> None:
-        if not self.past or self.past[-1][1] != self.amperes:
-            self.past.append((self.kernel.now, self.amperes))
+        self.history.note(self.kernel.now, self.amperes)
+
+    def quantities(self) -> tuple[Quantity, ...]:
+        return (self.history.quantity(self.kernel, "current", "A"),)
+
+    def forget(self, before: int) -> None:
+        self.history.forget(before)
+
+    @property
+    def past(self) -> list[tuple[int, float]]:
+        """From when on (ps) which current has flowed, amperes."""
+        return [*self.history]
 
     def current_at(self, time: Time) -> float:
         """Return the current at one instant of the past, amperes."""
-        ps = moment(time)
-        return self.past[max(bisect_right(self.past, ps, key=lambda entry: entry[0]) - 1, 0)][1]
+        return self.history.at(moment(time))
 
     def currents_at(self, times: Sequence[Time] | NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the current at many instants of the past: float64, shape as `times`, amperes."""
         import numpy as np
 
-        starts, amperes = (
-            np.array([ps for ps, _ in self.past], np.int64),
-            np.array([amperes for _, amperes in self.past]),
-        )
-        found: NDArray[np.float64] = amperes[np.maximum(np.searchsorted(starts, moments(times), side="right") - 1, 0)]
-        return found
+        return self.history.values_at(np.asarray(moments(times)))

@@ -23,6 +23,7 @@ from .steps_made import Limits, Made, Pulsed
 
 if TYPE_CHECKING:
     from ..core.table import Pin
+    from ..core.wave import Level
 
 EDGES = {"fall": 0, "rise": 1}
 EDGE = Option(
@@ -225,6 +226,7 @@ class Rotor(Follower):
         self._position = 0
         self.followed: int | None = None
         self._read_ps: int | None = None  # up to where the phases have been read; None: not yet
+        self._levels: list[Level] = []  # of the phases, up to there
         self._strides = Strides()
 
     @property
@@ -241,7 +243,7 @@ class Rotor(Follower):
     def catch_up(self) -> None:
         if self._read_ps is not None:
             if self._laying:
-                self._follow(self.field, self.kernel.now)
+                self._look()
             else:
                 self._read(self.kernel.seen)
 
@@ -249,11 +251,17 @@ class Rotor(Follower):
     def cut(self, ps: int) -> None:
         if self._read_ps is not None:
             self._read(ps)
+            self._levels = [outlook.level(ps) for outlook in self.outlooks.values()]
 
     def lay(self) -> None:
         if self._read_ps is not None:
-            self._follow(self.field, self.kernel.now)
+            self._look()
         self._read_ps = self.kernel.now
+
+    def _look(self) -> None:
+        """Follow the field, if a phase is now driven otherwise than up to now."""
+        if [self.pins[name].net.level for name in self.follows] != self._levels:
+            self._follow(self.field, self.kernel.now)
 
     def _read(self, ps: int) -> None:
         """Follow what the phases have shown up to an instant, a stretch at a time."""

@@ -113,22 +113,29 @@ class Made:
     def _work(self, n: int) -> None:
         """Work off the pulses up to number n."""
         while self._known < n:
-            last = min(n, self._known + self._many)
+            last = min(n, self._known + BLOCK)
             times: Any = [self.clock.at(last)] if last == self._known + 1 else self.clock.many(self._known + 1, last)
-            state = self.limits.after(self._state, int(times[0]), self.sign)
-            if not state.follows:
-                self._state, self._known, self._many = state, self._known + 1, FEW
-                continue
-            run = 1 if len(times) == 1 else self.limits.followed(self._state, times)
-            self._many = min(self._many * 4, BLOCK) if run == len(times) else FEW
-            self._follow(run)
-            if run > 1:
-                now, before = int(times[run - 1]), int(times[run - 2])
-                state = replace(
-                    state, pulses=state.pulses + run - 1, rate=PS_PER_S / (now - before), pulsed_ps=now,
-                    arrives_ps=now + self.limits.lag_ps,
-                )  # fmt: skip
-            self._state = state
+            done = 0
+            while done < len(times):
+                done += self._work_some(times[done : done + self._many])
+
+    def _work_some(self, times: Any) -> int:
+        """Work off the first of some pulses, and those behind it that are followed like it; return how many."""
+        state = self.limits.after(self._state, int(times[0]), self.sign)
+        if not state.follows:
+            self._state, self._known, self._many = state, self._known + 1, FEW
+            return 1
+        run = 1 if len(times) == 1 else self.limits.followed(self._state, times)
+        self._many = min(self._many * 4, BLOCK) if run == len(times) else FEW
+        self._follow(run)
+        if run > 1:
+            now, before = int(times[run - 1]), int(times[run - 2])
+            state = replace(
+                state, pulses=state.pulses + run - 1, rate=PS_PER_S / (now - before), pulsed_ps=now,
+                arrives_ps=now + self.limits.lag_ps,
+            )  # fmt: skip
+        self._state = state
+        return run
 
     def _follow(self, run: int) -> None:
         """Note that so many pulses more are followed."""

@@ -9,8 +9,9 @@ from ..core.kernel import Kernel
 from ..core.net import Net
 from ..core.option import Option
 from ..core.timebase import Time, picoseconds, readable
+from .held import Held
+from .motor import Translator
 from .part import Part
-from .stepped import Stepped
 
 
 class Workpieces(Part):
@@ -74,16 +75,18 @@ class Spot:
         return f"{self.position:5}  from {readable(self.start_ps)} for {readable(self.duration_ps)}"
 
 
-class Welder(Stepped):
+class Welder(Translator):
     """A carriage that PULSE and DIRECTION move, with a torch that burns while `torch` is high."""
 
-    wiring = MappingProxyType({"torch": "output1", "pulse": "step", "direction": "direction"})
+    wiring = MappingProxyType({**Translator.wiring, "torch": "output1"})
+    options = ()
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
         self.add_pin("torch", "in", "high: on", pull=0)
         self.spots: list[Spot] = []
         self.lit: tuple[int, int] | None = None  # position and instant
+        self._held = Held(self)
 
     def rewired(self) -> None:
         super().rewired()
@@ -92,6 +95,7 @@ class Welder(Stepped):
 
     def _torch(self, net: Net) -> None:
         now = self.kernel.now
+        self._held.hold(net.level == 1)
         if net.level == 1:
             self.lit = (self.position, now)
         elif self.lit is not None:
@@ -99,7 +103,6 @@ class Welder(Stepped):
             self.spots.append(Spot(position, start, now - start))
             self.lit = None
 
-    def stepped(self, sign: int) -> None:
-        if self.lit is not None:
-            self.finding("smeared", f"the carriage leaves {self.position} with the torch on")
-        super().stepped(sign)
+    def catch_up(self) -> None:
+        for ps, place, _ in self._held.steps():
+            self.finding("smeared", f"the carriage leaves {place} with the torch on", ps)

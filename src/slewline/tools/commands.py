@@ -39,7 +39,9 @@ class Guided(click.Command):
 @CHIP
 @click.option("--crystal", type=Frequency(), help="Such as '11 MHz'; the chip's own by default.")
 @click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=1. May be repeated.")
-@click.option("--until", type=TimeWithUnit(), help="Run to this instant, such as '2 s'; else until all is idle.")
+@click.option(
+    "--until", type=TimeWithUnit(), help="Run or replay to this instant, such as '2 s'; else until all is idle."
+)
 @click.option("--timeout", type=TimeWithUnit(), help="When to give up waiting for that; 60 s by default.")
 @click.option("--drive", type=Drive(), multiple=True, help="Drive a pin: 'abort=0@12 ms', 'x.wait=1'. May be repeated.")
 @click.option("--strict", is_flag=True, help="Exit status 1 if there are findings.")
