@@ -27,6 +27,7 @@ import parts
 import pictures
 import reading
 import serve
+import store
 from rows import Row, best, best_of, table, timed
 
 import slewline
@@ -363,7 +364,7 @@ WORKLOADS: dict[str, dict[str, Callable[[], list[Row]]]] = {
         "registers": serve.register_rows,
     },
     "Parts": {"parts": parts.rows},
-    "To start, and to go on": {"starting": starting, "hour": hour},
+    "To start, and to go on": {"starting": starting, "hour": hour, "storing": store.rows},
 }
 PAGE = """# Performance
 

@@ -32,6 +32,10 @@ class SheetError(SlewlineError, ValueError):
     """A data sheet that contradicts itself: a mistake in a chip folder."""
 
 
+class PlanError(SlewlineError, AssertionError):
+    """A planned motion that does not hold together: a mistake in a law of motion, never of the user or the host."""
+
+
 class ProgramError(SlewlineError, ValueError):
     """A program text that the assembler refuses.  The message carries line, column and manual section."""
 

@@ -366,7 +366,7 @@ def test_the_greatest_distance_from_the_ideals_is_told_in_numbers_and_words_that
 def test_cursors_and_readings_take_the_same_instants(instants):
     bench = move()
     assert bench.readings(instants).instants_ps[-1] == 20 * MS
-    drawn = bench._contents(None, [], 0, None, None, None, None, False, instants, True).cursors
+    drawn = bench._contents(None, [], 0, None, None, None, None, None, False, instants, True).cursors
     assert tuple(drawn) == bench.readings(instants).instants_ps
 
 

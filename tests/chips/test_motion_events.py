@@ -223,6 +223,24 @@ def test_after_k_the_motor_stands_and_the_next_motion_begins_from_rest():
     assert x.velocity_at(int(x.steps(again).times_ps[0])) > 0
 
 
+def test_a_motion_cut_off_twice_before_its_first_step_leaves_the_earlier_cut_where_it_was():
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x")
+    host = bench.host(x)
+    host.send(SPEEDS + "N 3000\rG\r")
+    bench.run_until(x.reaches(3))
+    x.reset()
+    bench.run("1 ms")
+    (cut,) = (motion.end.time_ps for motion in x.motions())
+    x.pin("step_inhibit").drive(1)
+    host.send("N 5\rG\r")
+    bench.run("3 ms")
+    x.reset()
+    bench.run("1 ms")
+    assert [motion.end.why for motion in x.motions()] == ["cut", "cut"] and x.motions()[1].end.steps == 0
+    assert x.velocity_at(cut - 1) > 0 and x.velocity_at(cut) == 0
+
+
 # ---------------------------------------------------------------------------------------------------------- listeners
 def test_two_listeners_hear_everything_and_one_may_leave_from_inside():
     bench = slewline.Bench()

@@ -97,7 +97,7 @@ def test_a_long_count_is_drawn_from_few_of_its_changes_and_looks_the_same(kernel
         return changes(start, stop)
 
     plain = Staircase(kernel, "count", "counts", values, changes)
-    few = Staircase(kernel, "count", "counts", values, counted, turns)
+    few = Staircase(kernel, "count", "counts", values, counted, turns=turns)
     for start, stop in ((0, 100 * MS), (3 * MS + 1, 61 * MS), (60 * MS, 90 * MS)):
         outline, exact = few.outline(start, stop, 100), plain.outline(start, stop, 100)
         assert asked == [] and len(outline.times_ps) <= 400

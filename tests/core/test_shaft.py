@@ -92,6 +92,8 @@ class Story:
         on = shaft if self.gear is None else Gear(kernel, "gear", on=shaft, **self.gear).shaft
         carriage = Carriage(kernel, "carriage", on=on, **self.carriage)
         switches = [Switch(kernel, f"s{n}", on=carriage.shaft, **what) for n, what in enumerate(self.switches)]
+        for switch in switches:
+            switch.rewired()
         kernel.settle()
         readings = [Reading(switch.pin("out")) for switch in switches]
         found = [[] for _ in switches]

@@ -74,6 +74,37 @@ def test_a_motion_flows_through_the_code_as_the_page_says(x):
     assert 0 < x.position < 3000
 
 
+@pytest.fixture
+def m():
+    bench = slewline.Bench()
+    m = bench.add("mc1451a", name="m")
+    m.bench, m.host = bench, bench.host(m)
+    m.host.command("SET_VEL", 65536)
+    m.host.command("SET_ACC", 1024)
+    return m
+
+
+def test_a_packet_flows_through_the_code_as_the_page_says(m):
+    wanted = told('`host.command("SET_POS"')
+    assert len(wanted) > 15
+    assert in_order(wanted, traced(lambda: m.host.command("SET_POS", 12345))) is None
+    assert m.registers_of(1)["pos"] == 12345
+
+
+def test_an_update_flows_through_the_code_as_the_page_says(m):
+    m.host.command("SET_POS", 12345)
+    wanted = told('`host.command("UPDATE")')
+    assert len(wanted) > 15
+
+    def moved():
+        m.host.command("UPDATE")
+        m.bench.run("20 ms")
+        return m.position
+
+    assert in_order(wanted, traced(moved)) is None
+    assert 0 < m.position < 12345
+
+
 def test_a_picture_flows_through_the_code_as_the_page_says(x, tmp_path):
     x.send_and_run("R 100\r")
     x.bench.record("x.slew")

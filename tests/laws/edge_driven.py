@@ -38,6 +38,8 @@ class EdgeGate(Part):
 class EdgeDelay(Part):
     """A delay line: every level of the input, later."""
 
+    looped = False  # it is on a circle of gates
+
     def __init__(self, kernel, name: str, delay_ps: int) -> None:
         super().__init__(kernel, name)
         self.delay_ps = delay_ps
@@ -52,8 +54,8 @@ class EdgeDelay(Part):
 
     def follow(self, _net=None) -> None:
         level, now = int(self.high("in")), self.kernel.now
-        if now == self.wired_ps:
-            self.drivers["out"].drive(level)
+        if now == self.wired_ps and (not self.coming or not self.looped):
+            self.drivers["out"].drive(level)  # the circuit is coming to rest; on a circle it need not
         if now + self.delay_ps not in self.coming:
             self.kernel.call_at(now + self.delay_ps, self.show)
         self.coming[now + self.delay_ps] = level

@@ -14,7 +14,7 @@ from typing import Any
 
 import slewline
 
-from .dialogues import Played
+from .dialogues import Played, heard
 
 OUTPUTS = ("clock", "dir", "mov", "ramp", "rdy", "uo1", "uo2", "uo3", "reset", "txd")
 LINES = ("K", "Z", "Z", "F", "V1", "E", "V2", "Q")
@@ -219,7 +219,9 @@ def begin(dialogue: Dialogue, *, stepwise: bool = False, shuffle: int | None = N
         bench.run_until(lambda: not chip.running)
         chip.axis1.load(dialogue.position)
     bench.record(*(f"x.{pin}" for pin in OUTPUTS))
-    return Talked(bench, chip, host)
+    talked = Talked(bench, chip, host)
+    talked.heard = heard(chip)
+    return talked
 
 
 def play(dialogue: Dialogue, *, stepwise: bool = False, shuffle: int | None = None, fit: Any = None) -> Talked:

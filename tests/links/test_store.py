@@ -8,16 +8,21 @@ from __future__ import annotations
 
 import errno
 import os
+import subprocess
+import sys
+from itertools import pairwise
 from pathlib import Path
+from random import Random
 
 import pytest
 
 import slewline
-from slewline.errors import StoreError
+from slewline.core.store import Memory
+from slewline.errors import StoreError, UsageError
 from slewline.links.pace import Lockstep
 from slewline.links.server import Server
 from slewline.links.status import status
-from slewline.links.store import FileStore
+from slewline.links.store import HEADER, MAGIC, RECORD, FileStore
 
 OLD, NEW = b"S10 T100 R50 +5", b"S10 T100 R50 G500000" * 4
 PATH = Path("/state/x.eeprom")
@@ -34,8 +39,9 @@ class File:
         self.data, self.kept = data, data
 
     def left(self):
-        """The contents that a power cut can leave."""
-        return {self.kept} if self.data == self.kept else {self.kept, self.data, self.data[: len(self.data) // 2]}
+        """The contents that a power cut can leave: what was there is not lost, what came behind it may be in part."""
+        common = next((n for n, (a, b) in enumerate(zip(self.data, self.kept)) if a != b), len(self.kept))  # noqa: B905
+        return {self.kept, self.data, self.data[: (common + len(self.data)) // 2]}
 
 
 class Disk:
@@ -79,6 +85,16 @@ class Disk:
         file, at = self.opened[number]
         self.opened[number][1] += count
         return file.data[at : at + count]
+
+    def lseek(self, number, place, whence):
+        self._call("lseek")
+        file = self.opened[number]
+        file[1] = len(file[0].data) if whence == os.SEEK_END else place
+        return file[1]
+
+    def ftruncate(self, number, length):
+        self._call("ftruncate")
+        self.opened[number][0].data = self.opened[number][0].data[:length]
 
     def fsync(self, number):
         self._call("fsync")
@@ -204,6 +220,105 @@ def test_a_disk_that_keeps_something_else_is_found_out_while_the_old_content_is_
 
     refused, now, later, _ = written(garbling)
     assert (refused, now, later) == (True, OLD, {OLD})
+
+
+# ----------------------------------------------------------------------------------------------- bytes that are added
+LARGE = bytes(range(256)) * 20
+ADDED, AT = b"the next characters", 77
+
+
+def store_of(disk, kind):
+    """A store of LARGE whose next append makes the first journal of the file, is the next record, or writes it anew."""
+    store = FileStore(PATH, disk)
+    store.write(LARGE)
+    if kind != "first":
+        store.append(b"x", 3)
+    for _ in range(4 if kind == "anew" else 0):  # records that leave no room for another one
+        store.append(LARGE[: len(LARGE) - RECORD.size - 6], 0)
+    disk.calls.clear()
+    return store
+
+
+def appended(kind, trouble):
+    """Append while there is trouble: contents before and after, was it refused, and what can be found afterwards?"""
+    disk = Disk({})
+    store = store_of(disk, kind)
+    before = store.read()
+    after = before[:AT] + ADDED + before[AT + len(ADDED) :]
+    disk.calls.clear()
+    disk.trouble = trouble
+    refused = False
+    try:
+        store.append(ADDED, AT)
+    except (StoreError, PowerCut):
+        refused = True
+    disk.trouble = lambda number, call: None
+    left = [*disk.after_power_cut()]
+    return before, after, refused, store, disk, left
+
+
+def calls_of_append(kind):
+    disk = Disk({})
+    store_of(disk, kind).append(ADDED, AT)
+    return disk.calls
+
+
+EVERY_APPEND = [
+    pytest.param(kind, number, id=f"{kind}-{number}-{call}")
+    for kind in ("first", "next", "anew")
+    for number, call in enumerate(calls_of_append(kind), 1)
+]
+
+
+def test_only_the_first_append_and_one_in_a_while_write_the_file_anew():
+    assert ["replace" in calls_of_append(kind) for kind in ("first", "next", "anew")] == [True, False, True]
+    assert calls_of_append("next") == ["open", "lseek", "write", "fsync", "lseek", "read", "read", "close"]
+
+
+@pytest.mark.parametrize(("kind", "number"), EVERY_APPEND)
+def test_an_append_that_fails_at_a_step_leaves_the_old_content_or_is_no_failure(kind, number):
+    trouble = failing(number, OSError(errno.EIO, "input/output error"))
+    before, after, refused, store, disk, left = appended(kind, trouble)
+    later = {FileStore(PATH, each).read() for each in left}
+    now = store.read()
+    assert {now} | later <= {before, after}
+    assert refused == (later != {after})
+    assert set(disk.names) <= {PATH} and not disk.opened
+    store.append(b"!", AT)  # what comes next is neither lost nor put into a broken file
+    assert {FileStore(PATH, each).read() for each in disk.after_power_cut()} == {now[:AT] + b"!" + now[AT + 1 :]}
+
+
+@pytest.mark.parametrize(("kind", "number"), EVERY_APPEND)
+def test_power_that_goes_in_an_append_leaves_old_or_new_and_the_next_one_goes_on_from_there(kind, number):
+    def cut(count, call):
+        if count >= number:
+            raise PowerCut
+
+    before, after, refused, _, _, left = appended(kind, cut)
+    assert refused
+    for disk in left:
+        found = FileStore(PATH, disk).read()
+        assert found in (before, after)
+        next_one = FileStore(PATH, disk)
+        next_one.append(b"and more", 1)
+        next_one.append(b"and more")
+        wanted = found[:1] + b"and more" + found[9:] + b"and more"
+        assert {FileStore(PATH, each).read() for each in disk.after_power_cut()} == {wanted}
+
+
+def test_what_an_append_has_answered_is_there_after_any_power_cut():
+    for kind in ("first", "next", "anew"):
+        _, after, refused, _, _, left = appended(kind, lambda number, call: None)
+        assert not refused and {FileStore(PATH, each).read() for each in left} == {after}
+
+
+def test_a_record_that_the_disk_garbles_or_takes_byte_by_byte():
+    slow = lambda number, call: (lambda data: data[:1]) if call == "write" else None  # noqa: E731
+    before, after, refused, store, _, _ = appended("next", slow)
+    assert (refused, store.read()) == (False, after)
+    garbling = lambda number, call: (lambda data: data[:-1] + b"?") if call == "write" else None  # noqa: E731
+    before, after, refused, store, _, _ = appended("next", garbling)
+    assert (refused, store.read()) == (True, before)
 
 
 # ----------------------------------------------------------------------------------------- a module on such a memory
@@ -342,3 +457,111 @@ def test_what_is_no_regular_file_is_refused_and_not_waited_for(tmp_path, name):
     for call in (store.read, lambda: store.write(NEW)):
         with pytest.raises(StoreError, match="is no regular file"):
             call()
+
+
+# ------------------------------------------------------------------------------------------------- added to real files
+@pytest.mark.parametrize("kind", [FileStore, lambda path: Memory()])
+def test_a_memory_of_any_kind_is_what_was_put_into_it(kind, tmp_path):
+    random, wanted = Random(5), bytearray()
+    store = kind(tmp_path / "x.ram")
+    for _ in range(150):
+        data, at = random.randbytes(random.choice((0, 1, 1, 30))), random.choice((None, random.randint(0, len(wanted))))
+        if random.random() < 0.01:
+            wanted = bytearray(data)
+            store.write(data)
+        else:
+            store.append(data, at)
+            at = len(wanted) if at is None else at
+            wanted[at : at + len(data)] = data
+        assert store.read() == wanted
+    if kind is FileStore:
+        assert FileStore(store.path).read() == wanted
+
+
+@pytest.mark.parametrize("kind", [FileStore, lambda path: Memory()])
+def test_a_hole_is_refused(kind, tmp_path):
+    store = kind(tmp_path / "x.ram")
+    store.append(b"ab")
+    for at in (3, -1):
+        with pytest.raises(UsageError, match=f"append at {at}: the memory has 2 bytes; allowed 0 to 2"):
+            store.append(b"c", at)
+    store.append(b"c", 2)
+    assert store.read() == b"abc"
+
+
+def test_the_file_does_not_grow_without_end():
+    disk = Disk({})
+    store = FileStore(PATH, disk)
+    store.write(bytes(1000))
+    sizes = []
+    for n in range(6000):
+        store.append(b"%d" % (n % 10), n % 1000)
+        sizes.append(len(disk.names[PATH].data))
+    assert max(sizes) <= 1000 + HEADER.size + (1 << 14)
+    assert sum(later < size for size, later in pairwise(sizes)) <= 6
+    assert FileStore(PATH, disk).read() == bytes(ord("0") + n % 10 for n in range(1000))
+
+
+def test_part_of_a_record_at_the_end_is_dropped_and_damage_before_a_whole_one_is_told(store):
+    store.write(LARGE)
+    store.append(b"one", 0)
+    begin = store.path.stat().st_size
+    store.append(b"two", 1)
+    middle = store.path.stat().st_size
+    store.append(b"three", 5)
+    good = store.path.read_bytes()
+    with_two = b"otwo" + LARGE[4:5]
+    for n in range(middle, len(good)):
+        store.path.write_bytes(good[:n])
+        assert FileStore(store.path).read()[:10] == with_two + LARGE[5:10]
+    for n in range(middle, len(good)):
+        store.path.write_bytes(good[:n] + bytes([good[n] ^ 4]) + good[n + 1 :])
+        assert FileStore(store.path).read()[:10] == with_two + LARGE[5:10]
+    for n in (*range(len(MAGIC), HEADER.size + 3), begin - 1, *range(begin, middle)):
+        store.path.write_bytes(good[:n] + bytes([good[n] ^ 4]) + good[n + 1 :])
+        with pytest.raises(StoreError, match="damaged"):
+            FileStore(store.path).read()
+        with pytest.raises(StoreError, match="damaged"):
+            FileStore(store.path).append(b"x")
+    store.path.write_bytes(good + bytes(40))  # a file system that makes a file longer before it has its data
+    assert FileStore(store.path).read()[:10] == with_two + b"three"
+
+
+def test_a_file_that_is_taken_away_or_written_by_somebody_else_is_written_anew_or_refused(store):
+    store.write(LARGE)
+    store.append(b"one", 0)
+    store.path.unlink()
+    store.append(b"two", 3)
+    assert store.read()[:6] == b"onetwo"
+    FileStore(store.path).append(b"of another")
+    store.append(b"six", 6)
+    assert store.read() == b"onetwosix" + LARGE[9:]
+    store.path.write_text("Dear Sir or Madam")
+    with pytest.raises(StoreError, match="no memory of slewline"):
+        store.append(b"x")
+    assert store.path.read_text() == "Dear Sir or Madam"
+
+
+KILLED = """
+import sys
+from slewline.links.store import FileStore
+store = FileStore(sys.argv[1])
+n = len(store.read())
+while True:
+    store.append(b"%c" % (n % 251))
+    n += 1
+    print(n, flush=True)
+"""
+
+
+def test_a_process_that_is_killed_while_it_appends_loses_nothing_that_it_has_answered(tmp_path):
+    path, answered = tmp_path / "x.ram", 0
+    for lines in (1, 30, 300, 7):
+        with subprocess.Popen([sys.executable, "-c", KILLED, path], stdout=subprocess.PIPE) as process:
+            for _ in range(lines):
+                answered = int(process.stdout.readline())
+            process.kill()
+            answered = max([answered, *(int(line) for line in process.stdout.read().split(b"\n")[:-1])])
+        found = FileStore(path).read()
+        assert len(found) in (answered, answered + 1)
+        assert found == bytes(n % 251 for n in range(len(found)))

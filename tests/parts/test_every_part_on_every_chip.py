@@ -32,6 +32,8 @@ class Bench:
         self.bench, self.chip, self.kind = slewline.Bench(), chip, kind
         straps = {"br0": 0, "br1": 0, "br2": 0, "chs": 0} if chip in LINES else {}
         self.x = self.bench.add(chip, name="x", straps=straps)
+        if kind in ON_A_SHAFT:
+            options["on"] = self.bench.part("translator", name="motor", to="x")
         self.part = self.bench.part(kind, name="part", to="x", **options)
         self.axis = self.x.axis(options.get("axis", 1))
 
@@ -61,6 +63,7 @@ class Bench:
                 axis.send(f"SET_VEL 0x4000\nSET_ACC 256\nSET_POS {position}\nUPDATE")
                 axis.wait("motion_complete")
                 axis.send("CLR_STATUS")
+            self.bench.run_until_idle()
         assert self.axis.travel == STEPS - BACK
 
     def program(self, host: Any, *lines: str) -> None:
@@ -186,6 +189,14 @@ def catches(b: Bench) -> None:
     assert host.read_position() == b.part.position == 121
 
 
+def closes(b: Bench) -> None:
+    """The chip feels HOME from the third step on."""
+    b.move()
+    b.bench.run("1 ms")
+    home = b.x.sheet.role("home")
+    assert (b.part.closed, b.x.pin(home.name).level) == (True, home.active)
+
+
 def chooses(b: Bench) -> None:
     b.move()
     assert len({amperes for _, amperes in b.part.past}) >= 2  # at rest, and on the ramp
@@ -194,19 +205,24 @@ def chooses(b: Bench) -> None:
 def runs_master(b: Bench) -> None:
     b.part.run(1000)
     b.bench.run("10 ms")
+    b.part.run(0)
+    b.bench.run("1 ms")
     assert b.x.axis(b.part.axis).registers["actl_pos"] == b.part.counts > 5
 
 
 def talks_lines(b: Bench) -> None:
     """A connector of a computer: characters to the module and back."""
     b.bench.run("10 ms")
-    b.part.send("F\r")
+    b.part.write("F\r")
     b.bench.run_until(b.part.got(b"R\r"))
 
 
 def talks_uart(b: Bench) -> None:
     computer = b.bench.part("serial_sender", name="pc", to="part")
-    computer.send(MOVES)
+    first, second = MOVES.split("G\r", 1)
+    computer.send(first + "G\r")
+    computer.pause("1 s")  # nothing travels back: the chip takes no byte while it moves
+    computer.send(second)
     b.bench.run_until_idle()
     assert b.x.travel == STEPS - BACK
 
@@ -269,7 +285,7 @@ def written(b: Bench, code: int, *words: int) -> None:
 # ------------------------------------------------------------------------------------------------------------- table
 @dataclass(frozen=True)
 class Fit:
-    """Which chips a kind of part makes sense with, what it needs elsewhere (in words of the refusal), how it is seen."""
+    """The chips that a kind of part makes sense with, what the refusal of the others says, how it is seen to work."""
 
     chips: tuple[str, ...] = ()
     needs: str = ""
@@ -279,11 +295,12 @@ class Fit:
 
 ALL = tuple(PARTS)
 ALONE = Fit(needs="has no standard wiring; connect ")
+ON_A_SHAFT = ("gear", "carriage", "switch")
 HOSTLIKE = "a pin that asks for a byte to be taken"
 FITS = {
-    **dict.fromkeys(("inverter", "and", "or", "nand", "nor", "latch8"), ALONE),
+    **dict.fromkeys(("inverter", "and", "or", "nand", "nor", "latch8", "delay"), ALONE),
     "uart": Fit(LETTERS, "a pin that is a wire of the data bus|" + HOSTLIKE, talks_uart),
-    "serial_sender": Fit((), "a pin that takes characters from a computer|is meant for a pin that takes characters"),
+    "serial_sender": Fit((), "a pin that takes characters from a computer|is active high, and txd means low"),
     "serial_port": Fit(LINES, "a pin that takes characters from a computer", talks_lines),
     "rs232_line": Fit((), "a pin that is the output of a computer's serial port"),
     "prom": Fit(LETTERS, HOSTLIKE + "|data bus", commands, (("image", MOVES),)),
@@ -296,7 +313,7 @@ FITS = {
     "quadrature": Fit(ENCODERS, "a pin that takes channel A of an encoder", runs_master),
     "gs_d200": Fit(ALL, "", energises),
     "phase_current": Fit(LINES, "a pin that tells that (the motor is under way|it speeds up)", chooses),
-    "two_clocks": Fit(ALL, "", splits),
+    "two_clocks": Fit((*LETTERS, *LINES), "rests at the level of a step", splits),
     "step_check": Fit((*LETTERS, *LINES), "a pin that lets the next step be made", holds),
     "damping": Fit(LINES, "a pin that tells that (the motor is under way|it speeds up)", brakes),
     "bar": Fit((*LETTERS, *LINES), "a pin that is output 1", cuts),
@@ -309,8 +326,12 @@ FITS = {
     "gpib_talker": Fit((), "a pin that is a data line of an IEEE-488 bus"),
     "gpib_device": Fit(LETTERS, "needs a pin that", talks_gpib),
     "gpib_controller": Fit((), "a pin that is a data line of an IEEE-488 bus"),
-    "gpib_interrupts": Fit(LETTERS, "needs a pin that", stops_at_a_limit),
-    "workpieces": Fit((*LETTERS, *LINES), "a pin that is input 1", comes_and_goes, (("pieces", 1), ("welds", 1), ("change", "100 ms"))),
+    "gpib_interrupts": Fit(LETTERS, "a pin that tells that a motion is complete|lets the next step", stops_at_a_limit),
+    "workpieces": Fit(
+        (*LETTERS, *LINES), "a pin that is input 1", comes_and_goes, (("pieces", 1), ("welds", 1), ("change", "100 ms"))
+    ),
+    **dict.fromkeys(("gear", "carriage"), ALONE),
+    "switch": Fit((*LINES, *PACKETS), "is told that the motor is at its home position", closes, (("low", 3),)),
     "welder": Fit((*LETTERS, *LINES), "a pin that is output 1", welds),
 }  # fmt: skip
 
@@ -329,6 +350,9 @@ def test_every_part_works_on_every_chip_for_which_it_makes_sense_and_is_refused_
         return
     bench = slewline.Bench()
     x = bench.add(chip, name="x")
+    parts = {}
+    if kind in ON_A_SHAFT:
+        options["on"] = parts["motor"] = bench.part("translator", name="motor", to="x")
     with pytest.raises(WiringError, match=fit.needs):
         bench.part(kind, to=x, **options)
-    assert bench.parts == {}
+    assert bench.parts == parts

@@ -11,6 +11,8 @@ from ..core.chip import Chip, OneAxis
 from ..core.motions import Mark
 from ..core.timebase import Time, moment, readable
 from ..errors import UnknownName, UsageError
+from ..parts.part import Part
+from .curves import Chosen, chosen
 from .motions import first_step, moving_from_to
 from .recording import FilePath, Recording
 
@@ -40,6 +42,7 @@ class Drawing(Recording):
         stop: Time | None = None,
         *,
         axes: Sequence[int | str] | int | str | None = None,
+        parts: Sequence[str] | str | None = None,
         runs: Mapping[str, Drawing | Steps] | None = None,
         over: Mapping[str, Trace] | None = None,
         ideal: bool = False,
@@ -59,6 +62,8 @@ class Drawing(Recording):
             pins: recorded pins, or traces of a file; all that are recorded by default, [] for none.
             start, stop: the window; by default the motion, and a twentieth of it before and after.
             axes: which axes: numbers from 1 on, names of chips, or names such as "x axis 2"; by default all.
+            parts: whose quantities are drawn, too: names of parts, or of single quantities such as "driver.current"; by
+                default those of all parts around the chips, as far as they change; [] for none.
             runs: further benches by the name that the picture gives them, each laid over this one, its motion
                 beginning with this one's; `start` and `stop` then count from there.  Measured steps as well, such as
                 `read_vcd(path).steps("pulse")`, their first one at the instant of this bench's first one.
@@ -73,12 +78,12 @@ class Drawing(Recording):
 
         Raises:
             UsageError: nothing to draw, an unknown width, too few axes for the panels, or no matplotlib.
-            UnknownName: no such axis, or no chip on the bench.
+            UnknownName: no such axis or part, or no chip on the bench.
             NotRecorded: a pin that is not recorded.
         """
         from ..record.figures import figure
 
-        contents = self._contents(title, pins, start, stop, axes, runs, over, ideal, cursors, marks)
+        contents = self._contents(title, pins, start, stop, axes, parts, runs, over, ideal, cursors, marks)
         return figure(contents, width=width, dark=dark, ax=ax)
 
     def plot(
@@ -90,6 +95,7 @@ class Drawing(Recording):
         stop: Time | None = None,
         *,
         axes: Sequence[int | str] | int | str | None = None,
+        parts: Sequence[str] | str | None = None,
         runs: Mapping[str, Drawing | Steps] | None = None,
         over: Mapping[str, Trace] | None = None,
         ideal: bool = False,
@@ -107,7 +113,7 @@ class Drawing(Recording):
         from ..record.pictures import check_suffix, save
 
         check_suffix(path)
-        contents = self._contents(title, pins, start, stop, axes, runs, over, ideal, cursors, marks)
+        contents = self._contents(title, pins, start, stop, axes, parts, runs, over, ideal, cursors, marks)
         picture = figure(contents, width=width, dark=dark)
         save(picture, path, contents.title, description_of(picture), dark)
 
@@ -117,12 +123,15 @@ class Drawing(Recording):
         pins: Sequence[str] | None = None,
         axes: Sequence[int | str] | int | str | None = None,
         over: Mapping[str, Trace] | None = None,
+        parts: Sequence[str] | str | None = None,
     ) -> Readings:
-        """Return what every axis and every recorded pin is at some instants, and the differences between neighbours.
+        """Return what every axis, every quantity of a part and every recorded pin is at some instants, and the
+        differences between neighbours.
 
         Print it for a table; its `rows` are the same as data.
 
         Args:
+            parts: whose quantities are told, as for `figure`; by default those of all parts around the chips.
             over: what was measured of pins, as for `figure`: a row each, below all others.
 
         Raises:
@@ -137,7 +146,9 @@ class Drawing(Recording):
         if max(instants) > self.kernel.now:
             raise UsageError(f"{readable(max(instants))} is still to come; it is {readable(self.kernel.now)}")
         nets = dict(self.recorded) if pins is None else self._chosen(pins)
-        tracks = [(self._name_of(axis), axis.quantities()) for axis in self._axes(axes)]
+        shown = self._axes(axes)
+        tracks = [(self._name_of(axis), axis.quantities()) for axis in shown]
+        tracks += [(part.name, quantities) for part, quantities in self._parts(parts, shown)]
         found = readings(instants, tracks, [(name, net, self.recorder) for name, net in nets.items()])
         rows = [measured(name, trace, instants) for name, trace in checked(over).items()]
         return replace(found, rows=(*found.rows, *rows))
@@ -150,6 +161,7 @@ class Drawing(Recording):
         start: Time | None,
         stop: Time | None,
         axes: Sequence[int | str] | int | str | None,
+        parts: Sequence[str] | str | None,
         runs: Mapping[str, Drawing | Steps] | None,
         over: Mapping[str, Trace] | None,
         ideal: bool,
@@ -158,6 +170,7 @@ class Drawing(Recording):
     ) -> Contents:
         from ..record.figures import Contents
 
+        self.catch_up()
         if not self.chips:
             raise UnknownName("the bench has no chip to plot")
         benches = [("", self)] if not runs else [(n, run) for n, run in runs.items() if isinstance(run, Drawing)]
@@ -169,7 +182,7 @@ class Drawing(Recording):
         first, last = self._picture(axes, pins, start, stop, benches, begins, measured)
         tracks: list[Track] = []
         for name, bench in benches:
-            tracks += bench._tracks(axes, name, begins[name], first, last, ideal)
+            tracks += bench._tracks(axes, parts, name, begins[name], first, last, ideal)
         tracks += measured
         return Contents(
             title or self._named(),
@@ -270,16 +283,44 @@ class Drawing(Recording):
             return chip.name
         return f"axis {number}" if len(self.chips) == 1 else f"{chip.name} axis {number}"
 
-    def _tracks(self, axes: Any, run: str, zero: int, start: int, stop: int, ideal: bool) -> list[Track]:
-        """What the axes did in a window of the picture, those that move; one, if none does."""
+    def _tracks(self, axes: Any, parts: Any, run: str, zero: int, start: int, stop: int, ideal: bool) -> list[Track]:
+        """What the axes did in a window of the picture, those that move; one, if none does.  Below, what parts did."""
         first, last = max(start + zero, 0), min(stop + zero, self.kernel.now)
         chosen = self._axes(axes)
+        around = self._parts(parts, chosen)
         if axes is None:
             chosen = [axis for axis in chosen if any(axis.motor.played(first, last))] or chosen[:1]
         tracks = [self._track(axis, zero, first, last, ideal) for axis in chosen]
+        tracks += self._tracks_of_parts(around, zero, first, last, parts is None)
         if not run:
             return tracks
         return [replace(track, name=f"{run}, {track.name}" if len(tracks) > 1 else run) for track in tracks]
+
+    def _parts(self, parts: Sequence[str] | str | None, axes: Sequence[OneAxis]) -> list[Chosen]:
+        """The parts whose quantities are shown, beside some axes."""
+        return chosen(
+            self.parts, parts, [*{id(chip): chip for axis in axes for chip in [self._owner(axis)[0]]}.values()]
+        )
+
+    def _tracks_of_parts(
+        self, around: Sequence[Chosen], zero: int, first: int, last: int, moving: bool
+    ) -> Iterator[Track]:
+        """What parts did; `moving`: no quantity that does not change."""
+        import numpy as np
+
+        from ..record.panels import Track
+
+        for part, quantities in around:
+            shown = [each for each in quantities if not moving or np.ptp(each.outline(first, last, 1).values)]
+            if shown:
+                yield Track(
+                    part.name,
+                    shown,
+                    marks=self._findings(part, first, last),
+                    zero=zero,
+                    until=self.kernel.now,
+                    part=True,
+                )
 
     def _track(self, axis: OneAxis, zero: int, first: int, last: int, ideal: bool) -> Track:
         from ..record.panels import Track
@@ -299,8 +340,8 @@ class Drawing(Recording):
             until=self.kernel.now,
         )
 
-    def _findings(self, chip: Chip, first: int, last: int) -> list[Mark]:
-        return [Mark(f.time_ps, "finding", f.code) for f in chip.findings if first <= f.time_ps <= last]
+    def _findings(self, owner: Chip | Part, first: int, last: int) -> list[Mark]:
+        return [Mark(f.time_ps, "finding", f.code) for f in owner.findings if first <= f.time_ps <= last]
 
     def _measured(self, runs: Mapping[str, Any], axes: Any, zero: int) -> Iterator[Track]:
         """Measured steps among some runs, their first one at that of this bench (ps; `zero` of it is 0)."""
@@ -349,7 +390,7 @@ class Drawing(Recording):
     def _notes(self, tracks: Sequence[Track]) -> Iterator[str]:
         """Lines that tell with which parameters the axes moved."""
         words = {row.form: row.name for chip in self.chips.values() for row in chip.sheet.commands}
-        lines = {track.name: told(track, words) for track in tracks}
+        lines = {track.name: told(track, words) for track in tracks if not track.part}
         if len({*lines.values()}) == 1:
             lines = {"": next(iter(lines.values()))}
         for name, line in [*lines.items()][:MOST_NOTES]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ..chips import chip_class
 from ..chips.line import LineChip
 from ..core.chip import Chip, Finding
+from ..core.hook import Hook
 from ..core.kernel import Kernel
 from ..core.net import Bus, Net
 from ..core.pin import Terminal
@@ -17,7 +18,6 @@ from ..core.table import Sheet
 from ..core.timebase import Time, hertz, picoseconds
 from ..errors import UnknownName, UsageError, WiringError
 from ..parts import make_part, part_class
-from ..parts.caller import Caller
 from ..parts.gates import WireInverter
 from ..parts.host import Host
 from ..parts.packet_host import PacketHost
@@ -25,7 +25,7 @@ from ..parts.part import Part
 from ..parts.rs232 import SerialHost
 from .drawing import Drawing
 from .journal import Journal
-from .wiring import in_role, joints
+from .wiring import as_needed, in_role, joints
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -51,11 +51,16 @@ class Furnished(Drawing):
         self.stores = stores
         self.seed = seed
         self.random = Random(seed)
-        self.chips: dict[str, Chip] = {}
-        self.parts: dict[str, Part] = {}
+        self.chips = {}
+        self.parts = {}
+        self.outside = self.kernel.outside
+        self.outside.let_pass = self._wait_for
         self.journal = Journal(journal, self.kernel, seed) if journal is not None else None
+        if self.journal is not None:
+            self.outside.on_input.add(self.journal.write)
         self._fresh: list[Chip | Part] = []  # what has been put on the bench since time passed last
-        self.on_finding: Callable[[Finding], object] | None = None
+        self.on_finding: Hook[[Finding]] = Hook()  # of any chip or part
+        self.on_input, self.on_commit = self.outside.on_input, self.kernel.on_commit
 
     # ---------------------------------------------------------------------------------------------------- furnishing
     def add(
@@ -91,21 +96,21 @@ class Furnished(Drawing):
         hz = None if crystal is None else crystal_for(cls.sheet, crystal)
         if self.stores is not None and cls.sheet.keeps:
             options.setdefault("store", self.stores(name))
-        if self.journal is not None:
+        with self.outside.nested():  # it may switch its supply on
+            chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
+        if self.outside.on_input:
             kept = {"store": list(options["store"].read())} if options.get("store") is not None else {}
-            what = {
-                "part": cls.sheet.part,
-                "behaviour": cls.sheet.behaviour,
-                "name": name,
-                "crystal_hz": hz,
-                "straps": dict(straps or {}),
-                "bare": bare,
-            }
-            self._note("add", **what, options=options | kept)
-        chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
+            self.outside.tell(
+                "add",
+                part=cls.sheet.part,
+                behaviour=cls.sheet.behaviour,
+                name=name,
+                crystal_hz=hz,
+                straps=dict(straps or {}),
+                bare=bare,
+                options=options | kept,
+            )
         self.chips[name] = chip
-        chip.on_power = self._power_input
-        self._keep_inputs(chip)
         self._adopt(chip)
         self.kernel.settle()
         return chip
@@ -136,21 +141,21 @@ class Furnished(Drawing):
         neighbour = None if to is None else self[to if isinstance(to, str) else getattr(to, "name", repr(to))]
         part = make_part(kind, self.kernel, name, options, **self._mounted(kind, name, on))
         pairs = [] if neighbour is None else joints(kind, part, neighbour)
-        self._note(
+        lists = (bytes, bytearray, set, frozenset)
+        self.outside.tell(
             "part",
             kind=kind,
             name=name,
             to=neighbour and neighbour.name,
-            options={k: list(v) if isinstance(v, bytes) else v for k, v in options.items()},
+            options={key: list(value) if isinstance(value, lists) else value for key, value in options.items()},
             **{} if on is None else {"on": on if isinstance(on, str) else on.name},
         )
-        self._keep_inputs(part)
         self.place(part)
         self.kernel.settle()
         for own, theirs in pairs:
             theirs.net.join(own.net)
             self.kernel.settle()
-            part.attached(own.row.name, theirs.row)
+            part.attached(own.row.name, as_needed(theirs.row))
         return part
 
     def _mounted(self, kind: str, name: str, on: Part | str | None) -> dict[str, Shaft]:
@@ -172,29 +177,15 @@ class Furnished(Drawing):
             raise UsageError(f"{name}: {getattr(carrier, 'name', repr(carrier))} has no shaft; parts that do: {there}")
         return {"on": shaft}
 
-    def _note(self, do: str, **what: Any) -> None:
-        """Write an input from outside into the journal, if there is one."""
-        if self.journal is not None:
-            self.journal.write(do, **what)
-
-    def _keep_inputs(self, part: Part | Chip) -> None:
-        """Let the journal have what the part is told."""
-        if self.journal is not None:
-            part.on_input = lambda verb, args: self._note("input", part=part.name, verb=verb, args=args)
-
     def place(self, part: Part) -> Part:
         """Put a part on the bench; its pins can be wired from now on."""
         self._new_name(part.name, part.name)
         self.parts[part.name] = part
-        if isinstance(part, Caller):
-            part.wait_for = self._wait_for
         self._adopt(part)
         return part
 
     def _adopt(self, owner: Chip | Part) -> None:
-        owner.on_finding = lambda found: self.on_finding(found) if self.on_finding is not None else None
-        for terminal in owner.pins.values():
-            terminal.on_input = self._pin_input
+        owner.on_finding.add(self.on_finding)
         if not self._fresh and self.kernel.running:  # furnished in mid-run: it counts from the next round on
             self.kernel.call_at(self.kernel.now, self._begin)
         self._fresh.append(owner)
@@ -265,19 +256,10 @@ class Furnished(Drawing):
         name = self._new_name(name, "host")
         for chip in chips[1:]:
             chips[0].bus.join(chip.bus)
-        self._note("host", name=name, chips=[chip.name for chip in chips], delay_ps=picoseconds(delay))
-        if chips[0].sheet.in_packets:
-            packet_host = PacketHost(self.kernel, name, chips, picoseconds(delay))
-            self._keep_inputs(packet_host)
-            self.place(packet_host)
-            self.kernel.settle()
-            return packet_host
-        host = Host(self.kernel, name, chips, picoseconds(delay))
-        host.wait_for = self._wait_for
-        if self.journal is not None:
-            host.on_input = lambda verb, args: self._note(verb, host=name, args=args)
-        self.parts[name] = host
-        self._adopt(host)
+        self.outside.tell("host", name=name, chips=[chip.name for chip in chips], delay_ps=picoseconds(delay))
+        kind = PacketHost if chips[0].sheet.in_packets else Host
+        host = kind(self.kernel, name, chips, picoseconds(delay))
+        self.place(host)
         self.kernel.settle()
         return host
 
@@ -292,12 +274,10 @@ class Furnished(Drawing):
             if taken:
                 raise WiringError(f"host: {other.name} is on the line of {', '.join(taken)} already; one host a line")
         name = self._new_name(name, "host")
-        self._note(
+        self.outside.tell(
             "host", name=name, chips=[chip.name for chip in chips], delay_ps=0, baud=baud, line=line and line.name
         )
         host = SerialHost(self.kernel, name, chips, baud=baud)
-        host.wait_for = self._wait_for
-        self._keep_inputs(host)
         self.place(host)
         if line is not None:
             for own, theirs in joints("rs232_line", line, host):
@@ -307,7 +287,7 @@ class Furnished(Drawing):
 
     def connect(self, connector: Part, chips: Sequence[Chip]) -> None:
         """Wire a serial connector to modules on one line; several need the pull-down of the last one."""
-        self._note("connect", part=connector.name, chips=[chip.name for chip in chips])
+        self.outside.tell("connect", part=connector.name, chips=[chip.name for chip in chips])
         self._connect(connector, [chip for chip in chips if isinstance(chip, LineChip)])
 
     def _connect(self, connector: Part, chips: Sequence[LineChip]) -> None:
@@ -360,7 +340,7 @@ class Furnished(Drawing):
         one, two = self._net(a), self._net(b)
         if isinstance(one, Bus) != isinstance(two, Bus):
             raise WiringError(f"wire {a} to {b}: a bus of eight wires does not fit a single pin; wire bus to bus")
-        self._note("wire", a=a, b=b, invert=invert)
+        self.outside.tell("wire", a=a, b=b, invert=invert)
         if invert:
             two.tie = None
             WireInverter(self.kernel, f"inverter of {a}", one, two).rewired()
@@ -388,17 +368,6 @@ class Furnished(Drawing):
     def findings(self) -> list[Finding]:
         """What hosts did wrong, of all chips and parts, in order of time; parts that are lazy catch up first."""
         return sorted((found for owner in self._owners() for found in owner.findings), key=lambda found: found.time_ps)
-
-    def catch_up(self) -> None:
-        """Let parts that work things off only when asked do so, up to now: who listens for findings hears them."""
-        for part in self.parts.values():
-            part.be_caught_up()
-
-    def _power_input(self, chip: Chip, on: bool) -> None:
-        self._note("power", chip=chip.name, on=on)
-
-    def _pin_input(self, terminal: Terminal, level: int | None) -> None:
-        self._note("drive", pin=terminal.name, level=level)
 
 
 def crystal_for(sheet: Sheet, crystal: str | int) -> int:

@@ -13,12 +13,15 @@ from ..core.net import Bus, Net
 from ..core.pin import Terminal
 from ..core.timebase import Time, moment, picoseconds
 from ..errors import NotRecorded, UnknownName
+from ..parts.part import Part
+from .curves import attached, quantity_of
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from ..record.recorder import Probe, Recorder
+    from ..core.quantity import Quantity
+    from ..record.recorder import Probe, Recorder, TextLog
     from ..record.vcd import VcdStream
     from ..record.vcd_sources import Buses
 
@@ -30,10 +33,12 @@ class Recording:
     """The recording half of a bench."""
 
     chips: dict[str, Chip]
+    parts: dict[str, Part]
 
     def __init__(self, kernel: Kernel) -> None:
         self.kernel = kernel
         self.recorded: dict[str, Net | Terminal] = {}
+        self.commands: dict[str, TextLog] = {}  # by the name of the chip
         self._recorder: Recorder | None = None
         self._streams: list[Any] = []
 
@@ -67,6 +72,16 @@ class Recording:
             probe = self._probe(name)
             self.recorder.record(probe, keep_ps)
             self.recorded[name] = probe
+            self._record_commands(name.split(".")[0], keep_ps)
+
+    def _record_commands(self, owner: str, keep_ps: int | None) -> None:
+        """What a chip works on is recorded with its pins."""
+        from ..record.recorder import TextLog
+
+        if owner in self.commands:
+            self.commands[owner].log.keep(keep_ps)
+        elif owner in self.chips:
+            self.commands[owner] = TextLog(self.kernel, self.chips[owner].on_command, keep_ps)
 
     def _probe(self, name: str) -> Net | Terminal:
         """The net of a pin; of a pin that is a wire of a bus, the pin."""
@@ -90,6 +105,25 @@ class Recording:
                     yield f"{chip.name}.{row.name}"
             if chip.has_bus:
                 yield f"{chip.name}.{chip.sheet.bus}"
+
+    def catch_up(self) -> None:
+        """Let parts that work things off only when asked do so, up to now: who listens for findings hears them.
+
+        `findings`, pictures, files and the end of a replay do so by themselves.
+        """
+        for part in self.parts.values():
+            part.be_caught_up()
+
+    def quantity(self, name: str) -> Quantity:
+        """Return what has a value at every instant, to be asked: `bench.quantity("driver.current").at("3 ms")`.
+
+        Args:
+            name: of an axis ("x.velocity", "m.axis2.position") or of a part ("driver.current").
+
+        Raises:
+            UnknownName: there is none; the message lists those there are.
+        """
+        return quantity_of(self.chips, self.parts, name)
 
     def _window(self, start: Time | None, stop: Time | None) -> tuple[int, int]:
         return (
@@ -154,8 +188,9 @@ class Recording:
             timescale: the unit of its times, 1, 10 or 100 ps to s; they are rounded down.
             buses: "bits": a bus is written as its wires, which every viewer reads; "whole", as PulseView does not;
                 "both".
-            values: with velocity and position of the axes (acceleration and jerk where the part has them) as reals,
-                with the commands that began their motions and with the findings as strings.
+            values: with velocity and position of the axes (acceleration and jerk where the chip has them) and with the
+                quantities of the parts around them as reals; with the commands in work, what began the motions under
+                way, and the findings as strings.
             layout: write layouts for GTKWave and Surfer beside the file, with its name and .gtkw, .sucl.
 
         Returns:
@@ -181,12 +216,20 @@ class Recording:
     ) -> dict[str, Any]:
         from .waveforms import chips_of, comments_of, values_of
 
+        self.catch_up()
         if layout:
             from ..record.layouts import layout_paths
 
             layout_paths(path)
         chips = chips_of(self.chips, nets)
-        return {"buses": buses, "values": values_of(chips) if values else (), "comments": comments_of(chips, values)}
+        parts = self._parts_of(chips, nets) if values else []
+        sources = values_of(chips, parts, self.commands) if values else ()
+        return {"buses": buses, "values": sources, "comments": comments_of(chips, values, parts)}
+
+    def _parts_of(self, chips: Sequence[Chip], nets: Iterable[str]) -> list[Part]:
+        """The parts around some chips, and those whose own pins are recorded."""
+        named, around = {name.split(".")[0] for name in nets}, attached(self.parts.values(), chips)
+        return [part for part in self.parts.values() if part in around or part.name in named]
 
     def _save_layouts(self, stream: VcdStream) -> None:
         from ..record.layouts import save_layouts
@@ -201,6 +244,7 @@ class Recording:
         """Write the changes of recorded pins as CSV: time_ps, net, level."""
         from ..record.export_csv import save_edges
 
+        self.catch_up()
         nets = self._chosen(pins)
         save_edges(path, nets, self.recorder, *self._window_of(nets, start, stop))
 
@@ -208,6 +252,7 @@ class Recording:
         """Write the steps of all chips as CSV: time_ps, chip, axis, direction, position."""
         from ..record.export_csv import save_steps
 
+        self.catch_up()
         first, last = self._window(start, stop)
         save_steps(path, [(chip.name, n, axis.steps(first, last)) for chip, n, axis in self._chip_axes()])
 

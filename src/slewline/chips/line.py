@@ -84,6 +84,15 @@ class LineChip(Chip):
             answer = await answer
         return [self.done if answer is None else str(answer).encode("ascii")]
 
+    def meant(self, line: Line) -> bytes | None:
+        """What a line says to this chip, without address and checksum; None: nothing, or it is for another one."""
+        return line.text
+
+    @property
+    def under_way(self) -> str:
+        """What the chip works on besides a line of the host."""
+        return ""
+
     def busy(self, on: bool) -> None:
         """The chip begins or ends to work on a line; a chip with a pin for it shows it there."""
 
@@ -165,11 +174,15 @@ class LineChip(Chip):
             item = self.work[0]
             if isinstance(item, Line):
                 self.busy(True)
+                if self.on_command and (said := self.meant(item)) is not None:
+                    self.on_command(said.decode("latin-1"))
                 await self.at_tick(self.clock.ticks_from(item.end_ps + self.turnround_ps))
                 await next_round(self.kernel)  # a line acts after all timed work of its instant
                 self.sync()
                 answers = await self.obey(item)
                 self.busy(False)
+                if self.on_command:
+                    self.on_command(self.under_way)
             else:
                 answers = [item]
             for answer in answers:

@@ -6,12 +6,13 @@ The past is a list of stretches, each following one train; undisturbed travel of
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING
 
 from ..errors import UsageError
+from .hook import Hook
 from .kernel import Kernel
 from .motions import Mark, Motions, MotionStart
 from .plan import Plan
@@ -82,8 +83,8 @@ class Axis:
         self.offset = position - self.low  # position - low = offset + counted, modulo
         self.past = [Stretch(0, 0, 0, 1, 1, None)]
         self.offsets = [(0, self.offset)]
-        self.watchers: list[Callable[[], object]] = []  # called when a plan or the register changes
-        self.forgetters: list[Callable[[int], object]] = []  # called when the past before an instant is dropped
+        self.on_change: Hook[[]] = Hook()  # another train is followed, or the register was loaded
+        self.on_forget: Hook[[int]] = Hook()  # the past before an instant is dropped
         self.log = Motions(self)  # what a chip tells of its motions
 
     @property
@@ -116,8 +117,8 @@ class Axis:
             self.offsets[-1] = (self.kernel.now, self.offset)
         else:
             self.offsets.append((self.kernel.now, self.offset))
-        for watcher in self.watchers:
-            watcher()
+        if self.on_change.listeners:
+            self.on_change()
 
     def follow(
         self, playing: Playing | None, sign: int, counted: bool = True, plan: Plan | None = None, step: int = 0
@@ -130,8 +131,8 @@ class Axis:
         """
         counts = sign if counted else 0
         self.past.append(Stretch(self.kernel.now, self.travel, self.counted, sign, counts, playing, plan, step))
-        for watcher in self.watchers:
-            watcher()
+        if self.on_change.listeners:
+            self.on_change()
 
     def stands(self) -> tuple[int, int]:
         """The position register and the travel at this instant, steps of this instant being made."""
@@ -170,8 +171,7 @@ class Axis:
         in_force = bisect_right(self.offsets, self.past[0].start, key=itemgetter(0)) - 1
         del self.offsets[: max(in_force, 0)]
         self.log.forget(before)
-        for forgetter in self.forgetters:
-            forgetter(before)
+        self.on_forget(before)
 
     def motions(self, start: int, stop: int) -> list[MotionStart]:
         """Return the motions that begin at start <= t <= stop, in ps."""

@@ -37,31 +37,36 @@ class Scale:
 
     def of(self, unit: int) -> Marks:
         """The same for places in parts, `unit` in a step."""
-        return Marks(self.per_step / unit, tuple(-(-bound * unit // 1) for bound in self.bounds))
+        ratio = self.per_step / unit
+        bounds = tuple(-(-bound * unit // 1) for bound in self.bounds)
+        return Marks(unit, ratio.numerator, ratio.denominator, bounds)
 
 
 @dataclass(frozen=True)
 class Marks:
-    """A scale for places in parts."""
+    """A scale for places in parts, `unit` in a step: numerator / denominator counts a part, or bounds."""
 
-    ratio: Fraction
+    unit: int
+    numerator: int
+    denominator: int
     bounds: tuple[int, ...]
 
     def count(self, place: int) -> int:
         """The count at a place."""
-        if self.ratio:
-            return place * self.ratio.numerator // self.ratio.denominator
+        if self.numerator:
+            return place * self.numerator // self.denominator
         return bisect_right(self.bounds, place)
 
     def place(self, count: Any) -> Any:
         """The lowest place with a count, or with those of an int64 array."""
-        if self.ratio:
-            return -(-count * self.ratio.denominator // self.ratio.numerator)
-        return self.bounds[count - 1]
+        return -(-count * self.denominator // self.numerator) if self.numerator else self.bounds[count - 1]
 
     def within(self, count: int) -> bool:
         """Is there such a count, above the lowest one?"""
-        return bool(self.ratio) or 1 <= count <= len(self.bounds)
+        return bool(self.numerator) or 1 <= count <= len(self.bounds)
+
+
+UNKNOWN = Marks(0, 0, 1, ())
 
 
 class Counter(Protocol):
@@ -95,18 +100,19 @@ class StepCounter:
     lag_ps: int
     before: int | None = None  # None: what the course begins with
     coming: tuple[list[int], list[int]] = ([], [])
-    marks: Marks = field(init=False)
+    marks: Marks = UNKNOWN  # the scale in parts of the course
     count: int = field(init=False)  # when everything that was coming is through
     several: int = field(init=False)  # a step may be so many counts, and each is shown: 0: they are not
     _recent: tuple[int, int, int, Shown] | None = field(init=False, default=None)  # A and B ask for the same windows
 
     def __post_init__(self) -> None:
-        self.marks = self.scale.of(self.course.unit)
+        if self.marks.unit != self.course.unit:
+            self.marks = self.scale.of(self.course.unit)
         self.count = self.marks.count(self.course.place)
         if self.before is None:
             self.before = self.count
-        per_edge = self.marks.ratio * self.course.step
-        self.several = -int(-per_edge // 1) if per_edge > 1 else 0
+        per_edge = -(-self.marks.numerator * self.course.step // self.marks.denominator)
+        self.several = per_edge if per_edge > 1 else 0
 
     # ---------------------------------------------------------------------------- changes of this course, from 1 on
     def _changes(self, k: int) -> int:
@@ -213,17 +219,19 @@ class StepCounter:
     # ------------------------------------------------------------------------------------------------ from here on
     def onward(self, ps: int) -> StepCounter:
         """The same from an instant on; what the drive does afterwards may still change."""
+        course = self.course.onward(ps)
+        held = self.coming[0]
+        over = self._changes(self.course.edges(ps))
+        if self._shown(ps) == over and (over or not held or held[-1] <= ps):  # nothing is on its way
+            return StepCounter(course, self.scale, self.lag_ps, self.at(ps), ([], []), self.marks)
         past = replace(self, course=replace(self.course, drive=Ended(self.course.drive, ps)))
-        ahead = self.lag_ps + (self.several + 1) * DWELL_PS * (self.several > 0)
-        _, times, counts = past.between(ps, ps + ahead) if ahead else (0, [], [])
-        return replace(
-            self, course=self.course.onward(ps), before=self.at(ps),
-            coming=([int(time) for time in times], [int(count) for count in counts]),
-        )  # fmt: skip
+        _, times, counts = past.between(ps, ps + self.lag_ps + (self.several + 1) * DWELL_PS * (self.several > 0))
+        coming = [int(time) for time in times], [int(count) for count in counts]
+        return StepCounter(course, self.scale, self.lag_ps, self.at(ps), coming, self.marks)
 
     def on(self, course: Course, now: int) -> StepCounter:
         """The same on a course that begins where this one has come to, or to where the shaft was pushed at `now`."""
-        after = replace(self, course=course)
+        after = StepCounter(course, self.scale, self.lag_ps, self.before, self.coming, self.marks)
         by = after.count - self.count
         if by:
             times, counts = self.coming

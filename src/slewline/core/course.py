@@ -174,16 +174,15 @@ class Course:
     def onward(self, ps: int) -> Course:
         """The same from an instant on; what the drive does afterwards may still change."""
         k = self.edges(ps)
-        return replace(
-            self, since=ps, place=self.place + self.sign * self.moved(k), slack=max(0, self.slack - k * self.step),
-            room=self.room and max(0, self.room - k),
-        )  # fmt: skip
+        place, slack = self.place + self.sign * self.moved(k), max(0, self.slack - k * self.step)
+        room = None if self.room is None else max(0, self.room - k)
+        return Course(self.drive, ps, place, self.sign, self.step, self.unit, slack, room)
 
     def within(self, low: Fraction | None, high: Fraction | None) -> Course:
         """The same with stops at two places, in steps, None being none."""
         stop = high if self.sign > 0 else low
         if stop is None:
-            return replace(self, room=None)
+            return self if self.room is None else replace(self, room=None)
         ahead = stop * self.unit - self.place if self.sign > 0 else self.place - stop * self.unit
         return replace(self, room=max(0, int((ahead + self.slack) // self.step)))
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from array import array
 from bisect import bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, TypeAlias
 
 from ..errors import UsageError
@@ -41,6 +41,7 @@ class Staircase(Quantity):
         name, unit: as a picture and a waveform file show them.
         values: the values at instants of the past: float64, shape as the int64 ps that it is given, in any order.
         changes: every change at start < t <= stop: (n,) int64 ps, ascending, and (n,) float64.
+        from_zero: a picture shows how far it is from zero.
         turns: of a count, where at start <= t <= stop it may turn round or jump; between two of them it only rises, or
             only falls, by 1 at a time.  A picture of a long time then asks for few of its changes.
     """
@@ -48,9 +49,17 @@ class Staircase(Quantity):
     held = True
 
     def __init__(
-        self, kernel: Kernel, name: str, unit: str, values: Values, changes: Changes, turns: Turns | None = None
+        self,
+        kernel: Kernel,
+        name: str,
+        unit: str,
+        values: Values,
+        changes: Changes,
+        *,
+        from_zero: bool = True,
+        turns: Turns | None = None,
     ) -> None:
-        self.kernel, self.name, self.unit = kernel, name, unit
+        self.kernel, self.name, self.unit, self.from_zero = kernel, name, unit, from_zero
         self._values, self._changes, self._turns = values, changes, turns
 
     def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -128,6 +137,13 @@ class History:
     def __init__(self, value: float = 0.0) -> None:
         self._times, self._held = array("q", [0]), array("d", [value])
 
+    def __len__(self) -> int:
+        return len(self._times)
+
+    def __iter__(self) -> Iterator[tuple[int, float]]:
+        """From when on (ps) which value holds, those that are kept, in order."""
+        return zip(self._times, self._held, strict=True)
+
     @property
     def last(self) -> float:
         """The value that came last."""
@@ -175,6 +191,6 @@ class History:
         first = max(bisect_right(self._times, before) - 1, 0)
         del self._times[:first], self._held[:first]
 
-    def quantity(self, kernel: Kernel, name: str, unit: str) -> Staircase:
+    def quantity(self, kernel: Kernel, name: str, unit: str, *, from_zero: bool = True) -> Staircase:
         """Return the history as a quantity."""
-        return Staircase(kernel, name, unit, self.values_at, self.changes)
+        return Staircase(kernel, name, unit, self.values_at, self.changes, from_zero=from_zero)

@@ -55,7 +55,8 @@ class MotionStart:
     5978.0), `notes` further parameters ("S" -> 200); `ideal` is the part's ideal of this motion, as far as the motion
     has followed it, None where the part defines none or nothing has moved yet.  `changes` are other rates that came
     into force on the way, in place of these: since when, in ps, and all of them.  `position` is the register as the
-    motion begins; `end` tells how it has ended, None while it goes on.
+    motion begins, `direction` 1 clockwise, -1 counter-clockwise, 0 where it is not said; `end` tells how the motion has
+    ended, None while it goes on.
     """
 
     time_ps: int
@@ -65,6 +66,7 @@ class MotionStart:
     law: Callable[[], Ideal | None] | None = field(default=None, compare=False, repr=False)
     changes: tuple[tuple[int, Mapping[str, float]], ...] = ()
     position: int = 0
+    direction: int = 0
     end: MotionEnd | None = None
 
     @property
@@ -98,6 +100,7 @@ class _Started:
     parameters: Callable[[], Parameters]
     position: int
     travel: int
+    direction: int
     ideal: Callable[[], Ideal | None] | None = None
     departed: int | None = None  # when it ceased to follow its ideal
     changes: list[tuple[int, Callable[[], Mapping[str, float]]]] = field(default_factory=list)
@@ -129,12 +132,12 @@ class Motions:
         self._marks: list[Mark] = []
 
     # ------------------------------------------------------------------------------------------------ what a chip says
-    def begin(self, text: str, parameters: Callable[[], Parameters]) -> None:
+    def begin(self, text: str, parameters: Callable[[], Parameters], direction: int = 0) -> None:
         """A motion begins now; `parameters` says later with which ones.  One that is under way ends with it."""
         self.end("changed")
         self.depart()
         position, travel = self.axis.stands()
-        self._started.append(_Started(self.kernel.now, text, parameters, position, travel))
+        self._started.append(_Started(self.kernel.now, text, parameters, position, travel, direction))
         if self.on_begin:
             self.on_begin(self._told(self._started[-1]))
 
@@ -191,6 +194,16 @@ class Motions:
         """Return the motion that has begun last."""
         return self._told(self._started[-1]) if self._started else None
 
+    def texts(self, start: int, stop: int) -> list[tuple[int, str]]:
+        """Return what is under way at start <= t <= stop: since when, and what began it; empty at rest."""
+        found: list[tuple[int, str]] = []
+        first = max(bisect_left(self._started, start, key=_time) - 1, 0)
+        for started in self._started[first : bisect_right(self._started, stop, key=_time)]:
+            found.append((started.time_ps, started.text))
+            if started.end is not None:
+                found.append((started.end.time_ps, ""))
+        return [entry for entry in found if start <= entry[0] <= stop]
+
     def marks(self, start: int, stop: int) -> list[Mark]:
         """Return what has happened at start <= t <= stop."""
         first = bisect_left(self._marks, start, key=_time)
@@ -200,7 +213,15 @@ class Motions:
         changes = tuple((since, rates()) for since, rates in started.changes)
         rates, notes = started.parameters()
         return MotionStart(
-            started.time_ps, started.text, rates, notes, started.law, changes, started.position, started.end
+            started.time_ps,
+            started.text,
+            rates,
+            notes,
+            started.law,
+            changes,
+            started.position,
+            started.direction,
+            started.end,
         )
 
     def forget(self, before: int) -> None:

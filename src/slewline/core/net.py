@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterable
 from heapq import heappush
 from typing import Any
 
+from .hook import Hook
 from .kernel import Kernel, Task
 from .views import Rested, Wired, floats
 from .wave import Level, Promise, Wave, promised
@@ -118,9 +119,9 @@ class Net:
     """A wire.  `level` is what a reader sees now; `changes` and `changed_at` latch the edges of a watched net."""
 
     __slots__ = (
-        "_log", "active", "changed_at", "changes", "clash", "drivers", "hub", "is_net", "joined", "kernel", "latched",
-        "name", "observers", "on_conflict", "plain", "promise", "pull", "renewed", "samplers", "tie", "token", "told",
-        "value", "waiters",
+        "_log", "active", "blamed_ps", "changed_at", "changes", "clash", "drivers", "hub", "is_net", "joined", "kernel",
+        "latched", "name", "observers", "on_conflict", "plain", "promise", "pull", "renewed", "samplers", "tie",
+        "token", "told", "value", "waiters",
     )  # fmt: skip
     width = 1
 
@@ -135,7 +136,8 @@ class Net:
         self.observers: list[Callable[[Net], object]] = []
         self.samplers: list[Callable[[], object]] = []  # called before a driver forgets what it has shown so far
         self._log: list[tuple[int, Any]] | None = None
-        self.on_conflict: Callable[[Net], object] | None = None
+        self.on_conflict: Hook[[Net]] = Hook()  # two drivers begin to disagree; one hook for all nets of a wire
+        self.blamed_ps = -1  # when that was made a finding last
         self.token = self.changes = self.changed_at = 0
         self.told = 0  # how many of its drivers have been told something in this round
         self.clash = False  # two drivers disagree, which is reported once
@@ -228,7 +230,7 @@ class Net:
     def _report(self, clash: bool) -> None:
         for net in self.joined or (self,):
             net.clash = clash
-        if clash and self.hub.on_conflict is not None:
+        if clash:
             self.hub.on_conflict(self.hub)
 
     def rest(self) -> None:
@@ -344,10 +346,13 @@ class Net:
         one.drivers += two.drivers
         one.told += two.told + 1  # the joint
         two.told = 0
-        one.on_conflict = one.on_conflict or two.on_conflict
+        for listener in two.on_conflict.listeners:
+            if listener not in one.on_conflict.listeners:
+                one.on_conflict.add(listener)
         pull = one.pull or (two.pull if two.pull is not None else one.pull)  # a pull-up wins over an open input
         for net in joined:
             net.hub, net.joined, net.drivers, net.tie, net.pull = one, joined, one.drivers, None, pull
+            net.on_conflict = one.on_conflict
             net.token += 1
         one.sort_drivers()
         one.kernel.pending.append(Joint(one))

@@ -28,9 +28,9 @@ EXPECTED: Mapping[Kind, str] = MappingProxyType(
         "bool": "True, False",
         "int": "a whole number",
         "float": "a number",
-        "number": "a number such as 9600 or '37.5'",
-        "time": "a time such as '20 ms'",
-        "frequency": "a frequency such as '11 MHz'",
+        "number": "a number",
+        "time": "a time",
+        "frequency": "a frequency",
         "text": "text",
         "ints": "whole numbers",
         "bytes": "text, bytes, or whole numbers from 0 to 255",
@@ -38,6 +38,9 @@ EXPECTED: Mapping[Kind, str] = MappingProxyType(
         "object": "an object of Python",
     }
 )
+
+
+LIKE: Mapping[Kind, str] = MappingProxyType({"number": "9600 or '37.5'", "time": "'20 ms'", "frequency": "'11 MHz'"})
 
 
 def _many(value: Any) -> bool:
@@ -54,7 +57,7 @@ FITS: Mapping[Kind, Callable[[Any], bool]] = MappingProxyType(  # is a value of 
         "int": _whole,
         "float": lambda value: _whole(value) or (isinstance(value, float) and abs(value) < float("inf")),
         "number": lambda value: _whole(value) or isinstance(value, (str, Fraction)),
-        "time": lambda value: _whole(value) or isinstance(value, str),
+        "time": lambda value: isinstance(value, str) or (hasattr(value, "__index__") and not isinstance(value, bool)),
         "frequency": lambda value: _whole(value) or isinstance(value, str),
         "text": lambda value: isinstance(value, str),
         "ints": lambda value: _many(value) and all(map(_whole, value)),
@@ -125,13 +128,19 @@ class Option:
         """What the option may be, in words."""
         words = [*map(str, self.choices)]
         if not self.choices or self.kind == "object":
-            words.append(f"{EXPECTED[self.kind]} such as {self.like}" if self.like else EXPECTED[self.kind])
-            words[-1] += f" ({self.unit})" if self.unit else ""
-        if self.low is not None or self.high is not None:
-            words = [f"{EXPECTED['ints']}, each {self._range}" if self.kind == "ints" else self._range]
-        if self.table:
-            words = [f"a table of {', '.join(row.name for row in self.table)}"]
+            words.append(self._expected)
         return ", ".join(words + ["None"] * self.none)
+
+    @property
+    def _expected(self) -> str:
+        if self.table:
+            return f"a table of {', '.join(row.name for row in self.table)}"
+        bounded = self.low is not None or self.high is not None
+        what = self._range if bounded else f"{EXPECTED[self.kind]}{f' ({self.unit})' if self.unit else ''}"
+        if bounded and self.kind == "ints":
+            what = f"whole numbers, each {what}"
+        like = self.like or LIKE.get(self.kind)
+        return f"{what}{',' if bounded else ''} such as {like}" if like else what
 
     @property
     def _range(self) -> str:
@@ -150,9 +159,9 @@ class Option:
     def shown(self) -> str:
         """The default, in words."""
         if self.required:
-            return "required"
+            return ""
         if self.kind == "time" and _whole(self.default):
-            return readable(self.default)
+            return readable(self.default) if self.default else "0"
         return "" if self.kind in ("table", "object") and not self.default else repr(self.default)
 
     def checked(self, owner: str, value: Any) -> Any:
@@ -210,7 +219,7 @@ class Option:
         return {
             "name": self.name,
             "kind": self.kind,
-            "default": plain,
+            "default": list(plain) if isinstance(plain, (bytes, tuple)) else plain,
             "required": self.required,
             "says": self.says,
             "low": self.low,

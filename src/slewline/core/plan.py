@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..errors import SlewlineError
+from ..errors import PlanError
 
 Runs = tuple[tuple[int, int], ...]  # (interval in clocks, count)
 
@@ -98,7 +98,7 @@ class Plan:
         """The plan itself, after one check of what every plan must keep: exact count, no step faster than allowed.
 
         Raises:
-            SlewlineError: the planner made a mistake (never the user).
+            PlanError: the planner made a mistake (never the user).
         """
         at = 0
         for leg in self.legs:
@@ -107,10 +107,10 @@ class Plan:
                 or leg.count != steps(leg.runs)
                 or any(interval < self.shortest or n < 1 for interval, n in leg.runs)
             ):
-                raise SlewlineError(f"plan {self} does not hold together")
+                raise PlanError(f"plan {self} does not hold together")
             at = leg.end
         if number is not None and at != number:
-            raise SlewlineError(f"plan {self} takes {at} steps instead of {number}")
+            raise PlanError(f"plan {self} takes {at} steps instead of {number}")
         return self
 
 

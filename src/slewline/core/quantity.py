@@ -48,11 +48,13 @@ class Quantity:
     """Something that has a value at every instant.
 
     `held`: a staircase, each value holds until the next one; else straight lines lead from point to point.
+    `from_zero`: it shows as its distance from zero, as a velocity does; a position may be anywhere.
     """
 
     name: str
     unit: str
     held: bool
+    from_zero: bool = True
 
     @overload
     def at(self, times: Time) -> float: ...  # type: ignore[overload-overlap]  # a text is no sequence of times
@@ -130,7 +132,7 @@ class Velocity(Quantity):
 class Position(Quantity):
     """The position register of an axis.  Where it is loaded, or wraps round, there is a break."""
 
-    name, unit, held = "position", "steps", True
+    name, unit, held, from_zero = "position", "steps", True, False
 
     def __init__(self, axis: Axis) -> None:
         self.axis = axis

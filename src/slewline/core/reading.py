@@ -13,9 +13,9 @@ Rules of this file: nothing past the last committed instant is read; what comes 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
+from .hook import Hook
 from .net import Level
 from .pin import Terminal
 
@@ -28,7 +28,7 @@ class Reading:
 
     def __init__(self, pin: Terminal) -> None:
         self.pin = pin  # wiring may still make its net one with another
-        self.on_change: Callable[[], object] | None = None
+        self.on_change: Hook[[]] = Hook()
         self.begin()
         pin.net.sample(self._before_change)
 
@@ -67,7 +67,7 @@ class Reading:
         now = self.pin.net.kernel.now
         self._catch_up(now - 1)
         self._changed = now
-        if self.on_change is not None:
+        if self.on_change.listeners:
             self.on_change()
 
     def _catch_up(self, ps: int) -> None:

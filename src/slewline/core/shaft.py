@@ -68,7 +68,8 @@ class Shaft:
 
     def turn(self, drive: ClockEdges, sign: int, since: int) -> None:
         """Follow other edges after an instant, forward (1) or back (-1)."""
-        self._take(replace(self.course, drive=drive, sign=sign, since=since))
+        course = self.course
+        self._take(Course(drive, since, course.place, sign, course.step, course.unit, course.slack, None))
 
     def step(self, ps: int, sign: int) -> None:
         """Make a step at an instant, which is not before the last one that was cut at."""
@@ -277,7 +278,8 @@ class Played(Driven):
         play, pushed = int(self.play * unit), course.place + int(self.offset * unit)
         place = min(max(here, pushed), pushed + play)
         ahead = place - pushed if course.sign > 0 else pushed + play - place
-        return replace(course, place=place, slack=course.slack + ahead)
+        slack = course.slack + ahead
+        return Course(course.drive, course.since, place, course.sign, course.step, unit, slack, course.room)
 
     def stop_at(self, low: Place, high: Place) -> None:
         low = None if low is None else low - self.play - self.offset

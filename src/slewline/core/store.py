@@ -1,33 +1,67 @@
-"""What a part keeps without power: a store is handed in by the bench, and the part sees nothing else of it."""
+"""What a part keeps without power: a store is handed in by the bench, and the part sees nothing else of it.
+
+content   0 ........ 17 ........ 23            a store holds bytes from address 0 on
+          write: all of them anew
+append:             |new| at 17                some of them, or more behind the last one
+"""
 
 from __future__ import annotations
 
 from typing import Protocol
 
+from ..errors import UsageError
 from .option import Option
 
 
 class Store(Protocol):
-    """What keeps bytes without power.  Both may raise OSError: the memory fails."""
+    """What keeps bytes without power.  Each method may raise OSError: the memory fails."""
 
     def read(self) -> bytes:
-        """The bytes that were written last; none at first."""
+        """Return the content; empty when nothing was ever written."""
 
     def write(self, data: bytes) -> None:
-        """Keep these bytes instead, all of them or none."""
+        """Make this the content, all of it or nothing of it."""
+
+    def append(self, data: bytes, at: int | None = None) -> None:
+        """Put some bytes into the content, all of them or none, at a cost that does not depend on its length.
+
+        Args:
+            data: replace as many bytes from `at` on; what reaches beyond the end makes the content longer.
+            at: address, 0 to the length of the content; by default its end.
+
+        Raises:
+            UsageError: there would be a hole before `at`: what a new memory holds is for the part to write.
+        """
 
 
 class Memory:
     """A store that lives as long as the model."""
 
     def __init__(self, data: bytes = b"") -> None:
-        self.data = data
+        self._content = bytearray(data)
+
+    @property
+    def data(self) -> bytes:
+        """The content."""
+        return bytes(self._content)
 
     def read(self) -> bytes:
-        return self.data
+        return bytes(self._content)
 
     def write(self, data: bytes) -> None:
-        self.data = data
+        self._content = bytearray(data)
+
+    def append(self, data: bytes, at: int | None = None) -> None:
+        put(self._content, data, at)
+
+
+def put(content: bytearray, data: bytes, at: int | None = None) -> int:
+    """Put some bytes into a content, as `Store.append` says; return the address."""
+    address = len(content) if at is None else at
+    if not 0 <= address <= len(content):
+        raise UsageError(f"append at {at}: the memory has {len(content)} bytes; allowed 0 to {len(content)}")
+    content[address : address + len(data)] = data
+    return address
 
 
 def _missing(store: object) -> str:

@@ -36,8 +36,6 @@ AXIS_ROLES: Mapping[str, str] = MappingProxyType(  # a pin of an axis that ...
         "encoder_a": "takes channel A of an encoder, ahead of B in positive direction",
         "encoder_b": "takes channel B of an encoder",
         "index": "takes the mark of an encoder, once a turn",
-        "detector_x": "carries signal x of a step detector, a quarter of its period ahead of y clockwise",
-        "detector_y": "carries signal y of a step detector",
     }
 )
 ROLES: Mapping[str, str] = MappingProxyType(  # what a pin is for; parts that are wired `to` a neighbour go by it
@@ -448,6 +446,7 @@ class Sheet:
     crystal_high_hz: int = 0
     registers: tuple[Register, ...] = ()
     options: tuple[Option, ...] = ()
+    rates: tuple[int, ...] = ()  # steps/s of each rate parameter, at `crystal_hz`
     times: Mapping[str, Timing] = field(default_factory=dict)
     limits: tuple[Limit, ...] = ()
     buffer_bytes: int = 0

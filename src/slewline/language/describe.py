@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from ..core.option import Option, flat
 from ..core.table import AXIS_ROLES, Arg, Bits, Packets, Pin, Port, Row, Sheet
 from . import lines, packets
 from .assemble import units
@@ -28,7 +29,7 @@ def describe(sheet: Sheet, command: str | None = None) -> str:
         return describe_command(sheet, command)
     port = _port(sheet.port) if sheet.port is not None else ""
     words = _words(sheet.packets) if sheet.packets is not None else ""
-    tables = (_pins, _wires, _registers, _times, _printed)
+    tables = (_pins, _wires, _registers, _times, _printed, _rates, _options)
     parts = [_head(sheet), _commands(sheet), port, words, *(write(sheet) for write in tables)]
     return "\n\n".join(part for part in parts if part) + "\n"
 
@@ -406,6 +407,36 @@ def _printed(sheet: Sheet) -> str:
     if any(limit.most is not None and limit.most < 0 for limit in sheet.limits):
         note += " Below zero: it has to come first."
     return f"## Limits\n\n{table(heads, rows)}\n\n{note}" if rows else ""
+
+
+def _rates(sheet: Sheet) -> str:
+    rows = ((f"**{first}**", *sheet.rates[first : first + 8]) for first in range(0, len(sheet.rates), 8))
+    says = f"Steps per second at {_mhz(sheet.crystal_hz)} MHz for every rate parameter; they scale with the crystal."
+    return f"## Rates\n\n{says}\n\n{table(('', *(f'+{n}' for n in range(8))), rows)}" if sheet.rates else ""
+
+
+def _options(sheet: Sheet) -> str:
+    says = (
+        "Of `bench.add`, `options` in a bench file, `serve --option name=value`"
+        + (", `slewline://` URLs" if sheet.port is not None else "")
+        + ("; what is in a table is written `table.name=value` there." if any(r.table for r in sheet.options) else ".")
+    )
+    return f"## Options\n\n{says}\n\n{option_table(sheet.options)}" if sheet.options else ""
+
+
+def option_table(options: Iterable[Option]) -> str:
+    """Options, those of tables behind them, as a table."""
+    heads = ("option", "default", "allowed", "what it is")
+    rows = [
+        (
+            f"`{name}`",
+            "required" if row.required else row.shown and f"`{row.shown}`",
+            row.allowed,
+            f"{row.says}{row.where and f' ({row.where})'}",
+        )
+        for name, row in flat(options)
+    ]
+    return table(heads, rows)
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

@@ -121,7 +121,7 @@ class Carriage(Part):
 
         return (
             Staircase(
-                self.kernel, "place", self.unit, lambda times: shaft.place_at(times) * scale, changes, shaft.turns
+                self.kernel, "place", self.unit, lambda times: shaft.place_at(times) * scale, changes, turns=shaft.turns
             ),
         )
 

@@ -12,6 +12,7 @@ from types import MappingProxyType
 
 from ..core.kernel import Kernel
 from ..core.net import Net
+from ..core.option import Option
 from ..core.timebase import Clock, hertz
 from ..core.waits import first_of, until
 from ..errors import UsageError
@@ -22,11 +23,7 @@ STOPPER = 0xFF
 
 
 class Processor8080(Worker):
-    """The processor: coroutines that look at a READY bit and write to ports, in its own time.
-
-    Args:
-        cpu: its clock.
-    """
+    """The processor: coroutines that look at a READY bit and write to ports, in its own time."""
 
     def __init__(self, kernel: Kernel, name: str, cpu: str | int) -> None:
         super().__init__(kernel, name)
@@ -67,7 +64,9 @@ class Host8080(Processor8080):
 
     wiring = MappingProxyType({"port": "data", "request": "request", "ready": "ready"})
 
-    def __init__(self, kernel: Kernel, name: str, *, cpu: str | int = "2 MHz") -> None:
+    options = (Option("cpu", "frequency", "2 MHz", "clock of the processor", low=1, unit="Hz"),)
+
+    def __init__(self, kernel: Kernel, name: str, *, cpu: str | int) -> None:
         super().__init__(kernel, name, cpu)
         self.add_bus("port", "output port DC, bits 0 to 6; bit 7 of the bus to ground")
         self.add_pin("request", "out", "output port DC, bit 7", initial=1)
@@ -122,7 +121,9 @@ class Ppi8255(Processor8080):
         | {f"c{bit}": role for bit, (_, role, _) in PORT_C.items()}
     )
 
-    def __init__(self, kernel: Kernel, name: str, *, cpu: str | int = "2.048 MHz") -> None:
+    options = (Option("cpu", "frequency", "2.048 MHz", "clock of the processor", low=1, unit="Hz"),)
+
+    def __init__(self, kernel: Kernel, name: str, *, cpu: str | int) -> None:
         super().__init__(kernel, name, cpu)
         self.add_bus("a", "port A (EC): data bus")
         for bit, (pin, _) in enumerate(self.PORT_B):

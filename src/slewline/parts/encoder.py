@@ -6,46 +6,49 @@
     index         1  0  1  1  1  1  1            low once a turn, where A and B are low: at count 0, `counts` ...
 
 All three are promises on top of what turns the shaft (core/counter.py), so while PULSE follows a train, no step is an
-event.  When PULSE is driven otherwise, DIR changes or a user lays hands on the shaft, it is cut at that instant and
-takes up a new course in the next round.
+event.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Mapping
 from fractions import Fraction
 from types import MappingProxyType
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
-from ..core.clocking import Even, Still, clock_edges
+from ..core.clocking import Even, Still
 from ..core.counter import Channel, Code, Scale
 from ..core.kernel import Kernel
+from ..core.option import Option
 from ..core.shaft import Geared, Shaft
 from ..core.timebase import Time, picoseconds
 from ..errors import UsageError
-from .follower import Follower
+from .motor import Translator
 from .sensors import Sensor
 
+if TYPE_CHECKING:
+    from ..core.table import Pin
+
 PUSH_PS = 2_000_000  # the counts of a shaft that is turned by hand
+AXIS = Option("axis", "int", 1, "of the chip", low=1, high=4)
+MOTOR = MappingProxyType({"pulse": "pulse", "dir": "direction"})  # its pins, as the encoder calls them
 CHANNELS = MappingProxyType({"a": Code(0, 1, 1, 0), "b": Code(0, 0, 1, 1)})  # by the count
 
 
 class Counts(Sensor):
     """Something that shows the counts of a shaft; `to` wires A and B to the encoder inputs of an axis."""
 
-    wiring = MappingProxyType({"a": "quada1", "b": "quadb1"})
+    wiring: Mapping[str, str] = MappingProxyType({"a": "encoder_a", "b": "encoder_b"})
     verbs: tuple[str, ...] = ("push",)
 
     def __init__(self, kernel: Kernel, name: str, axis: int) -> None:
         super().__init__(kernel, name)
-        if axis not in (1, 2, 3, 4):
-            raise UsageError(f"{name}: axis {axis!r}; allowed 1 to 4")
-        self.wiring = MappingProxyType({own: f"{theirs[:-1]}{axis}" for own, theirs in type(self).wiring.items()})
+        self.axis = axis
         self._codes = dict(CHANNELS)
         self._hand = 0  # counts that the shaft is still to be turned by hand
         self._pushing = False
         for pin in CHANNELS:
-            self.add_pin(pin, "out", f"channel {pin.upper()}", initial=0)
+            self.add_pin(pin, "out", f"channel {pin.upper()}", initial=0, role=self.wiring[pin])
 
     @property
     def counts(self) -> int:
@@ -98,9 +101,17 @@ class Encoder(Counts):
         lag: from a step to its count, more than 0.
     """
 
-    wiring = MappingProxyType({"pulse": "pulse1", "dir": "dir1", **Counts.wiring})
+    optional = frozenset({"a", "b", "index"})  # where the neighbour has no inputs for them
     verbs = ("block", "free", "slip", *Counts.verbs)
     sits: ClassVar[Literal["", "may", "must"]] = "may"
+
+    options = (
+        AXIS,
+        Option("counts", "int", 4000, "per revolution", low=1),
+        Option("steps", "int", 12800, "per revolution, of a motor of its own", low=1),
+        Option("reverse", "bool", False, "it counts the other way"),
+        Option("lag", "time", "1 us", "from a step to its count", low=1),
+    )
 
     def __init__(
         self,
@@ -114,26 +125,34 @@ class Encoder(Counts):
         reverse: bool = False,
         lag: Time = "1 us",
     ) -> None:
-        lag_ps = picoseconds(lag)
-        if counts < 1 or steps < 1 or lag_ps < 1:
-            raise UsageError(f"{name}: counts {counts!r}, steps {steps!r}, lag {lag!r}; allowed 1, 1, 1 ps and more")
         super().__init__(kernel, name, axis)
-        self._own = Shaft(kernel, steps) if on is None else None
-        shaft = on
-        if self._own is not None:
-            shaft = self._own
-            shaft.source = self
-            self.follows = ("pulse",)
-            self.add_pin("pulse", "in", "step at each fall", pull=1)
-            self.add_pin("dir", "in", "high: forward", pull=1)
-        else:
-            self.wiring = MappingProxyType({own: self.wiring[own] for own in CHANNELS})
-        if counts > 1:
-            self.add_pin("index", "out", "low once a turn", initial=0)
-            self._codes["index"] = Code(0, *(1,) * (counts - 1))
-        self._high = True  # PULSE, at the last instant that was looked at
+        self._motor = self._own_motor(steps) if on is None else None
+        shaft = on if self._motor is None else self._motor.shaft
         assert shaft is not None
-        self.sit(Geared(shaft, Fraction(-1)) if reverse else shaft, Scale(Fraction(counts, shaft.per_turn)), lag_ps)
+        if counts > 1:
+            self.add_pin("index", "out", "low once a turn", initial=0, role="index")
+            self._codes["index"] = Code(0, *(1,) * (counts - 1))
+        self.sit(
+            Geared(shaft, Fraction(-1)) if reverse else shaft, Scale(Fraction(counts, shaft.per_turn)), picoseconds(lag)
+        )
+
+    def _own_motor(self, steps: int) -> Translator:
+        """A motor whose pins are those of the encoder."""
+        motor = Translator(self.kernel, self.name)
+        motor.shaft.per_turn = steps
+        for own, theirs in MOTOR.items():
+            self.take_pin(own, motor.pins[theirs])
+        self.wiring = MappingProxyType({"pulse": "step", "dir": "direction", **self.wiring})
+        return motor
+
+    def attached(self, own: str, row: Pin) -> None:
+        if self._motor is not None and own in MOTOR:
+            self._motor.attached(MOTOR[own], row)
+
+    def rewired(self) -> None:
+        if self._motor is not None:
+            self._motor.rewired()
+        super().rewired()
 
     def block(self) -> None:
         """The shaft stands still: steps are lost."""
@@ -156,35 +175,6 @@ class Encoder(Counts):
         self.shaft.slip(counts / self._counter.scale.per_step)
         self.kernel.settle()
 
-    # ----------------------------------------------------------------------------------------------- a motor of its own
-    def sources(self) -> Iterable[Follower]:
-        return super().sources() if self._own is None else Follower.sources(self)
-
-    def rewired(self) -> None:
-        if self._own is not None:
-            self._high = self.high("pulse")
-            self.pin("dir").net.watch(lambda _: self.changed())
-        super().rewired()
-
-    def cut(self, ps: int) -> None:
-        if self._own is not None and ps > self._own.course.since:
-            self._high = self.pin("pulse").net.resolve(ps) != 0
-            self._own.cut(ps)
-
-    def lay(self) -> None:
-        if self._own is None:
-            super().lay()
-            return
-        self.react()
-        now = self.kernel.now
-        self._own.turn(clock_edges(self.outlooks["pulse"].shown(), 0, now), 1 if self.high("dir") else -1, now)
-
-    def react(self) -> None:
-        if self._own is not None:
-            was, self._high = self._high, self.high("pulse")
-            if was and not self._high:
-                self._own.step(self.kernel.now, 1 if self.high("dir") else -1)
-
 
 class Quadrature(Counts):
     """An encoder on a shaft that another machine turns: the master of an electronic gear.
@@ -194,10 +184,15 @@ class Quadrature(Counts):
     """
 
     verbs = ("run", *Counts.verbs)
+    options = (AXIS,)
 
     def __init__(self, kernel: Kernel, name: str, *, axis: int = 1) -> None:
         super().__init__(kernel, name, axis)
         self.sit(Shaft(kernel, per_turn=1), Scale(Fraction(1)), 0)
+        super().rewired()  # its shaft is its own: there is nothing to wait for
+
+    def rewired(self) -> None:
+        pass
 
     def run(self, rate: int) -> None:
         """Turn at so many counts/s from now on, less than 0: backwards; 0: stop."""

@@ -16,7 +16,6 @@ from ..core.table import Pin
 from ..core.timebase import Time, picoseconds
 from ..core.views import Delayed, gated, inverted
 from ..core.wave import Level, Promise, alike, promised
-from ..errors import UsageError
 from .follower import Follower, Stateless
 from .part import Part
 
@@ -34,8 +33,6 @@ class Gate(Stateless):
 
     def __init__(self, kernel: Kernel, name: str, *, inputs: int = 2) -> None:
         super().__init__(kernel, name)
-        if not 1 <= inputs <= 8:
-            raise UsageError(f"{name}: {inputs} inputs; allowed 1 to 8")
         self.follows = tuple(f"in{n + 1}" for n in range(inputs))
         for n, pin in enumerate(self.follows, 1):
             self.add_pin(pin, "in", f"input {n}")
@@ -116,8 +113,6 @@ class Delay(Follower):
     def __init__(self, kernel: Kernel, name: str, *, delay: Time = "100 ns") -> None:
         super().__init__(kernel, name)
         self.delay_ps = picoseconds(delay)
-        if self.delay_ps < 1:
-            raise UsageError(f"{name}: delay {delay!r}; allowed 1 ps and more")
         self.add_pin("in", "in", "input")
         self.add_pin("out", "out", "the input, later")
         self._shown: Promise | Level = None
@@ -146,7 +141,7 @@ class Delay(Follower):
     def _follow(self, shown: Promise | Level) -> None:
         """The input shows something else from now on."""
         now = self.kernel.now
-        if now == self.wired_ps:  # the circuit is still coming to rest: so it was before
+        if not self._pieces or (now == self.wired_ps and not self.edge_driven):  # the circuit is coming to rest
             self._pieces = [(now - self.delay_ps, shown.level(now) if promised(shown) else shown)]
         while self._pieces[-1][0] == now:
             self._pieces.pop()

@@ -16,6 +16,7 @@ from types import MappingProxyType
 
 from ..core.kernel import Kernel
 from ..core.net import Net
+from ..core.option import Option
 from ..core.waits import level, until
 from .part import Part
 from .worker import Data, Worker, as_bytes
@@ -42,11 +43,7 @@ def pull(part: Part, name: str, low: bool) -> None:
 
 
 class GpibListener(Part):
-    """A few gates between the bus and a chip.
-
-    Args:
-        line_feeds: False keeps line feeds away from the chip (many controllers send one behind each return).
-    """
+    """A few gates between the bus and a chip."""
 
     wiring = MappingProxyType(
         {
@@ -58,7 +55,11 @@ class GpibListener(Part):
         }
     )
 
-    def __init__(self, kernel: Kernel, name: str, *, line_feeds: bool = False) -> None:
+    options = (
+        Option("line_feeds", "bool", False, "let line feeds through, which many controllers send behind each return"),
+    )
+
+    def __init__(self, kernel: Kernel, name: str, *, line_feeds: bool) -> None:
         super().__init__(kernel, name)
         self.line_feeds = line_feeds
         add_bus_lines(self)

@@ -13,8 +13,8 @@ from types import MappingProxyType
 
 from ..core.kernel import Kernel, Task
 from ..core.net import Net
+from ..core.option import Option
 from ..core.waits import first_of, level, until
-from ..errors import UsageError
 from .gpib import HANDSHAKE, REACTION_PS, SETTLING_PS, US, GpibTalker, add_bus_lines, pull
 from .part import Part
 from .worker import Data
@@ -25,21 +25,17 @@ STATUS = ("motion_complete", "step", "running", "program_entry", "output1", "rea
 
 
 class GpibDevice(Part):
-    """A 96LS488 with its handshake logic and inverting buffers.
-
-    Args:
-        address: 0 to 30.
-    """
+    """A 96LS488 with its handshake logic and inverting buffers."""
 
     wiring = MappingProxyType(
         {"db": "data", "io_request": "request", "io_select": "select", "ready": "ready"}
         | {f"s{bit}": role for bit, role in enumerate(STATUS)}
     )
 
-    def __init__(self, kernel: Kernel, name: str, *, address: int = 5) -> None:
+    options = (Option("address", "int", 5, "address of the device on the bus", low=0, high=30),)
+
+    def __init__(self, kernel: Kernel, name: str, *, address: int) -> None:
         super().__init__(kernel, name)
-        if not 0 <= address <= 30:
-            raise UsageError(f"{name}: address {address!r}; allowed 0 to 30")
         self.address = address
         add_bus_lines(self)
         self.add_bus("db", "data bus of the chip")

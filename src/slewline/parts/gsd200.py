@@ -20,23 +20,26 @@ is 2 A for each volt on it.  Around it stand the resistors of figure 11:
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections.abc import Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 from ..core.clocking import ClockEdges, Still
 from ..core.counted import Counted
+from ..core.history import History
 from ..core.kernel import Kernel
+from ..core.option import Option
 from ..core.timebase import Time, moment, moments
 from ..core.views import gated
 from ..errors import UsageError
 from .clocked import Clocked
-from .part import Part
+from .part import AXIS, Part
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from ..core.quantity import Quantity
 
 STATES = ("0101", "0001", "1001", "1000", "1010", "0010", "0110", "0100")  # a, b, c, d in states 1 to 8
 PHASES = "abcd"
@@ -50,21 +53,24 @@ AMPERES_PER_VOLT = 2.0
 class GsD200(Clocked):
     """A driver module: translator and enable; `to` wires CLOCK, DIR and RESET."""
 
-    wiring = MappingProxyType({"clock": "clock", "direction": "dir", "reset": "reset"})
+    wiring = MappingProxyType({"clock": "step", "direction": "direction", "reset": "driver_reset"})
+    optional = frozenset({"reset"})
+    options = (AXIS,)
     follows = ("clock", "direction", "half_full", "reset", "enable")
     clock = "clock"
     steers = ("direction", "half_full", "reset")
     acts = ("reset",)
     edge = 1
 
-    def __init__(self, kernel: Kernel, name: str) -> None:
+    def __init__(self, kernel: Kernel, name: str, *, axis: int = 1) -> None:
         super().__init__(kernel, name)
+        self.axis = axis
         self._state = 0  # 0 to 7, and what the clock makes of it
         self._by = 0
         self._counted: ClockEdges = Still()
         self.add_pin("clock", "in", "step at each rise", pull=1)
         self.add_pin("direction", "in", "high: clockwise", pull=1)
-        self.add_pin("reset", "in", "low: state 1", pull=1)
+        self.add_pin("reset", "in", "low: state 1", pull=1, active=0)
         self.add_pin("enable", "in", "low: no current in any phase", pull=1)
         self.add_pin("half_full", "in", "high: half step, low: full step", pull=1)
         self.add_pin("control", "in", "current decay; high: slow, low: fast", pull=1)
@@ -164,31 +170,27 @@ def _rest(total: float, present: float, what: str) -> float:
     return 1 / (1 / total - 1 / present)
 
 
+def _resists(ohms: float) -> str:
+    return "" if ohms > 0 else "allowed more than 0 ohm"
+
+
 class PhaseCurrent(Part):
     """The phase current that MOV and RAMP choose through Tr1 and Tr2 (figure 11).
 
-    Args:
-        r1, r2, r3: ohms; the values of the example, 1.5 A on ramps, 0.25 A at rest, 0.5 A at speed.
-        driver: "gs-d200" or "gs-d200s".
+    The resistors are by default those of the example: 1.5 A on ramps, 0.25 A at rest, 0.5 A at speed.
     """
 
-    wiring = MappingProxyType({"mov": "mov", "ramp": "ramp"})
+    wiring = MappingProxyType({"mov": "moving", "ramp": "ramping"})
 
-    def __init__(
-        self,
-        kernel: Kernel,
-        name: str,
-        *,
-        r1: float = 4245,
-        r2: float = 500,
-        r3: float = 937,
-        driver: str = "gs-d200",
-    ) -> None:
+    options = (
+        Option("r1", "float", 4245, "resistor at Tr1, to the supply", unit="ohm", check=_resists),
+        Option("r2", "float", 500, "resistor at Tr2", unit="ohm", check=_resists),
+        Option("r3", "float", 937, "resistor that is always there", unit="ohm", check=_resists),
+        Option("driver", "choice", "gs-d200", "the driver module", choices=tuple(NETWORKS)),
+    )
+
+    def __init__(self, kernel: Kernel, name: str, *, r1: float, r2: float, r3: float, driver: str) -> None:
         super().__init__(kernel, name)
-        if driver not in NETWORKS:
-            raise UsageError(f"{name}: driver {driver!r}; allowed {', '.join(NETWORKS)}")
-        if min(r1, r2, r3) <= 0:
-            raise UsageError(f"{name}: r1 {r1}, r2 {r2}, r3 {r3}; allowed more than 0 ohm")
         ground, most = NETWORKS[driver]
         self.currents = {  # by the states of Tr1 and Tr2
             (tr1, tr2): set_point(r3, *[r2] * tr2, to_supply=r1 if tr1 else None, ground=ground)
@@ -199,9 +201,9 @@ class PhaseCurrent(Part):
             raise UsageError(
                 f"{name}: {self.currents[True, False]:.3g} A on ramps; the {driver} takes {most:g} A: a greater r1"
             )
-        self.add_pin("mov", "in", "high: in motion", pull=0)
-        self.add_pin("ramp", "in", "high: on a ramp", pull=0)
-        self.past: list[tuple[int, float]] = []  # (from, amperes)
+        self.add_pin("mov", "in", "high: in motion", pull=0, active=1)
+        self.add_pin("ramp", "in", "high: on a ramp", pull=0, active=1)
+        self.history = History()
 
     def rewired(self) -> None:
         for pin in ("mov", "ramp"):
@@ -219,21 +221,25 @@ class PhaseCurrent(Part):
         return self.currents[self.transistors]
 
     def _note(self) -> None:
-        if not self.past or self.past[-1][1] != self.amperes:
-            self.past.append((self.kernel.now, self.amperes))
+        self.history.note(self.kernel.now, self.amperes)
+
+    def quantities(self) -> tuple[Quantity, ...]:
+        return (self.history.quantity(self.kernel, "current", "A"),)
+
+    def forget(self, before: int) -> None:
+        self.history.forget(before)
+
+    @property
+    def past(self) -> list[tuple[int, float]]:
+        """From when on (ps) which current has flowed, amperes."""
+        return [*self.history]
 
     def current_at(self, time: Time) -> float:
         """Return the current at one instant of the past, amperes."""
-        ps = moment(time)
-        return self.past[max(bisect_right(self.past, ps, key=lambda entry: entry[0]) - 1, 0)][1]
+        return self.history.at(moment(time))
 
     def currents_at(self, times: Sequence[Time] | NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the current at many instants of the past: float64, shape as `times`, amperes."""
         import numpy as np
 
-        starts, amperes = (
-            np.array([ps for ps, _ in self.past], np.int64),
-            np.array([amperes for _, amperes in self.past]),
-        )
-        found: NDArray[np.float64] = amperes[np.maximum(np.searchsorted(starts, moments(times), side="right") - 1, 0)]
-        return found
+        return self.history.values_at(np.asarray(moments(times)))

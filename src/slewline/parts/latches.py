@@ -27,7 +27,7 @@ class PositionLatch(Part):
     of a verify read-out pass through the same gates.
     """
 
-    wiring = MappingProxyType({"db": "db", "outstrobe": "outstrobe", "motion_complete": "motion_complete"})
+    wiring = MappingProxyType({"db": "data", "outstrobe": "out_strobe", "motion_complete": "motion_complete"})
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
@@ -72,7 +72,7 @@ class PhaseLatch(Clocked):
     coils off, whatever the latch holds.  Low energises, as on the chip.
     """
 
-    wiring = MappingProxyType({"pulse": "pulse"} | {f"phase{n}": f"phase{n}" for n in (1, 2, 3, 4)})
+    wiring = MappingProxyType({"pulse": "step"} | {f"phase{n}": f"phase{n}" for n in (1, 2, 3, 4)})
     follows = ("pulse", "off", "phase1", "phase2", "phase3", "phase4")
     clock = "pulse"
     edge = 1
@@ -82,8 +82,8 @@ class PhaseLatch(Clocked):
         self.add_pin("pulse", "in", "clock", pull=1)
         self.add_pin("off", "in", "high: coils off", pull=0)
         for n in (1, 2, 3, 4):
-            self.add_pin(f"phase{n}", "in", f"phase {n} from the chip", pull=1)
-            self.add_pin(f"coil{n}", "out", f"phase {n} to the motor", initial=1)
+            self.add_pin(f"phase{n}", "in", f"phase {n} from the chip", pull=1, active=0)
+            self.add_pin(f"coil{n}", "out", f"phase {n} to the motor", initial=1, role=f"phase{n}", active=0)
         self._coils = [Sampled(Still(), 1, 1) for _ in range(4)]  # what the latch holds, and will
 
     @property

@@ -18,6 +18,7 @@ from ..core.views import Repeated
 from ..errors import UsageError
 from .clocked import Clocked
 from .follower import Follower
+from .part import AXIS
 from .steps_made import Limits, Made, Pulsed
 
 if TYPE_CHECKING:
@@ -43,17 +44,19 @@ class Translator(Clocked):
     on its `shaft` turns with it: an encoder, switches, a gear.
 
     Args:
+        axis: of the neighbour.
         edge: "fall" or "rise": which edge of the pulse is a step; by default what the neighbour's pin says.
     """
 
-    wiring = MappingProxyType({"pulse": "pulse", "direction": "direction"})
-    options: tuple[Option, ...] = (EDGE,)
+    wiring = MappingProxyType({"pulse": "step", "direction": "direction"})
+    options: tuple[Option, ...] = (AXIS, EDGE)
     follows = ("pulse", "direction")
     clock = "pulse"
     steers = ("direction",)
 
-    def __init__(self, kernel: Kernel, name: str, *, edge: str | None = None) -> None:
+    def __init__(self, kernel: Kernel, name: str, *, axis: int = 1, edge: str | None = None) -> None:
         super().__init__(kernel, name)
+        self.axis = axis
         if edge is not None:
             self.edge = EDGES[edge]
         self._chosen = edge is not None
@@ -99,6 +102,7 @@ class Motor(Translator):
         y   0 0 1 1
 
     Args:
+        axis: of the neighbour.
         edge: "fall" or "rise": which edge of the pulse is a step; by default what the neighbour's pin says.
         lag: how long a step takes.
         pull_in: greatest rate from rest, steps/s; 0: any rate at any time.
@@ -106,12 +110,11 @@ class Motor(Translator):
         loses: numbers of pulses that it misses besides, the first one being 1.
     """
 
-    wiring = MappingProxyType({"pulse": "clock", "direction": "dir"})
     options = (
-        EDGE,
+        *Translator.options,
         Option("lag", "time", 0, "how long a step takes"),
-        Option("pull_in", "float", 0, "greatest rate from rest; 0: any rate at any time", unit="steps/s"),
-        Option("acceleration", "float", 0, "how fast it may become faster", unit="steps/s2"),
+        Option("pull_in", "float", 0, "greatest rate from rest; 0: any rate at any time", low=0, unit="steps/s"),
+        Option("acceleration", "float", 0, "how fast it may become faster", low=0, unit="steps/s2"),
         Option("loses", "ints", (), "numbers of pulses that it misses besides", low=1),
     )
     edge = 1
@@ -121,13 +124,14 @@ class Motor(Translator):
         kernel: Kernel,
         name: str,
         *,
+        axis: int = 1,
         edge: str | None = None,
         lag: Time = 0,
         pull_in: float = 0,
         acceleration: float = 0,
         loses: Iterable[int] = (),
     ) -> None:
-        super().__init__(kernel, name, edge=edge)
+        super().__init__(kernel, name, axis=axis, edge=edge)
         if pull_in < 0 or not 0 <= acceleration <= pull_in**2 / 2:
             raise UsageError(
                 f"{name}: pull_in {pull_in}, acceleration {acceleration}; allowed 0 and more, 0 to {pull_in**2 / 2:g}"
@@ -218,7 +222,7 @@ class Rotor(Follower):
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
         for n in (1, 2, 3, 4):
-            self.add_pin(f"phase{n}", "in", f"phase {n}, low energises", pull=1)
+            self.add_pin(f"phase{n}", "in", f"phase {n}, low energises", pull=1, active=0)
         self._position = 0
         self.followed: int | None = None
         self._read_ps: int | None = None  # up to where the phases have been read; None: not yet

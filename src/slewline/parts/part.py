@@ -12,12 +12,14 @@ constructor takes: it gets all of them, checked.
 from __future__ import annotations
 
 from bisect import insort
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from dataclasses import replace
 from operator import attrgetter
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar
 
 from ..core.chip import Finding
+from ..core.hook import Hook
 from ..core.kernel import Kernel
 from ..core.net import Bus, Driver, Net
 from ..core.option import Option
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
     from ..core.table import Way
 
 T = TypeVar("T")
+LEVELS = ("low", "high")
+AXIS = Option("axis", "int", 1, "of the neighbour", low=1, high=4)  # of a part that is wired to pins of an axis
 
 
 def served(host: str, chips: Mapping[str, T], chip: object) -> T:
@@ -55,8 +59,7 @@ class Part:
         self.drivers: dict[str, Driver] = {}
         self._findings: list[Finding] = []
         self._catching_up = False
-        self.on_finding: Callable[[Finding], object] | None = None
-        self.on_input: Callable[[str, list[Any]], object] | None = None  # the journal
+        self.on_finding: Hook[[Finding]] = Hook()
 
     def add_pin(
         self,
@@ -94,6 +97,11 @@ class Part:
         self.drivers[name] = Driver(terminal.net, self.name)
         return terminal
 
+    def take_pin(self, name: str, inner: Terminal) -> Terminal:
+        """Make a pin of a part that this one contains its own, by another name."""
+        terminal = self.pins[name] = Terminal(self.name, replace(inner.row, name=name), inner.net)
+        return terminal
+
     def pin(self, name: str) -> Terminal:
         """A pin by name."""
         try:
@@ -110,9 +118,9 @@ class Part:
         return self.pins[name].net.byte  # type: ignore[attr-defined,no-any-return]
 
     def input(self, verb: str, *args: Any) -> None:
-        """A user told the part something: let the journal know, as plain data."""
-        if self.on_input is not None:
-            self.on_input(verb, [list(arg) if isinstance(arg, bytes) else arg for arg in args])
+        """Tell the outside that a user has told the part something by one of its methods, as plain data."""
+        plain = [list(arg) if isinstance(arg, bytes) else arg for arg in args]
+        self.kernel.outside.tell("input", part=self.name, verb=verb, args=plain)
 
     # ------------------------------------------------------------------------------------------------ what it tells
     def quantities(self) -> tuple[Quantity, ...]:
@@ -147,11 +155,17 @@ class Part:
         """Keep something that went wrong around the chip, now or at an instant of the past (ps)."""
         found = Finding(self.kernel.now if at is None else at, self.name, code, text)
         insort(self._findings, found, key=attrgetter("time_ps"))
-        if self.on_finding is not None:
-            self.on_finding(found)
+        self.on_finding(found)
+
+    def objection(self, own: str, row: Pin) -> str:
+        """Return what makes a neighbour's pin unfit for a pin of this part, though it has the right role, or ""."""
+        wanted, found = self.pins[own].row.sense, row.sense
+        if wanted is None or found is None or wanted == found:
+            return ""
+        return f"is active {LEVELS[found]}, and {own} means {LEVELS[wanted]}: bench.wire(..., invert=True) may help"
 
     def attached(self, own: str, row: Pin) -> None:
-        """Take notice that `to` has joined a pin with a neighbour's; `row.sense` is the level that counts there."""
+        """Take notice that `to` has joined a pin with a neighbour's, whose role holds at the level `row.active`."""
 
     def rewired(self) -> None:
         """The part is wired, and time is about to pass: subclasses put their observers on here; called once."""

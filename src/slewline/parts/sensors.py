@@ -34,11 +34,15 @@ class Sensor(Follower):
         self._counter: StepCounter
 
     def sit(self, shaft: Shaft, scale: Scale, lag_ps: int) -> None:
-        """Follow a shaft from now on."""
+        """Show what the counts of a shaft are; follow it from the instant on at which time is about to pass."""
         self.shaft = shaft
         self._counter = StepCounter(shaft.course, scale, lag_ps)
-        shaft.on_cut.add(self.consume)
-        shaft.on_turn.add(self._turned)
+
+    def rewired(self) -> None:
+        self.sit(self.shaft, self._counter.scale, self._counter.lag_ps)
+        self.shaft.on_cut.add(self.consume)
+        self.shaft.on_turn.add(self._turned)
+        self.promise()
 
     def sources(self) -> Iterable[Follower]:
         """The part that turns the shaft, if it runs ahead."""
@@ -114,9 +118,9 @@ class Switch(Sensor):
         self._active = active
         self._levels: tuple[int | None, int | None] = (None, active or 0)
         scale, self._says = zone(fraction_or_none(low), fraction_or_none(high), fraction(hysteresis))
-        self.add_pin("out", "out", "pulled to its active level while closed", pull=1 - (active or 0))
+        self.add_pin("out", "out", "at its active level while closed", pull=1 - (active or 0), role=role, active=active)
         self.sit(on, scale, picoseconds(lag))
-        self._since = kernel.now  # of the counter
+        self._since = on.course.since  # of the counter
         self._closed = False  # as long as the place itself does not say more
         self.promise()
 

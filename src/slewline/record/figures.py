@@ -139,6 +139,7 @@ class Layout:
         self.compared = overlay.told(pins, contents.start, contents.stop)
         self.notes = [line for note in (*contents.notes, *self.compared) for line in wrap(note, letters)]
         self.title = wrap(contents.title, int((width - 2 * EDGE) / 0.1)) or [""]
+        self.named = panels.named_by_legend(contents.tracks, curves)
         self.legend = self._legend()
         self.panels = self._panels(curves)
 
@@ -166,10 +167,11 @@ class Layout:
         return max((len(line) for name in self.names or () for line in name.split("\n")), default=0)
 
     def _legend(self) -> list[list[tuple[float, int, str]]]:
-        """Rows of entries: where, number of the track, name.  A single track needs none."""
+        """Rows of entries: where, number of the track, name."""
         rows: list[list[tuple[float, int, str]]] = []
         at = self.width
-        for index, track in enumerate(self.contents.tracks if len(self.contents.tracks) > 1 else ()):
+        for index in self.named:
+            track = self.contents.tracks[index]
             need = 0.55 + LETTER * len(track.name)
             if at + need > self.width - EDGE:
                 rows.append([])
@@ -184,9 +186,10 @@ class Layout:
         kinds = [group[0].quantity.name for group in groups]
         for group, kind in zip(groups, kinds, strict=True):
             several = kinds.count(kind) > 1
+            alone = group[0].track.part and group[0].number not in self.named
             height = HEIGHTS.get(kind, OTHER_HEIGHT) * (0.7 if several else 1) * (0.85 if self.narrow else 1)
             above = HEADING + (GAP if found else on_top)
-            found.append(Panel(group, panels.heading(group, several), height, above))
+            found.append(Panel(group, panels.heading(group, several or alone), height, above))
         if self.contents.traces:
             lane = lanes.LANE if self.names is not None else lanes.NAMED_LANE
             height = lane * len(self.contents.traces) + 0.04
@@ -288,10 +291,10 @@ def _draw(made: Sequence[Axes], layout: Layout, colours: Palette, whole: bool) -
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
     contents, axis = layout.contents, layout.axis
-    several, beside = len(contents.tracks) > 1, whole and not layout.narrow
+    beside = whole and not layout.narrow
     for axes, panel in zip(made, layout.panels, strict=False):
         if panel.curves:
-            panels.draw_curves(axes, panel.curves, axis, colours, panel.height, several, beside)
+            panels.draw_curves(axes, panel.curves, axis, colours, panel.height, layout.named, beside)
             if panel.curves[0].quantity.name == "velocity":
                 panels.draw_rates(axes, panel.curves, axis, colours, panel.height, beside)
             if any(curve.track.ideals for curve in panel.curves):
@@ -304,7 +307,7 @@ def _draw(made: Sequence[Axes], layout: Layout, colours: Palette, whole: bool) -
     if layout.flags:
         marks.draw_flags(made, layout.flags, colours, marks.PHASE_ROW if layout.phases else 0.0)
     marks.draw_cursors(made, contents.cursors, axis, colours)
-    if several and not whole:
+    if layout.named and not whole:
         made[0].legend(fontsize=8, frameon=False)
     last = made[-1]
     first, end = axis.scaled([axis.start, axis.stop])
@@ -327,7 +330,7 @@ def _described(contents: Contents, curves: Sequence[Sequence[Curve]]) -> str:
         start, stop = contents.start + track.zero, contents.stop + track.zero
         begun = sum(start <= motion.time_ps <= stop for motion in track.motions)
         told = [f"{begun} motion{'s' * (begun != 1)}"] if track.motions else []
-        told += [_reach_of(curve) for curve in own if curve.quantity.name in ("velocity", "position")]
+        told += [_reach_of(curve) for curve in own if track.part or curve.quantity.name in ("velocity", "position")]
         said.append(f"{track.name}: {', '.join(told)}.")
     if contents.traces:
         said.append(f"Pins: {', '.join(trace.name for trace in contents.traces)}.")
@@ -335,6 +338,6 @@ def _described(contents: Contents, curves: Sequence[Sequence[Curve]]) -> str:
 
 
 def _reach_of(curve: Curve) -> str:
-    low, high = (number(value, 6) for value in curve.reach)
+    low, high = (number(value, 6) for value in (curve.ends if curve.track.part else curve.reach))
     what, unit = curve.quantity.name, curve.quantity.unit
     return f"{what} {low} {unit}" if low == high else f"{what} from {low} to {high} {unit}"

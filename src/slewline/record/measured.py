@@ -34,6 +34,7 @@ class Measured(Quantity):
 
     def __init__(self, name: str, unit: str, times_ps: NDArray[np.int64], values: NDArray[np.float64]) -> None:
         self.name, self.unit, self.times_ps, self.values = name, unit, times_ps, values
+        self.from_zero = name != "position"
 
     def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
         import numpy as np

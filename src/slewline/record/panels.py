@@ -7,7 +7,7 @@ another: then they get panels of their own.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -47,6 +47,7 @@ class Track:
         zero: the instant of the run that is 0 in the picture, ps.
         since, until: the first and the last instant that is known, ps.
         over: it was measured, and is drawn over the others.
+        part: it is what a part did, not an axis: the heading of its panel names it, unless it shares one.
     """
 
     name: str
@@ -59,6 +60,7 @@ class Track:
     since: int = 0
     until: int = 1 << 62
     over: bool = False
+    part: bool = False
 
     def rates(self) -> list[tuple[int, Mapping[str, float]]]:
         """Return which rates were in force from which instants on."""
@@ -80,14 +82,19 @@ class Curve:
     outline: Outline
 
     @property
-    def reach(self) -> tuple[float, float]:
-        """The lowest and the highest value, and zero where a quantity rests at it."""
+    def ends(self) -> tuple[float, float]:
+        """The lowest and the highest value."""
         import numpy as np
 
         values = self.outline.values[self.rest_before() :]
         values = values[~np.isnan(values)]
-        ends = [float(values.min()), float(values.max())] if len(values) else [0.0]
-        return min(ends + [0.0] * self.from_zero), max(ends + [0.0] * self.from_zero)
+        return (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """The lowest and the highest value, and zero where a quantity shows as its distance from it."""
+        low, high = self.ends
+        return (min(low, 0.0), max(high, 0.0)) if self.from_zero else (low, high)
 
     def rest_before(self) -> int:
         """Return how many points lie before the first load, if the axis has not moved by then.
@@ -102,7 +109,7 @@ class Curve:
     @property
     def from_zero(self) -> bool:
         """Does it show as its distance from zero?"""
-        return self.quantity.name != "position"
+        return self.quantity.from_zero
 
 
 def curves_of(tracks: Sequence[Track], axis: TimeAxis, columns: int) -> list[list[Curve]]:
@@ -143,11 +150,18 @@ def _apart(curves: Sequence[Curve]) -> list[list[Curve]]:
     return groups
 
 
+def named_by_legend(tracks: Sequence[Track], panels: Iterable[Sequence[Curve]]) -> list[int]:
+    """Return the numbers of the tracks that a legend names: axes, and parts that share a panel; [] instead of one."""
+    shared = {curve.number for curves in panels for curve in curves if len(curves) > 1}
+    named = [number for number, track in enumerate(tracks) if not track.part or number in shared]
+    return named if len(named) > 1 else []
+
+
 def heading(curves: Sequence[Curve], several: bool) -> str:
     """Return what a panel shows, with its unit; `several`: and whose, for there is another such panel."""
     quantity = curves[0].quantity
     whose = f" of {', '.join(curve.track.name for curve in curves)}" if several else ""
-    return f"{quantity.name.capitalize()}{whose}, {POWERS.get(_power(curves), '')}{quantity.unit}"
+    return f"{quantity.name.capitalize().replace('_', ' ')}{whose}, {POWERS.get(_power(curves), '')}{quantity.unit}"
 
 
 def _power(curves: Sequence[Curve]) -> int:
@@ -157,17 +171,23 @@ def _power(curves: Sequence[Curve]) -> int:
 
 # ------------------------------------------------------------------------------------------------------------ drawing
 def draw_curves(
-    panel: Axes, curves: Sequence[Curve], axis: TimeAxis, colours: Palette, height: float, several: bool, beside: bool
+    panel: Axes,
+    curves: Sequence[Curve],
+    axis: TimeAxis,
+    colours: Palette,
+    height: float,
+    named: Collection[int],
+    beside: bool,
 ) -> None:
     """Draw the curves of a panel, that of the first track on top.
 
     Args:
         height: of the panel, inches.
-        several: there are several tracks in the picture: lines and colours tell them apart.
+        named: the numbers of the tracks that the legend names, if it does: lines and colours tell these apart.
         beside: names of rates stand beside the panel, not over their lines.
     """
     for curve in reversed(curves):
-        _draw_curve(panel, curve, axis, colours, several, filled=len(curves) == 1)
+        _draw_curve(panel, curve, axis, colours, curve.number in named, filled=len(curves) == 1)
     low, high = _limits(curves, axis, 0.0 if beside else RATE_HEIGHT / height)
     panel.set_ylim(low, high)
     for curve in curves:
@@ -179,11 +199,11 @@ def draw_curves(
         panel.text(0.5, 0.5, "no motion", transform=panel.transAxes, ha="center", va="center", color=colours.soft)
 
 
-def _draw_curve(panel: Axes, curve: Curve, axis: TimeAxis, colours: Palette, several: bool, filled: bool) -> None:
+def _draw_curve(panel: Axes, curve: Curve, axis: TimeAxis, colours: Palette, named: bool, filled: bool) -> None:
     from matplotlib.lines import Line2D
 
     color = colours.series[curve.number % len(colours.series)]
-    dashes: Any = DASHES[curve.number % len(DASHES)] if several else "solid"
+    dashes: Any = DASHES[curve.number % len(DASHES)] if named else "solid"
     times, values = axis.scaled(curve.outline.times_ps - curve.track.zero), curve.outline.values
     held = curve.quantity.held
     style: Any = "steps-post" if held else "default"
@@ -244,7 +264,7 @@ def _tell_outside(panel: Axes, curve: Curve, axis: TimeAxis, colours: Palette, l
 def _draw_scale(panel: Axes, power: int, height: float, whole: bool) -> None:
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-    panel.yaxis.set_major_locator(MaxNLocator(max(2, round(height / 0.38)), steps=[1, 2, 5, 10], integer=whole))
+    panel.yaxis.set_major_locator(MaxNLocator(max(4, round(height / 0.38)), steps=[1, 2, 5, 10], integer=whole))
     panel.yaxis.set_major_formatter(FuncFormatter(lambda value, _: number(value / 10**power)))
 
 

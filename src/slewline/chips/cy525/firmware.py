@@ -73,8 +73,10 @@ class Cy525(Instructions):
             if type(found) is Command:
                 if not self.entering or found.row.form == "Q":
                     return found
+                self.on_command(found.text)
                 self.store(found)
                 await self.finish(self.busy_from + T["store"] + found.digits * T["digit"])
+                self.on_command("")
                 continue
             if type(found) is Label:
                 self.mark(found.letter)
@@ -85,6 +87,7 @@ class Cy525(Instructions):
         row = command.row
         end = self.busy_from + row.time_us * TICKS_PER_US + command.digits * T["digit"]
         self.waits(f"{command.text} in work")
+        self.on_command(command.text)
         if row.form == "Q":
             await self.at_tick(end - T["effect_lead"])
             self.do_quit()
@@ -96,6 +99,7 @@ class Cy525(Instructions):
             await self.at_tick(end - T["effect_lead"])
             await self.perform(row.code, command.values)
         await self.finish(end)
+        self.on_command("")
 
     async def perform(self, code: int, values: tuple[int, ...]) -> None:
         """Call the handler of a command, and wait for it if it takes time."""
@@ -129,6 +133,7 @@ class Cy525(Instructions):
         due = self.run_fell + T["first_instruction"]
         self.sync()
         while self.pc is not None:
+            self.at = self.pc
             if self.prog_in.level == 0:
                 await self.live_commands()
                 due = self.tick
@@ -142,6 +147,7 @@ class Cy525(Instructions):
 
     def _no_instruction(self) -> None:
         assert self.pc is not None
+        self.on_command("")
         if self.pc >= sheet.BUFFER_BYTES and self.pc != self.following:
             self.finding(
                 "bad-target", f"byte {self.pc} is outside the program buffer (0 to 59): run mode, nothing to execute"
@@ -154,6 +160,7 @@ class Cy525(Instructions):
         """One instruction: its time passes first, then it acts.  The first one acts 60 us after RUN fell."""
         assert self.pc is not None
         at = self.pc
+        self.instruction_begins()
         code = self.buffer[at]
         row = LETTERS.get(code)
         first = due > self.tick
@@ -165,7 +172,6 @@ class Cy525(Instructions):
             return
         values = row.unpack(bytes(self.buffer[at + 1 : at + row.size]))
         self.pc = self.following = at + row.size
-        self.at = at
         self.waits(f"{row.form} at byte {at} in work")
         await self.at_tick((due if first else self.tick + row.program_us * TICKS_PER_US) - lead(row))
         await self.perform(code, values)
@@ -173,6 +179,7 @@ class Cy525(Instructions):
     async def live_commands(self) -> None:
         """PROG/LIVE is low: take commands from the host until it is high after one of them."""
         self.live = True
+        self.on_command("")
         try:
             while self.pc is not None:
                 command = await self.next_command()

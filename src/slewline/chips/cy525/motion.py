@@ -79,7 +79,7 @@ class Motion:
         self.served = self.pending = self.told_held = False
         self.request_changes = chip.request.changes  # by the latest look
         self.made = chip.made(number)
-        chip.axis1.log.begin(text, self.made.parameters)
+        chip.axis1.log.begin(text, self.made.parameters, sign)
         chip.ready.drive(0)
         chip.motion_complete.drive(1)
 

@@ -227,6 +227,7 @@ SHEET = Sheet(
     commands=COMMANDS,
     registers=REGISTERS,
     options=OPTIONS,
+    rates=STEPS_PER_SECOND,
     times=TIMES,
     limits=LIMITS,
     buffer_bytes=BUFFER_BYTES,

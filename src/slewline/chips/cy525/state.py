@@ -26,6 +26,7 @@ from . import sheet
 from .ideal import Made
 
 if TYPE_CHECKING:
+    from ...core.program import ProgramRow
     from .motion import Motion
     from .profile import Law
     from .stepwise import Stepwise
@@ -76,6 +77,7 @@ class State(Chip):
         """The program, if one runs, is over."""
         if self.pc is not None:
             self.pc = None
+            self.on_command("")
             self.run_pin.drive(1)
             self.request.observers.remove(self.on_request)
 
@@ -142,11 +144,31 @@ class State(Chip):
         """The program buffer in use, as stored."""
         return bytes(self.buffer)
 
+    @property
+    def program_counter(self) -> int | None:
+        """The byte of the buffer at which the instruction in work begins, or the next one while live commands come."""
+        return self.pc if self.pc is None or self.live else self.at
+
+    def program_rows(self) -> list[ProgramRow]:
+        """Return the program buffer, an instruction a row: address, bytes and text."""
+        from ...language.disassemble import program_rows
+
+        return program_rows(bytes(self.buffer), self.sheet)
+
     def listing(self) -> str:
         """The stored program as text, with addresses."""
         from ...language.disassemble import listing
 
         return listing(bytes(self.buffer), self.sheet)
+
+    def instruction_begins(self) -> None:
+        """Tell of the instruction that is in work from now on."""
+        if self.on_instruction:
+            self.on_instruction(self.at)
+        if self.on_command:
+            from ...language.disassemble import text_at
+
+            self.on_command(text_at(bytes(self.buffer), self.at, self.sheet))
 
     def in_program(self) -> bool:
         """Is the running instruction one of the program (not a command of the host)?"""

@@ -78,7 +78,7 @@ class Stepwise:
         chip.waits(f"{text} in motion")
         made = chip.made(number)
         self.rates = made.rates
-        chip.axis1.log.begin(text, made.parameters)
+        chip.axis1.log.begin(text, made.parameters, sign)
         chip.ready.drive(0)
         chip.motion_complete.drive(1)
         chip.set_direction(sign > 0)

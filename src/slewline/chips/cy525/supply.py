@@ -44,8 +44,7 @@ class Supply(State):
         self.check_switch(on)
         if on == self.powered:
             return
-        if self.on_power is not None:
-            self.on_power(self, on)
+        self.switched(on)
         self.powered, self.cold, self.reset_valid = on, True, False
         self.inner_reset.drive(0)
         if on:
@@ -117,6 +116,7 @@ class Supply(State):
             return
         self.end_run()
         self.motion.killed()
+        self.on_command("")
         self.accepted = self.ended_wait = -1
         self.decoder.reset()
         self.reset_registers()

@@ -47,10 +47,9 @@ class GsC(Instructions):
     def power(self, on: bool) -> None:
         """Switch the supply: program memory, speeds, counter and outputs are lost without it; the EEPROM stays."""
         self.check_switch(on)
-        if self.on_power is not None:
-            self.on_power(self, on)
         if on == self.powered:
             return
+        self.switched(on)
         self.powered = on
         # what else belongs to this instant is done first, its steps among it
         self.kernel.call_at(self.kernel.now, self._power_up if on else self._power_off)
@@ -70,6 +69,7 @@ class GsC(Instructions):
         self.motion.cut()
         self.tear()
         self.stop()
+        self.on_command("")
         for driver in self.drivers.values():
             driver.drive(None)
         self.forget()
@@ -129,19 +129,22 @@ class GsC(Instructions):
     async def obey(self, line: Line) -> Sequence[bytes]:
         """Check a line and do what it says; returns the answers as they go over the line."""
         text, checked = line.text, line.checked
-        if not text:
+        body = self.meant(line)
+        if body is None:
             return ()
-        if self.address:
-            if line.first_faulty or text[:1] != b"%d" % self.address:
-                return ()
-            if len(text) == 1:
-                return ()
         fault = self._reception_fault(line)
         if fault:
             return self.spoken(self.mistake("E1", f"{text!r}: {fault}"), checked)
-        body = text[bool(self.address) : len(text) - checked].decode("ascii")
         self.answer_checked = checked
-        return self.spoken(await self.answer(body), checked)
+        return self.spoken(await self.answer(body.decode("ascii")), checked)
+
+    def meant(self, line: Line) -> bytes | None:
+        text = line.text
+        if not text:
+            return None
+        if self.address and (line.first_faulty or text[:1] != b"%d" % self.address or len(text) == 1):
+            return None
+        return text[bool(self.address) : len(text) - line.checked]
 
     def _reception_fault(self, line: Line) -> str:
         if line.faulty:
@@ -200,6 +203,7 @@ class GsC(Instructions):
     def _run_directly(self, command: Command) -> str:
         async def once() -> None:
             self.begin_run()
+            self.works_on(command.text)
             await self.handlers[command.row.form](*command.values)
 
         self.run_program(once())
@@ -251,7 +255,7 @@ class GsC(Instructions):
             await self.end_now()
 
     async def do_query(self) -> str:
-        return "\r".join([*self.instructions().values(), "END"])
+        return "\r".join([*(row.text for row in self.program_rows()), "END"])
 
     async def do_verify(self, what: int) -> str:
         if what == 2:
@@ -281,11 +285,13 @@ class GsC(Instructions):
     async def _home(self, direction: int, speed: int) -> None:
         """The counter is not kept on the way, and cleared at the end."""
         self.homing, text = True, "H+" if direction > 0 else "H-"
-        self.begins(text, speed)
+        self.works_on(text)
+        self.begins(text, direction, homing=speed)
         await self.motion.home(direction, speed, text)
         self.homing = False
         self.axis1.load(0)
         self.axis1.log.end()
+        self.works_on("")
 
     # --------------------------------------------------------------------------------------------------------- EEPROM
     async def do_memorize(self) -> str:
@@ -297,6 +303,7 @@ class GsC(Instructions):
     async def _write(self, program: bytes, checked: bool) -> None:
         """Write byte after byte, a check byte behind them, and answer when all of it is verified."""
         self.waits("the EEPROM")
+        self.works_on("M")
         self.saving = program, self.kernel.now
         await until(self.kernel, self.kernel.now + self.eeprom_ps * (len(program) + 1) // sheet.WRITTEN)
         self.spoiled = self._programmed(program)
@@ -304,6 +311,7 @@ class GsC(Instructions):
         if not good:
             self.finding("E6", f"the EEPROM was not written: {self.spoiled}")
         self.writing, self.saving = False, None
+        self.works_on("")
         self.busy(self.in_work)
         self.waits("a command")
         if self.options.early_y:

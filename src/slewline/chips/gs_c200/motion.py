@@ -18,7 +18,7 @@ from ...core.waits import first_of, level, polled, until
 from . import profile
 
 if TYPE_CHECKING:
-    from .instructions import Instructions
+    from .state import State
 
 RAMPS = ("up", "down")
 
@@ -32,7 +32,7 @@ class Motion:
     """The stepping part of the firmware.  `moving` is true from MOV high to MOV low; `stopped` tells of the last motion
     whether it came to rest because it was told to."""
 
-    def __init__(self, chip: Instructions) -> None:
+    def __init__(self, chip: State) -> None:
         self.chip, self.kernel = chip, chip.kernel
         self.moving = self.stopped = False
         self.playing: Playing | None = None
@@ -53,7 +53,7 @@ class Motion:
         self.begin(text)
         end = await self.play(plan, sign)
         self.rest()
-        self.chip.motion_over()
+        self.chip.motion_over(self.stopped)
         await until(self.kernel, end)
         if self.chip.options.mov_hold:
             self.outputs_rest()

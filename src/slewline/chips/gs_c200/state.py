@@ -9,12 +9,13 @@ from ...core.axis import Axis
 from ...core.kernel import Kernel, Task
 from ...core.net import Driver
 from ...core.pin import strapped
+from ...core.program import ProgramRow
 from ...core.store import Memory, Store
 from ...core.table import Row
 from ...core.timebase import picoseconds
 from ...core.train import OPEN
 from ...errors import UsageError
-from ...language.lines import KEPT, spell
+from ...language.lines import KEPT
 from ..line import LineChip
 from . import sheet
 from .ideal import Made
@@ -27,6 +28,8 @@ PULL_DOWN = "txpd"  # the name of its driver on a line
 
 class State(LineChip):
     """Registers, memories and pins; what they do is in the chapters built on this one."""
+
+    wraps: bool  # past its ends the position counter wraps; else a motion that would leave it is E5
 
     def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
@@ -123,8 +126,7 @@ class State(LineChip):
         """
         if not isinstance(on, bool):
             raise UsageError(f"{self.name}: eeprom_fault {on!r}; allowed True, False")
-        if self.on_input is not None:
-            self.on_input("fail_eeprom", [on])
+        self.input("fail_eeprom", on)
         self.eeprom_fails = on
 
     def forget(self) -> None:
@@ -141,25 +143,40 @@ class State(LineChip):
         self.running = False
         self.heading = 0  # the direction of an endless motion
         self.homing = False  # a homing runs: its steps are not counted
-        self.program_counter = 0
+        self.pc = 0  # location of the next instruction
+        self.at: int | None = None  # of the one in work; None: no program runs
+        self.other_work = ""  # a homing, a write, an instruction without a program
 
     @property
     def program(self) -> bytes:
         """The program memory in use; the codes are the model's own, since the sheet gives none."""
         return bytes(self.memory)
 
+    @property
+    def program_counter(self) -> int | None:
+        """The location at which the instruction in work begins."""
+        return self.at
+
+    def program_rows(self) -> list[ProgramRow]:
+        """Return the program memory, an instruction a row: location, bytes (codes of the model) and text."""
+        from ...language.disassemble import program_rows
+
+        return program_rows(bytes(self.memory), self.sheet)
+
     def listing(self) -> str:
         """The stored program as text, with addresses."""
-        return "\n".join(f"{at:3}  {text}" for at, text in self.instructions().items())
+        return "\n".join(f"{row.address:3}  {row.text}" for row in self.program_rows())
 
-    def instructions(self) -> dict[int, str]:
-        """The stored instructions, as they are written, by their locations."""
-        found, at = {}, 0
-        while at < len(self.memory):
-            row = self.rows[self.memory[at]]
-            found[at] = spell(row, row.unpack(bytes(self.memory[at + 1 : at + row.size]), self.memory[at]))
-            at += row.size
-        return found
+    @property
+    def under_way(self) -> str:
+        from ...language.disassemble import text_at
+
+        return self.other_work if self.at is None else text_at(bytes(self.memory), self.at, self.sheet)
+
+    def works_on(self, text: str) -> None:
+        """Something has begun that is no instruction of the program; or, empty, is over."""
+        self.other_work = text
+        self.on_command(text)
 
     @property
     def registers(self) -> dict[str, int]:
@@ -176,17 +193,31 @@ class State(LineChip):
         """S, T and R."""
         return self.speeds["start_stop"], self.speeds["top_speed"], self.speeds["ramp"]
 
-    def begins(self, text: str, homing: int = 0, heading: int = 0) -> None:
-        """A motion begins, or a homing at a speed; `heading` is the direction of one without a target of its own."""
-        self.heading = heading
+    def begins(self, text: str, direction: int, *, homing: int = 0, endless: bool = False) -> None:
+        """A motion begins in a direction; with a speed, a homing."""
+        self.heading = direction if endless else 0
         self.made = Made(homing, 0, 0, self.law) if homing else Made(*self.speeds_in_force(), self.law)
-        self.axis1.log.begin(text, self.made.homing if homing else self.made.parameters)
+        self.axis1.log.begin(text, self.made.homing if homing else self.made.parameters, direction)
 
     def first_step(self, sign: int, number: int | None, limit: int = OPEN) -> None:
         """The first step of a motion begins."""
         if not self.homing:
             ideal = partial(self.made.ideal, self.kernel.now, self.position, sign, number, limit)
             self.axis1.log.expect(ideal)
+
+    def room(self, steps: int) -> int:
+        """Steps to the end of the counter in a direction; without end where it wraps."""
+        if self.wraps:
+            return OPEN
+        return self.axis1.positions[-1] - self.position if steps > 0 else self.position
+
+    def full(self, direction: int, stopped: bool) -> bool:
+        """Has an endless motion come to the end of the counter, and not been stopped there?"""
+        return self.room(direction) == 0 and not stopped
+
+    def motion_over(self, stopped: bool) -> None:
+        """The last pulse of a motion is over; `stopped`: it has come to rest as it was told to."""
+        self.axis1.log.end("limit" if self.heading and self.full(self.heading, stopped) else None)
 
     def departs(self, kind: str = "", text: str = "") -> None:
         """The motion becomes another one than it was to be."""

@@ -91,7 +91,7 @@ class Stepwise:
                 chip.first_step(sign, self.number, limit)
             await self.step(self.period(self.index(self.made)), sign, self.made + 1 in (self.number, limit))
         self.rest()
-        chip.motion_over()
+        chip.motion_over(self.stopped)
 
     async def home(self, sign: int, speed: int, text: str) -> None:
         """To the end of travel, and back to the home position."""
@@ -146,7 +146,7 @@ class Stepwise:
         chip.clock_pin.drive(1)
         if last:
             self.moving = False
-            chip.motion_over()
+            chip.motion_over(self.stopped)
             if not chip.options.mov_hold:
                 self.rest()
         await until(self.kernel, begin + period)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from ...core.chip import AxisOfChip
 from ...core.curves import SCurve
 from ...core.cycles import Cycles
+from ...core.history import Staircase
 from ...core.quantity import Quantity
 from ...core.timebase import Time, moment
 from ...errors import UsageError
@@ -15,6 +16,9 @@ from .quantities import Acceleration, Forces, Jerk, phases
 from .sheet import CYCLE_TICKS
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from .registers import Registers
     from .trajectory import Trajectory
 
@@ -46,12 +50,13 @@ class ChipsetAxis(AxisOfChip):
         return cycles_of(trajectory, first, last + 1)
 
     def quantities(self) -> tuple[Quantity, ...]:
-        """Return velocity, position, acceleration, and jerk if there was an S-curve; the latter two only where cycles
-        are kept."""
+        """Return velocity, position, acceleration, and jerk if there was an S-curve; of an axis whose encoder has
+        turned, the actual position as well.  All but the first two only where cycles are kept."""
         found, forces = super().quantities(), self._forces()
         if forces is not None:
             curved = any(entry.curve for entry in forces.trajectory.past)
             found += (Acceleration(forces), Jerk(forces)) if curved else (Acceleration(forces),)
+            found += encoder_of(forces.trajectory)
         return found
 
     def phases(self, start: Time | None = None, stop: Time | None = None) -> list[tuple[int, int, str]]:
@@ -62,6 +67,26 @@ class ChipsetAxis(AxisOfChip):
     def _forces(self) -> Forces | None:
         motion = self.chip.motion
         return Forces(motion.trajectories[self.number - 1]) if isinstance(motion, Motion) else None
+
+
+def encoder_of(trajectory: Trajectory) -> tuple[Quantity, ...]:
+    """Return the actual position of an axis, as the filters let its counts through; () if the encoder never turned."""
+    import numpy as np
+
+    trajectory.chip.motion.catch_up()
+    encoder, offsets = trajectory.encoder, trajectory.offsets
+    if encoder is None or len(encoder.history) < 2:
+        return ()
+    history = encoder.history
+
+    def values(times: NDArray[np.int64]) -> NDArray[np.float64]:
+        return history.values_at(times) + offsets.values_at(times)
+
+    def changes(start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        times = np.union1d(history.changes(start, stop)[0], offsets.changes(start, stop)[0])
+        return times, values(times)
+
+    return (Staircase(trajectory.kernel, "actual_position", "counts", values, changes, from_zero=False),)
 
 
 def cycles_of(trajectory: Trajectory, first: int, stop: int) -> Cycles:

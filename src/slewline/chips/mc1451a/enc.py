@@ -17,6 +17,7 @@ from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from ...core.history import History
 from ...core.pin import Terminal
 from ...core.reading import Reading
 from ...core.timebase import Clock, readable
@@ -97,6 +98,7 @@ class QuadratureCounter:
     def __init__(self, a: Terminal, b: Terminal, clock: Clock, finding: Callable[[str, str], object]) -> None:
         self.a, self.b = FilteredInput(a, clock), FilteredInput(b, clock)
         self.clock, self.finding = clock, finding
+        self.history = History()  # the counts
         self.begin()
 
     def begin(self) -> None:
@@ -104,13 +106,15 @@ class QuadratureCounter:
         self.a.begin()
         self.b.begin()
         self.counts = 0
+        self.history.note(self.a.begun, 0)
         self._asked: int | None = None  # the tick of the last question
         self._since: int | None = None  # the tick at which the present state came
         self._burst = False  # states are too short; over when one lasts twice as long as it must
 
     def watch(self, told: Callable[[], object]) -> None:
         """Call a function when a driver of A or B is told something: who sleeps while all is quiet must wake."""
-        self.a.reading.on_change = self.b.reading.on_change = told
+        self.a.reading.on_change.add(told)
+        self.b.reading.on_change.add(told)
 
     @property
     def quiet(self) -> bool:
@@ -149,6 +153,7 @@ class QuadratureCounter:
                 self.finding("encoder-illegal", self._told("changed at once, which is not counted,", tick))
             else:
                 self.counts += 1 if (levels[0] != levels[1]) is (channel == 0) else -1
+                self.history.note(self.clock.ps(tick), self.counts)
 
     def _count_many(self, a: Any, b: Any) -> None:
         """The same of many."""
@@ -162,8 +167,10 @@ class QuadratureCounter:
             self._count(list(a), list(b))
             return
         differ = sum(self._levels_before(a, b)) & 1  # A and B, before the first change; every change turns that round
-        up = np.count_nonzero((np.arange(1, len(ticks) + 1) + differ & 1 == 1) != of_b)
-        self.counts += 2 * int(up) - len(ticks)
+        up = (np.arange(1, len(ticks) + 1) + differ & 1 == 1) != of_b
+        counts = self.counts + np.cumsum(np.where(up, 1, -1))
+        self.history.note_many(self.clock.ps_array(ticks), counts)
+        self.counts = int(counts[-1])
         if self._since is not None:
             lasted = np.append(ticks[0] - self._since, lasted)
         told = lasted[(lasted < DWELL_TICKS) | (lasted >= 2 * DWELL_TICKS)]

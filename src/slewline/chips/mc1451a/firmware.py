@@ -57,9 +57,8 @@ class Chipset(Instructions):
     def power(self, on: bool) -> None:
         """Switch the supply.  A bare part comes up with the end of a power-up reset; else RESET says when."""
         self.check_switch(on)
-        if self.on_power is not None:
-            self.on_power(self, on)
         if on != self.powered:
+            self.switched(on)
             self.kernel.call_at(self.kernel.now, self._power_up if on else self._power_off)
             self.kernel.settle()
 

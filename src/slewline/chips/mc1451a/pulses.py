@@ -19,11 +19,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ...core.curves import SCurve
 from ...core.cycles import CycleTrain, Law, SquareView
+from ...core.history import History
 from ...core.train import Playing
+from ...errors import PlanError
 from .enc import FilteredInput, QuadratureCounter
 from .profile import Limits, Phases, Run
-from .sheet import CYCLE_TICKS
+from .sheet import CYCLE_TICKS, HIGH_RANGE, STANDARD_RANGE
 from .state import GEAR, NEGATIVE_LIMIT, ONE, POSITIVE_LIMIT, TRAPEZOIDAL, WRAPPED, AxisState, signed
+from .verified import fault_of_curve, fault_of_run
 
 if TYPE_CHECKING:
     from .motion import Motion
@@ -62,9 +65,10 @@ class Pulses:
         if chip.encoder:
             a, b = chip.pins[f"quada{n}"], chip.pins[f"quadb{n}"]
             self.encoder = QuadratureCounter(a, b, chip.clock, chip.finding)
+        self.offsets = History()  # actual position minus counts
         self.past: list[Past] = []
         self.waiting: list[Callable[[], object]] = []  # for the next round
-        self.axis.forgetters.append(self.forget)
+        self.axis.on_forget.add(self.forget)
 
     def begin(self, state: AxisState) -> None:
         """Reset is over: cycle 0 is due."""
@@ -93,9 +97,15 @@ class Pulses:
         self.armed = {POSITIVE_LIMIT: True, NEGATIVE_LIMIT: True}
         self.counts = self.error8 = self.whole = 0  # encoder; error * 256; whole steps that it knows of
         self.offset = 0  # actual position minus counts
+        self.offsets.note(self.kernel.now, 0)
         self.followed = self.backlog = 0  # gear: counts followed so far, displacement that waits
         self.suspended = False
         self.due = 0
+
+    @property
+    def range(self) -> int:
+        """The greatest speed of the pulse range."""
+        return (HIGH_RANGE if self.state.high_speed else STANDARD_RANGE) * ONE
 
     def sync(self, n: int) -> None:
         """Let the registers show cycle n, in which nothing is decided."""
@@ -165,6 +175,9 @@ class Pulses:
     def forget(self, before: int) -> None:
         """Nobody asks for the cycles before an instant any more."""
         cycle = (self.chip.clock.ticks_until(before) - self.chip.origin) // CYCLE_TICKS
+        self.offsets.forget(before)
+        if self.encoder is not None:
+            self.encoder.history.forget(before)
         del self.past[: max(bisect_right(self.past, cycle, key=lambda entry: entry.first) - 1, 0)]
 
     def _base(self) -> None:
@@ -185,6 +198,7 @@ class Pulses:
         """Begin a run with cycle n; its pulses follow when whatever belongs to this instant is over."""
         law, run = planned
         sign = self.sign
+        self.verify(n, law, run)
         self.cut(n)
         self.sign, self.law = sign, law
         self.since, self.cycles, self.landing = n, run.cycles, run.landing
@@ -192,6 +206,23 @@ class Pulses:
         self.remember(n)
         if run.speed or isinstance(law, SCurve):
             self.soon(lambda: self.play(law))
+
+    def verify(self, n: int, law: Law, run: Run) -> None:
+        """Check a run once, before anything is promised.
+
+        Raises:
+            PlanError: the law of motion made a mistake (never the host).
+        """
+        state, before = self.state, abs(self.state.velocity)
+        if self.mode == GEAR:  # it follows another machine, whatever that does
+            fault = "" if run.speed <= self.range else f"displaces {run.speed}; allowed {self.range}"
+        elif isinstance(law, SCurve):
+            fault = fault_of_curve(law, run, self.phases, before)
+        else:
+            remaining = self.sign * (state.active.position * ONE - state.target)
+            fault = fault_of_run(law, run, self.limits, before, remaining)
+        if fault:
+            raise PlanError(f"{self.chip.name} axis {state.number}, cycle {n}: {run} does not hold together: {fault}")
 
     def soon(self, what: Callable[[], object]) -> None:
         """Do something in the next round, when the old pulses of this instant are over; one thing after the other."""
@@ -232,6 +263,7 @@ class Pulses:
         self.whole, self.error8, state.error, state.motion_error = value, 0, 0, False
         if self.encoder is not None:
             self.offset += value - state.actual
+            self.offsets.note(self.chip.clock.ps(self.motion.tick(n)), self.offset)
             state.actual = value
         self.soon(lambda: self._load(n, value))
 

@@ -8,7 +8,6 @@ from typing import Any
 from .ideal import begins, departs
 from .profile import s_curve
 from .pulses import Pulses
-from .sheet import HIGH_RANGE, STANDARD_RANGE
 from .state import (
     COMMAND_ERROR,
     GEAR,
@@ -197,11 +196,6 @@ class Updates(Pulses):
         self.sign = 1 if distance > 0 else -1
         self.phases = s_curve(abs(distance), self.top, active.max_acceleration, active.jerk)
         self.done = 0
-
-    @property
-    def range(self) -> int:
-        """The greatest speed of the pulse range."""
-        return (HIGH_RANGE if self.state.high_speed else STANDARD_RANGE) * ONE
 
     @property
     def top(self) -> int:
