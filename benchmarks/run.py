@@ -23,6 +23,7 @@ from typing import Any
 import chipset
 import cycles
 import numpy as np
+import parts
 import pictures
 import reading
 import serve
@@ -362,6 +363,7 @@ WORKLOADS: dict[str, dict[str, Callable[[], list[Row]]]] = {
         "moves": chipset.moves,
         "registers": serve.register_rows,
     },
+    "Parts": {"parts": parts.rows},
     "To start, and to go on": {"starting": starting, "hour": hour, "storing": store.rows},
 }
 PAGE = """# Performance

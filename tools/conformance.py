@@ -48,7 +48,7 @@ class Table:
 
 def read(folder: Path) -> Table:
     """The table of a data sheet."""
-    parts = [part.upper() for part, (package, *_) in PARTS.items() if package == folder.name]
+    parts = [part.upper() for part, row in PARTS.items() if row.folder == folder.name]
     table = Table(" and ".join([", ".join(parts[:-1]), parts[-1]]) if parts[1:] else parts[0])
     for path in sorted(folder.glob("*.toml")):
         data = tomllib.loads(path.read_text("utf-8"))

@@ -20,35 +20,27 @@ import argparse
 import json
 import re
 import sys
-from collections.abc import Iterable, Iterator
-from dataclasses import fields
+from collections.abc import Iterator
 from functools import partial
-from inspect import Parameter, cleandoc, getsource, signature
+from inspect import cleandoc
 from pathlib import Path
+from typing import Any
 
 import click
 
 import conformance
-from slewline.chips import PARTS, sheet_of
-from slewline.chips.cy525 import quirks as cy525_quirks
-from slewline.chips.cy525.firmware import Cy525
-from slewline.chips.cy525.profile import Law, ramp
-from slewline.chips.cy525.sheet import STEP_TICKS, STEPS_PER_SECOND
-from slewline.chips.gs_c200 import quirks as gs_c200_quirks
-from slewline.chips.gs_c200.sheet import POSITIONS
-from slewline.chips.gs_c200.state import Options
-from slewline.chips.mc1451a import quirks as mc1451a_quirks
-from slewline.core.kernel import Kernel
-from slewline.core.quirk import Quirk
-from slewline.core.timebase import readable
-from slewline.language.describe import describe, line_table, table
+from slewline.bench import Bench
+from slewline.chips import PARTS, listed, quirks_of, ramps_of, sheet_of
+from slewline.language.describe import describe, line_table, option_table, table
 from slewline.language.lines import usage
 from slewline.links.requests import COMMON, NAMES, REQUESTS, Key, Request, schema
 from slewline.parts import KINDS, part_class
 from slewline.tools.commands import cli
 
+EXAMPLES: dict[str, dict[str, Any]] = {"prom": {"image": ""}, "switch": {"low": 0}}  # parts that must be told something
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 NOTE = "<!-- Written by tools/describe_docs.py; change the code, not this page. -->\n\n"
+RAMP_UNIT, OTHER_UNIT = 452, 479  # clocks; see quirk UND-RAMP-LAW
 RAMP_TIMES = (  # S, computed and measured milliseconds (CY525 manual, s.8)
     (1, 1299, 1350), (2, 1294, 1350), (10, 1254, 1250), (25, 1177, 1200), (50, 1050, 1050),
     (100, 795, 800), (150, 540, 550), (200, 285, 270), (225, 158, 150), (250, 30, 38),
@@ -57,53 +49,40 @@ RAMP_TIMES = (  # S, computed and measured milliseconds (CY525 manual, s.8)
 
 # ----------------------------------------------------------------------------------------------------------- data sheet
 def cy525_page() -> str:
-    """The data sheet of the CY525, its rates, and its quirks."""
-    rates = ((f"**{first}**", *STEPS_PER_SECOND[first : first + 8]) for first in range(0, 128, 8))
+    """The data sheet of the CY525, its ramps, and its quirks."""
     return "\n".join(
         [
             NOTE + describe(sheet_of("cy525")),
-            "## Rates\n",
-            "Steps per second at 11 MHz for every rate parameter; they scale with the crystal.\n",
-            table(("", *(f"+{n}" for n in range(8))), rates),
             *ramp_lines(),
-            "\n## Options\n",
-            "Of `bench.add`, `options` in a bench file, or `serve --option`; the registers too, by name: what they\n"
-            "hold at power-up.\n",
-            table(("option", "default", "what it is"), cy525_options()),
-            *quirk_lines("cy525", cy525_quirks.QUIRKS, " Times hold at\n11 MHz."),
+            *quirk_lines("cy525", " Times hold at\n11 MHz."),
         ]
     )
 
 
 def ramp_lines() -> Iterator[str]:
     """How long the ramps of the CY525 take, by the manual and by the model."""
-    yield "\n## Ramps\n"
+    yield "## Ramps\n"
     yield "From F 3 to R 127 with Z 1 at 11 MHz, in milliseconds: the manual's table (s.8), and the model from the"
     yield "first step to SLEW low, from the end of the first step on, and with other options (quirk UND-RAMP-LAW).\n"
-    laws = (Law(), Law(479), Law(jumps=True), Law(479, jumps=True))
+    calculator, hz = ramps_of("cy525"), sheet_of("cy525").crystal_hz
+    laws = [(unit, jumps) for jumps in ("False", "True") for unit in (RAMP_UNIT, OTHER_UNIT)]
     rows = []
     for slope, *manual in RAMP_TIMES:
-        times = [sum(ticks * n for ticks, n in ramp(3, 127, slope, 1, law)) / 11_000 for law in laws]
-        times.insert(1, times[0] - STEP_TICKS[3] / 11_000)
+        values = {"F": 3, "R": 127, "S": slope, "Z": 1}
+        ramps = [calculator.ramp(values | {"ramp_unit": unit, "ramp_jumps": jumps}, hz) for unit, jumps in laws]
+        times = [ramp.time_ps / 10**9 for ramp in ramps]
+        times.insert(1, times[0] - 1000 / ramps[0].start)
         rows.append((slope, *manual, *(f"{time:.1f}" for time in times)))
-    both = "`ramp_unit=479, ramp_jumps=True`"
-    head = ("computed", "measured", "model", "from the end of step 1", "`ramp_unit=479`", "`ramp_jumps=True`", both)
+    unit, jumps = f"ramp_unit={OTHER_UNIT}", "ramp_jumps=True"
+    head = ("computed", "measured", "model", "from the end of step 1", f"`{unit}`", f"`{jumps}`", f"`{unit}, {jumps}`")
     yield table(("S", *head), rows)
-
-
-def cy525_options() -> Iterator[tuple[str, str, str]]:
-    """The options of a CY525, with their defaults; what they are stands in its docstring."""
-    says = dict(re.findall(r"^    (\w+): ((?:.|\n(?!    \w))*)", cleandoc(Cy525.__doc__ or ""), re.MULTILINE))
-    for parameter in signature(Cy525).parameters.values():
-        if parameter.name in says and parameter.default is not Parameter.empty:
-            yield f"`{parameter.name}`", f"`{parameter.default!r}`", " ".join(says[parameter.name].split())
 
 
 def gs_c200_page() -> str:
     """The data sheet of both modules: the GS-C200S whole, what is different on the GS-C200, and the quirks."""
     older, newer = sheet_of("gs-c200"), sheet_of("gs-c200s")
     lacks = [f"`{usage(row)}`" for row in newer.commands if row not in older.commands.rows]
-    low, high = POSITIONS["gs-c200"][0], POSITIONS["gs-c200"][-1]
+    positions = Bench().add("gs-c200").motor.positions
     whole = describe(newer).replace(f"# {newer.title}", "# GS-C200 and GS-C200S stepper motor controller modules", 1)
     note = "The tables are those of the GS-C200S.\n\n- source"
     return "\n".join(
@@ -112,18 +91,16 @@ def gs_c200_page() -> str:
             "## GS-C200\n",
             f"It does not have {', '.join(lacks)}; in their place it has:\n",
             line_table(row for row in older.commands if row not in newer.commands.rows),
-            f"\nIts position counter goes from {low} to {high} and does not wrap: a program that leaves it ends (E5).",
-            "\n## Options\n",
-            f"Of `bench.add`, or `options` in a bench file. {paragraph(Options.__doc__)}\n",
-            table(("option", "default", "what it is"), option_rows()),
-            *quirk_lines("gs_c200", gs_c200_quirks.QUIRKS),
+            f"\nIts position counter goes from {positions[0]} to {positions[-1]} and does not wrap: a program that "
+            "leaves it ends (E5).",
+            *quirk_lines("gs-c200"),
         ]
     )
 
 
 def mc1451a_page() -> str:
     """The data sheet of the chipsets: the MC1451A-E whole, what is different on the others, and the quirks."""
-    sheets = [sheet_of(part) for part, (package, *_) in PARTS.items() if package == "mc1451a"]
+    sheets = [sheet_of(part) for part, row in PARTS.items() if row.folder == "mc1451a"]
     most = sheet_of("mc1451a-e")
     title = "# MC1151A, MC1251A, MC1451A and their -E parts: step motor control chipsets"
     whole = describe(most).replace(f"# {most.title}", title, 1)
@@ -144,27 +121,18 @@ def mc1451a_page() -> str:
             "Axes that a part lacks have no pins; the codes that would select them are illegal. Parts without encoder\n"
             "chip lack its pins, and accept its commands.\n",
             table(("part", "axes", "encoder", "illegal", "version word"), rows),
-            *quirk_lines("mc1451a", mc1451a_quirks.QUIRKS),
+            *quirk_lines("mc1451a"),
         ]
     )
 
 
-def option_rows() -> Iterator[tuple[str, str, str]]:
-    """The options of a module, with their defaults; what they are stands in the comments beside them."""
-    says = dict(re.findall(r"^    (\w+): .*?  # (.*)$", getsource(Options), re.MULTILINE))
-    yield "`store`", "", "what keeps the EEPROM's program: an object with read() and write(data)"
-    for field in fields(Options):
-        default = getattr(Options(), field.name)
-        yield f"`{field.name}`", f"`{readable(default) if field.type == 'Time' else default!r}`", says[field.name]
-
-
-def quirk_lines(folder: str, quirks: Iterable[Quirk], note: str = "") -> list[str]:
+def quirk_lines(part: str, note: str = "") -> list[str]:
     """The chapter about what a manual leaves open."""
-    rows = ((quirk.id, quirk.where, quirk.says, quirk.why) for quirk in quirks)
+    rows = ((quirk.id, quirk.where, quirk.says, quirk.why) for quirk in quirks_of(part))
     return [
         "\n## Quirks\n",
         f"Where the manual is silent (UND) or contradicts itself (CON): what the model does, and why.{note}",
-        f"The [conformance page](conformance_{folder}.md) names the tests.\n",
+        f"The [conformance page](conformance_{listed(part).folder}.md) names the tests.\n",
         table(("id", "manual", "what the chip does", "because"), rows) + "\n",
     ]
 
@@ -267,30 +235,25 @@ def control_schema() -> str:
 
 # ---------------------------------------------------------------------------------------------------------------- parts
 def parts_page() -> str:
-    """Every kind of part, with its options and pins."""
-    rows = []
-    for kind, (_, _, says) in KINDS.items():
+    """Every kind of part, with its pins and its options."""
+    kinds, chapters = [], []
+    for kind, row in KINDS.items():
         cls = part_class(kind)
-        parameters = list(signature(cls).parameters.values())[2:]
-        part = cls(
-            Kernel(), kind, **{parameter.name: b"" for parameter in parameters if parameter.default is Parameter.empty}
-        )
+        bench = Bench()
+        on = bench.part("motor", "shaft") if cls.sits == "must" else None
+        part = bench.part(kind, on=on, **EXAMPLES.get(kind, {}))
         pins = (f"{pin} → {cls.wiring[pin]}" if pin in cls.wiring else pin for pin in part.pins)
-        rows.append(
-            (f"`{kind}`", says, "<br>".join(f"`{spelled(parameter)}`" for parameter in parameters), ", ".join(pins))
-        )
+        kinds.append((f"[`{kind}`](#{kind})" if cls.options else f"`{kind}`", row.says, ", ".join(pins)))
+        if cls.options:
+            chapters.append(f"\n### {kind}\n\n{option_table(cls.options)}\n")
     text = (
         "What stands around a chip: `bench.part(kind, to=x, ...)` in Python, `[[part]]` in a bench file. With `to`,\n"
-        "pins that have an arrow are wired to those of the neighbour. Figures are those of the CY525 manual, with\n"
-        "GS-C those of its data sheet. What a part can be told from Python stands in its class in\n"
+        "pins that have an arrow are wired to the neighbour's pin that is for that. Figures are those of the CY525\n"
+        "manual, with GS-C those of its data sheet. What a part can be told from Python stands in its class in\n"
         "`src/slewline/parts`.\n"
     )
-    return f"{NOTE}# Parts\n\n{text}\n{table(('kind', 'what it is', 'options', 'pins'), rows)}\n"
-
-
-def spelled(parameter: Parameter) -> str:
-    """An option with its default."""
-    return parameter.name if parameter.default is Parameter.empty else f"{parameter.name} = {parameter.default!r}"
+    table_of_kinds = table(("kind", "what it is", "pins"), kinds)
+    return f"{NOTE}# Parts\n\n{text}\n{table_of_kinds}\n\n## Options\n{''.join(chapters)}"
 
 
 # ---------------------------------------------------------------------------------------------------------- conformance

@@ -15,6 +15,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from .version import __version__ as __version__
+
 if TYPE_CHECKING:
     from .bench import Bench, load, replay
     from .bench.ramps import find_ramps, ramp
@@ -23,8 +25,6 @@ if TYPE_CHECKING:
     from .errors import ChecksumError, ProgramError, SlewlineError, Timeout, UsageError, WaveformError, WiringError
     from .record.compare import compare_edges
     from .record.read_vcd import read_vcd
-
-__version__ = "0.1.0"
 
 _WHERE = {  # loaded when first asked for (PEP 562), so that `import slewline` costs nothing
     "Bench": "bench",

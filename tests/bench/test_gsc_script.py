@@ -24,7 +24,7 @@ class Played:
         self.x = self.bench.add(part, name="x", straps=FAST | straps)
         self.host = self.bench.host(self.x)
         self.said = []
-        self.host.on_event = lambda text: self.said.append((self.bench.now_ps, text))
+        self.host.on_event.add(lambda text: self.said.append((self.bench.now_ps, text)))
         run_script(self.bench, self.host, text)
         self.bench.run_until_idle(timeout)
 
@@ -200,7 +200,7 @@ def test_a_host_speaks_to_several_modules_of_a_line(tmp_path):
     path.write_text(LINE)
     bench = load_bench(path)
     said = []
-    bench["host"].on_event = said.append
+    bench["host"].on_event.add(said.append)
     bench.run_until_idle()
     assert said == ["V1 -> V0", "V1 -> V+0", "Po -> Y", "A1 -> Y", "E -> Y", "V2 -> V70", "V2 -> V71"]
     assert bench["a"].findings == bench["b"].findings == []
@@ -211,7 +211,7 @@ def test_a_host_of_another_rate_is_not_understood(tmp_path):
     path.write_text(LINE.replace('"b"]', '"b"]\nbaud = 300'))
     bench = load_bench(path)
     said = []
-    bench["host"].on_event = said.append
+    bench["host"].on_event.add(said.append)
     with pytest.raises(slewline.Timeout, match="@until uo1=1"):
         bench.run_until_idle("600 s")
     assert said == ["V1 -> no answer", "V1 -> no answer", "Po -> no answer", "A1 -> no answer", "E -> no answer"]

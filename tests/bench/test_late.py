@@ -25,7 +25,8 @@ CALLS = {  # what a user tells a part of a kind, where pins alone do not set it 
     "gpib_talker": [("send", "A")],
     "gpib_controller": [("send", "A")],
 }
-INSTANTS = {"arrives_ps", "pulsed_ps", "braked_ps"}  # as attributes have them
+LAZY = ("position", "state", "held", "pulses", "lost")  # what a part works out when it is asked
+INSTANTS = {"arrives_ps", "pulsed_ps", "braked_ps", "wired_ps", "_read_ps"}  # as attributes have them
 
 
 def told(part, late: int) -> dict:
@@ -33,6 +34,7 @@ def told(part, late: int) -> dict:
     plain = {key: value for key, value in vars(part).items() if type(value) in (int, bool, bytes, bytearray, str)}
     state = {key: value for key, value in plain.items() if key not in ("since", "reset_until", "tick")}
     state |= {key: state[key] - late for key in INSTANTS & state.keys() if state[key]}
+    state |= {key: getattr(part, key) for key in LAZY if hasattr(part, key)}
     return state | {
         "findings": [(found.time_ps - late, found.code) for found in part.findings],
         "past": [(ps - late, value) for ps, value in getattr(part, "past", [])],

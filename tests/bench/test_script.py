@@ -26,7 +26,7 @@ class Played:
         self.x = self.bench.add("cy525", name="x", **options)
         self.host = self.bench.host(self.x)
         self.said = []
-        self.host.on_event = lambda text: self.said.append((self.bench.now_ps, text))
+        self.host.on_event.add(lambda text: self.said.append((self.bench.now_ps, text)))
         run_script(self.bench, self.host, text)
         if run:
             self.bench.run_until_idle(timeout)

@@ -38,7 +38,7 @@ def test_position_and_velocity_are_those_of_the_axis_at_a_thousand_instants(cy52
     x = cy525["x"]
     cy525.save_vcd(tmp_path / "a.vcd", ["x.slew"], timescale="1 ps", values=True)
     found = read(tmp_path / "a.vcd")
-    assert list(found) == ["x.slew", "x.finding", "x.command", "x.velocity", "x.position"]
+    assert list(found) == ["x.slew", "x.finding", "x.command", "x.motion", "x.velocity", "x.position"]
     instants = np.random.default_rng(1).integers(0, cy525.now_ps, 1000)
     assert (at(*found["x.position"], instants) == x.position_at(instants)).all()
     velocity = x.quantities()[0]
@@ -47,15 +47,82 @@ def test_position_and_velocity_are_those_of_the_axis_at_a_thousand_instants(cy52
     assert set(found["x.position"][0]) >= set(x.steps().times_ps.tolist()), "every step"
 
 
-def test_commands_and_findings_are_texts_at_their_instants(cy525, tmp_path):
+def test_motions_and_findings_are_texts_at_their_instants(cy525, tmp_path):
     cy525.save_vcd(tmp_path / "a.vcd", ["x.slew"], timescale="1 us", values=True)
     found = read(tmp_path / "a.vcd")
-    motions = [(motion.time_ps // US, motion.text) for motion in cy525["x"].motions()]
+    motions = cy525["x"].motions()
     assert len(motions) == 2
-    assert list(zip(*found["x.command"], strict=True)) == [(0, ""), *motions]
+    states = [(at // US, text) for m in motions for at, text in ((m.time_ps, m.text), (m.end.time_ps, ""))]
+    assert list(zip(*found["x.motion"], strict=True)) == [(0, ""), *states]
     findings = [(f.time_ps // US, f"{f.code}: {f.text}".replace(" ", "\\x20")) for f in cy525.findings]
     assert len(findings) == 3
     assert list(zip(*found["x.finding"], strict=True)) == [(0, ""), *findings]
+
+
+def test_the_command_in_work_is_a_text_from_its_begin_to_its_end(cy525, tmp_path):
+    cy525.save_vcd(tmp_path / "a.vcd", ["x.ready"], timescale="1 ps", values=True)
+    found = read(tmp_path / "a.vcd")
+    texts = [text.replace("\\x20", " ") for text in found["x.command"][1] if text]
+    assert texts == ["A 0", "F 10", "R 80", "S 240", "Z 1", "N 300", "+", "G", "-", "N 200", "G", "Q", "Q"]
+    went = found["x.command"][0][found["x.command"][1].index("G")]
+    assert went <= cy525["x"].motions()[0].time_ps
+    high = np.array(found["x.ready"][0])[np.array(found["x.ready"][1]) == "1"]
+    ended = [at for at, text in zip(*found["x.command"], strict=True) if not text][1:]
+    assert set(ended) <= set(high.tolist()), "READY returns"
+
+
+@pytest.mark.parametrize("timescale", ["1 ns", "1 us", "1 ms"])
+def test_of_the_commands_of_one_unit_the_last_state_counts(cy525, timescale, tmp_path):
+    cy525.save_vcd(tmp_path / "all.vcd", ["x.slew"], timescale="1 ps", values=True)
+    cy525.save_vcd(tmp_path / "some.vcd", ["x.slew"], timescale=timescale, values=True)
+    unit = {"1 ns": 10**3, "1 us": 10**6, "1 ms": 10**9}[timescale]
+    (times, texts), some = read(tmp_path / "all.vcd")["x.command"], read(tmp_path / "some.vcd")["x.command"]
+    last = dict(zip((at // unit for at in times), texts, strict=True))
+    changes = [entry for n, entry in enumerate(last.items()) if not n or list(last.values())[n - 1] != entry[1]]
+    assert list(zip(*some, strict=True)) == changes
+
+
+def test_a_stream_has_the_same_commands_as_a_file(tmp_path):
+    bench = slewline.Bench()
+    x = bench.add("gs-c200s", name="x", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0})
+    host = bench.host(x)
+    host.follow_straps()
+    bench.record("x.mov")
+    with bench.stream_vcd(tmp_path / "a.vcd", timescale="1 ps", values=True):
+        for line in ("Po", "S10", "T100", "R5", "+300", "L3", "E"):
+            host.ask(line)
+        bench.run("500 ms")
+        host.ask("V1")
+        bench.run_until_idle()
+    bench.save_vcd(tmp_path / "b.vcd", timescale="1 ps", values=True)
+    assert (tmp_path / "a.vcd").read_bytes() == (tmp_path / "b.vcd").read_bytes()
+    _, texts = read(tmp_path / "a.vcd")["x.command"]
+    asked = texts.index("V1")
+    assert texts[asked - 1] == texts[asked + 1] == "+300", "a question in a motion, and then the motion again"
+    assert texts.count("L3") == 1 + 3 and texts[-2:] == ["L3", ""], "entered once, executed three times"
+
+
+def test_of_one_instant_the_last_command_counts(tmp_path):
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x")
+    bench.record("x.run")
+    bench.host(x).send("E\rB\rC\r0\rQX\r")
+    bench.run_until_idle()
+    bench.save_vcd(tmp_path / "a.vcd", timescale="1 ps", values=True)
+    _, texts = read(tmp_path / "a.vcd")["x.command"]
+    assert texts[-5:] == ["X", "B", "C", "0", ""], "the program begins where X ends"
+
+
+def test_commands_are_kept_as_long_as_the_pins(tmp_path):
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x")
+    bench.record("x.run", keep="50 ms")
+    bench.host(x).send("E\rB\rD 1\rJ 0\rQX\r")
+    bench.run("5 s")
+    assert len(bench.commands["x"].log) < 3000
+    bench.save_vcd(tmp_path / "a.vcd", timescale="1 us", values=True)
+    _, texts = read(tmp_path / "a.vcd")["x.command"]
+    assert 20 < len(texts) < 200 and set(texts) == {"B", "D\\x201", "J\\x200"}
 
 
 def test_a_file_says_which_parts_and_units(cy525, tmp_path):
@@ -73,7 +140,7 @@ def test_axes_of_a_chip_have_scopes_of_their_own(tmp_path):
     bench.save_vcd(tmp_path / "a.vcd", values=True, layout=True)
     names = list(read(tmp_path / "a.vcd"))
     assert [name for name in names if name.endswith("position")] == ["m.axis1.position", "m.axis2.position"]
-    assert names[:2] == ["m.pulse1", "m.finding"]
+    assert names[:4] == ["m.pulse1", "m.finding", "m.command", "m.axis1.motion"]
     layout = (tmp_path / "a.gtkw").read_text()
     assert all(name in layout for name in names)
 
@@ -85,7 +152,14 @@ def test_only_chips_whose_pins_are_in_the_file_have_values(tmp_path):
     bench.record()
     bench.run("1 ms")
     bench.save_vcd(tmp_path / "a.vcd", pins=["y.slew"], values=True)
-    assert list(read(tmp_path / "a.vcd")) == ["y.slew", "y.finding", "y.command", "y.velocity", "y.position"]
+    assert list(read(tmp_path / "a.vcd")) == [
+        "y.slew",
+        "y.finding",
+        "y.command",
+        "y.motion",
+        "y.velocity",
+        "y.position",
+    ]
 
 
 # --------------------------------------------------------------------------------------------------------- buses

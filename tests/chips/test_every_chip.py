@@ -12,8 +12,11 @@ import pytest
 import slewline
 from slewline.bench.script import run_script
 from slewline.chips import PARTS, sheet_of
+from slewline.core.option import checked, read
+from slewline.core.store import Memory
 from slewline.parts.host import Host
 from slewline.parts.packet_host import PacketHost
+from tests.options import wrong_options
 
 DIALOGUES = {
     "letters": "A 0\nF 20\nR 60\nS 250\nZ 1\nE\nN 30\nG\nD 3\nB\nP 0\n0\nQX\n",
@@ -148,6 +151,54 @@ every_part = pytest.mark.parametrize("part", PARTS)
 def test_registers_are_the_rows_of_the_sheet(part):
     x = furnished(part)["x"]
     assert list(x.registers) == [row.name for row in x.sheet.registers]
+
+
+@every_part
+def test_options_are_the_rows_of_the_sheet_and_hold_what_is_given(part):
+    rows = sheet_of(part).options
+    x = furnished(part)["x"]
+    assert vars(x.options) == checked("x", rows, {})
+    assert {row.name for row in rows} >= {"stepwise", "cold"}
+    assert furnished(part, cold=True)["x"].options.cold is True
+
+
+@every_part
+def test_unknown_and_ill_typed_options_are_refused_and_leave_nothing_behind(part, tmp_path):
+    path = tmp_path / "x.jsonl"
+    bench = slewline.Bench(journal=path)
+    for options, says in wrong_options(sheet_of(part).options):
+        with pytest.raises(slewline.UsageError, match=f"x: {says}"):
+            bench.add(part, name="x", **options)
+    assert not bench.chips
+    bench.add(part, name="x")
+    bench.run("1 us")
+    assert [chip.name for chip in slewline.replay(path).chips.values()] == ["x"]
+
+
+def other(row):
+    """A whole number that is allowed and not the default."""
+    return row.low if row.low != row.default else row.default + 1
+
+
+@every_part
+def test_options_come_as_text_and_from_a_bench_file_as_from_python(part, tmp_path):
+    rows = [row for row in sheet_of(part).options if row.kind in ("bool", "int")]
+    given = {row.name: not row.default if row.kind == "bool" else other(row) for row in rows}
+    assert read(rows, [(name, str(value)) for name, value in given.items()]) == given
+    path = tmp_path / "x.toml"
+    told = ", ".join(f"{name} = {str(value).lower()}" for name, value in given.items())
+    path.write_text(f'[[chip]]\npart = "{part}"\noptions = {{ {told} }}\n')
+    (x,) = slewline.load(path).chips.values()
+    assert vars(x.options) | given == vars(x.options)
+
+
+@every_part
+def test_what_a_part_keeps_without_power_is_an_option(part):
+    stores = []
+    bench = slewline.Bench(stores=lambda name: stores.append(Memory(b"")) or stores[-1])
+    x = bench.add(part, name="x")
+    assert sheet_of(part).keeps == hasattr(x.options, "store") == bool(stores)
+    assert not stores or x.store is stores[0]
 
 
 @every_part

@@ -192,7 +192,7 @@ def test_no_gs_c200s_is_older_than_the_bit() -> None:
 
 @pytest.mark.parametrize("firmware", ["2", "new", "2.x", "", 2.1])
 def test_a_firmware_that_is_no_version_is_refused(firmware: object) -> None:
-    with pytest.raises(UsageError, match=r"firmware .*; expected a version such as '2\.1'"):
+    with pytest.raises(UsageError, match=r"firmware .*; (allowed text|a version is two numbers,) such as '2\.1'"):
         base(C200, options={"firmware": firmware})
 
 

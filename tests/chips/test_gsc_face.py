@@ -121,9 +121,9 @@ def test_options_are_what_they_are_said_to_be():
         ({"straps": [1]}, r"straps \[1\]; expected pins with levels"),
         ({"name": 5}, "name 5: letters"),
         ({"crystal": "4 MHz"}, "the gs-c200 has none to choose"),
-        ({"supply": "24 V"}, "supply '24 V'; expected volts, a number"),
-        ({"load": 80}, "load 80; expected milliamperes"),
-        ({"load": {"v5_20": "80"}}, "expected milliamperes, such as"),
+        ({"supply": "24 V"}, r"supply '24 V'; allowed a number \(V\)"),
+        ({"load": 80}, "load 80; allowed a table of v5_20, v5_21"),
+        ({"load": {"v5_20": "80"}}, r"load: v5_20 '80'; allowed a number \(mA\)"),
     ):
         with pytest.raises(UsageError, match=text):
             bench.add("gs-c200", **options)

@@ -74,7 +74,7 @@ def test_a_supply_or_a_load_beyond_the_limits_is_a_finding_and_changes_nothing(p
         "load: 11 mA from vsl_plus; allowed 10 mA",
         "load: 11 mA from vsl_minus; allowed 10 mA",
     ]
-    with pytest.raises(UsageError, match="load of 'uo1'; pins that supply something: v5_20, v5_21"):
+    with pytest.raises(UsageError, match="load: no option 'uo1'; its options: v5_20, v5_21"):
         findings(load={"uo1": 1})
 
 

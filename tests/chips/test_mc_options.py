@@ -21,5 +21,5 @@ def test_how_long_the_port_is_busy_may_be_chosen():
 @pytest.mark.parametrize("option", ["busy_ticks", "reset_cycles"])
 @pytest.mark.parametrize("value", [0, "2", 1.5])
 def test_an_option_that_is_no_number_of_clocks_is_refused(option, value):
-    with pytest.raises(slewline.UsageError, match=f"{option}={value!r}; allowed 1 and more"):
+    with pytest.raises(slewline.UsageError, match=f"{option} {value!r}; allowed 1 and more"):
         slewline.Bench().add("mc1151a", **{option: value})

@@ -13,7 +13,7 @@ from slewline.chips.mc1451a.sheet import CYCLE_TICKS, HIGH_RANGE, NOTES, SLICE_T
 from slewline.core.table import Row, Table
 from slewline.errors import SheetError, UnknownName
 
-SHEETS = {part: sheet_of(part) for part, (package, *_) in PARTS.items() if package == "mc1451a"}
+SHEETS = {part: sheet_of(part) for part, row in PARTS.items() if row.folder == "mc1451a"}
 AXES = {"mc1151a": 1, "mc1251a": 2, "mc1451a": 4, "mc1151a-e": 1, "mc1251a-e": 2, "mc1451a-e": 4}
 FULL = SHEETS["mc1451a-e"]
 each = pytest.mark.parametrize("part", SHEETS)

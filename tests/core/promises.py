@@ -30,3 +30,19 @@ def check_promise(view, first: int, last: int, plain, until) -> None:
             inside = [ps for ps in edges if start < ps <= stop]
             assert times.tolist() == inside
             assert levels.tolist() == [level(ps) for ps in inside]
+
+
+class Early:
+    """A promise that answers early: it asks to be asked again before the edge, or though there is none for a while."""
+
+    def __init__(self, promise, stride: int) -> None:
+        self.promise, self.stride = promise, stride
+        self.level, self.edges = promise.level, promise.edges
+
+    @property
+    def until(self):
+        return self.promise.until
+
+    def after(self, ps: int):
+        time = self.promise.after(ps)
+        return time if time is None else min(time, ps + self.stride)

@@ -18,7 +18,7 @@ def net_with(*levels, pull=None, tie=None, kind=Net):
     kernel = Kernel()
     net = kind(kernel, "net", pull, tie) if kind is Net else kind(kernel, "net")
     clashes = []
-    net.on_conflict = lambda _: clashes.append(kernel.now)
+    net.on_conflict.add(lambda _: clashes.append(kernel.now))
     drivers = [Driver(net, f"d{i}") for i in range(len(levels))]
     for driver, value in zip(drivers, levels, strict=True):
         driver.drive(value)
@@ -336,7 +336,8 @@ def test_a_clash_on_a_joint_wire_is_reported_once():
     kernel = Kernel()
     one, two = Net(kernel, "one"), Net(kernel, "two")
     reports = []
-    one.on_conflict = two.on_conflict = reports.append
+    one.on_conflict.add(reports.append)
+    two.on_conflict.add(reports.append)
     high, low = Driver(one, "high"), Driver(two, "low")
     high.drive(1)
     low.drive(0)

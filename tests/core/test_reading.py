@@ -130,7 +130,7 @@ def test_a_bound_that_moves_is_told_to_a_sleeping_reader():
     kernel, pin, (driver,) = wire()
     reading = Reading(pin)
     changes = []
-    reading.on_change = lambda: changes.append(kernel.now)
+    reading.on_change.add(lambda: changes.append(kernel.now))
     view = played((10, OPEN), origin=5)
     view.of.until = 20
     driver.play(view)
@@ -176,7 +176,7 @@ def test_on_change_comes_before_the_change_and_the_next_round_sees_it():
     def look():
         seen.append((kernel.now, pin.net.level, told(reading, kernel.now)))
 
-    reading.on_change = lambda: kernel.call_at(kernel.now, look)
+    reading.on_change.add(lambda: kernel.call_at(kernel.now, look))
     kernel.call_at(10, lambda: driver.drive(1))
     kernel.call_at(20, lambda: driver.play(Wave(1, (25,), (0,))))
     kernel.run(40)
@@ -261,7 +261,7 @@ def test_a_reading_tells_what_an_observer_saw(seed):
     lazy, random = Script(seed), Random(seed)
     reading = Reading(lazy.pin)
     changes, found = [], []
-    reading.on_change = lambda: changes.append(lazy.kernel.now)
+    reading.on_change.add(lambda: changes.append(lazy.kernel.now))
     quiet_since = None
 
     def ask(ps):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import json
 import os
+import random
 
 import pytest
 
@@ -144,6 +145,95 @@ def test_a_journal_that_was_cut_off_is_good_up_to_its_last_whole_line(recorded, 
     bench.run_to(told["now"])
     bench.run = lambda _: None
     assert story(bench) == told
+
+
+# ------------------------------------------------------------------------------------------------- up to an instant
+WATCHED = [f"{name}.{pin}" for name in "xy" for pin in ("ready", "prog", "abort", "pulse", "slew", "phase1", "run")]
+
+
+def up_to(path, until, **options):
+    return slewline.replay(path, until=until, prepare=lambda bench: bench.record(*WATCHED), **options)
+
+
+def instants(path) -> list[int]:
+    """The instants of the inputs of a journal, those just before and behind them, and some between them."""
+    at = sorted({json.loads(line)["t"] for line in path.read_text().splitlines()})
+    near = {ps + d for ps in at[:: len(at) // 7] for d in (-1, 0, 1)} | {random.Random(5).randrange(at[-1])}
+    return sorted(ps for ps in near if ps >= 0)
+
+
+def test_a_replay_stops_at_an_instant_exactly_as_the_run_was(recorded):
+    path, _ = recorded
+    whole = up_to(path, None)
+    for ps in instants(path):
+        part = up_to(path, ps)
+        assert part.now_ps == ps
+        for pin in WATCHED:
+            times, levels = whole.edges(pin, 0, f"{min(ps, whole.now_ps)} ps")
+            assert [list(column) for column in part.edges(pin)] == [list(times), list(levels)], (ps, pin)
+        assert part.findings == [found for found in whole.findings if found.time_ps <= ps]
+
+
+def test_a_replay_that_has_stopped_goes_on_by_hand(recorded, tmp_path):
+    """Back to an instant of an undisturbed run, and from there on another way, or the same."""
+    bench = slewline.Bench(journal=tmp_path / "journal")
+    x = bench.add("cy525", name="x", firstrate=9, rate=60, slope=250, number=900)
+    bench.host(x, name="host").send("A 0\rG\r")
+    bench.run("2 s")
+    assert x.position == 900
+    same, other = (slewline.replay(tmp_path / "journal", until="60 ms") for _ in range(2))
+    assert same["x"].moving and same["x"].position == other["x"].position > 0
+    other["x"].pin("abort").drive(0)
+    for again in (same, other):
+        again.run_to("2 s")
+    assert list(same["x"].steps().times_ps) == list(x.steps().times_ps)
+    assert other["x"].position < 900
+    assert same["host"].verify(0) == b"00900"
+
+
+@pytest.mark.parametrize("shuffle", [None, 1, 2])
+def test_inputs_at_the_last_instant_are_put_in_whenever_they_came(tmp_path, shuffle):
+    path = tmp_path / "journal"
+    bench = slewline.Bench(journal=path)
+    x = bench.add("cy525", name="x")
+    bench.at("1 ms", lambda: x.pin("abort").drive(0))  # in the first round
+    bench.run("1 ms")
+    x.pin("wait").drive(0)  # behind the instant
+    bench.run("1 ms")
+
+    def levels(until):
+        again = slewline.replay(path, until=until, shuffle=shuffle)
+        return [again["x"].pin(name).level for name in ("abort", "wait")]
+
+    assert levels("1 ms") == levels(10**9) == [0, 0]
+    assert levels(10**9 - 1) == [1, 1]
+    assert slewline.replay(path, until=0).now_ps == 0
+
+
+def test_behind_the_end_of_a_journal_time_passes_without_inputs(recorded):
+    path, told = recorded
+    assert slewline.replay(path, until=told["now"] + 1).now_ps == told["now"] + 1
+    with pytest.raises(slewline.errors.TimeError, match="does not run backwards"):
+        slewline.replay(path, until="-1 s")
+
+
+def test_a_journal_that_ends_in_the_first_round_of_an_instant_is_played_to_that_instant(tmp_path):
+    path = tmp_path / "journal"
+    bench = slewline.Bench(journal=path)
+    x = bench.add("cy525", name="x")
+    bench.at("1 ms", lambda: x.pin("abort").drive(0))
+    bench.run("1 ms")
+    path.write_text("".join(path.read_text().splitlines(keepends=True)[:-1]))  # killed before the run was over
+    again = slewline.replay(path)
+    assert (again.now_ps, again["x"].pin("abort").level) == (10**9, 0)
+
+
+def test_a_furnished_bench_is_prepared_even_if_no_time_passes(tmp_path):
+    bench = slewline.Bench(journal=tmp_path / "journal")
+    bench.add("cy525", name="x")
+    prepared = []
+    slewline.replay(tmp_path / "journal", prepare=lambda bench: prepared.append(list(bench.chips)))
+    assert prepared == [["x"]]
 
 
 @pytest.mark.parametrize(

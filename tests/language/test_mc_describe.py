@@ -8,7 +8,7 @@ from slewline.chips import PARTS, sheet_of
 from slewline.errors import UnknownName
 from slewline.language.describe import describe, packet
 
-SHEETS = {part: sheet_of(part) for part, (package, *_) in PARTS.items() if package == "mc1451a"}
+SHEETS = {part: sheet_of(part) for part, row in PARTS.items() if row.folder == "mc1451a"}
 PAGES = {part: describe(sheet) for part, sheet in SHEETS.items()}
 each = pytest.mark.parametrize("part", SHEETS)
 

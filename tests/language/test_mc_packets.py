@@ -16,7 +16,7 @@ from slewline.language.disassemble import disassemble, listing
 from slewline.language.lines import Refusal
 
 SHEET = sheet_of("mc1451a-e")
-SHEETS = [sheet_of(part) for part, (package, *_) in PARTS.items() if package == "mc1451a"]
+SHEETS = [sheet_of(part) for part, row in PARTS.items() if row.folder == "mc1451a"]
 ROWS = [pytest.param(row, id=row.form) for row in SHEET.commands]
 PER_S = rates.cycles_per_s(SHEET)
 

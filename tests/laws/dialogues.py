@@ -118,7 +118,16 @@ def happening(dialogue: Dialogue, rnd: Random, edges: list[int]) -> None:
 def told(axis: Any) -> dict[str, Any]:
     """What an axis tells of its motions; a phase that is held has no common end."""
     motions = [
-        (at.time_ps, at.text, dict(at.rates), at.changes, dict(at.notes), at.ideal and along(at.ideal))
+        (
+            at.time_ps,
+            at.text,
+            dict(at.rates),
+            at.changes,
+            dict(at.notes),
+            at.position,
+            at.end,
+            at.ideal and along(at.ideal),
+        )
         for at in axis.motions()
     ]
     return {
@@ -134,6 +143,19 @@ def along(ideal: Any) -> tuple[Any, ...]:
     return ideal.start, ideal.stop, ideal.positions(times).tolist(), ideal.velocities(times).tolist()
 
 
+def heard(chip: Any) -> list[tuple[Any, ...]]:
+    """What a chip tells from now on: instructions that begin, what it works on, motions as they begin and end."""
+    told: list[tuple[Any, ...]] = []
+    now = lambda: chip.kernel.now  # noqa: E731
+    chip.on_instruction.add(lambda at: told.append((now(), at, chip.program_counter)))
+    chip.on_command.add(lambda text: told.append((now(), text)))
+    for number in range(1, chip.sheet.axes + 1):
+        axis = chip.axis(number)
+        axis.on_motion_begin.add(lambda motion, n=number: told.append((now(), n, motion.text, motion.direction)))
+        axis.on_motion_end.add(lambda end, n=number: told.append((now(), n, end)))
+    return told
+
+
 @dataclass
 class Played:
     """What a dialogue left behind."""
@@ -141,6 +163,7 @@ class Played:
     bench: slewline.Bench
     chip: Any
     outputs = OUTPUTS
+    heard = ()
 
     def traces(self) -> dict[str, tuple[list[int], list[int]]]:
         """Edges of every output pin."""
@@ -155,6 +178,7 @@ class Played:
             "travel": self.chip.travel,
             "steps": (steps.times_ps.tolist(), steps.directions.tolist(), steps.positions.tolist()),
             "velocities": [part.tolist() for part in self.chip.motor.velocities(0, self.bench.now_ps)],
+            "heard": self.heard,
             **told(self.chip),
         }
 
@@ -181,18 +205,22 @@ class Wires:
             self.drivers[name].drive(level)
 
 
-def play(dialogue: Dialogue, *, stepwise: bool = False, shuffle: int | None = None) -> Played:
-    """Play a dialogue on a fresh bench."""
+def play(dialogue: Dialogue, *, stepwise: bool = False, shuffle: int | None = None, fit: Any = None) -> Played:
+    """Play a dialogue on a fresh bench; `fit` puts parts on it."""
     bench = slewline.Bench(shuffle=shuffle)
     chip = bench.add("cy525", "x", dialogue.crystal, stepwise=stepwise, **dialogue.options)
+    if fit is not None:
+        fit(bench)
     host = bench.host(chip)
     wires = Wires(chip)
     bench.record(*(f"x.{pin}" for pin in OUTPUTS))
     host.send(dialogue.sent)
     for at, name, level in dialogue.events:
         bench.at(at, lambda name=name, level=level: wires.set(name, level))  # type: ignore[misc]
+    played = Played(bench, chip)
+    played.heard = heard(chip)
     bench.run_to(dialogue.until_ps)
-    return Played(bench, chip)
+    return played
 
 
 def differences(one: Played, two: Played) -> list[str]:

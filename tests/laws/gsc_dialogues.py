@@ -14,7 +14,7 @@ from typing import Any
 
 import slewline
 
-from .dialogues import Played
+from .dialogues import Played, heard
 
 OUTPUTS = ("clock", "dir", "mov", "ramp", "rdy", "uo1", "uo2", "uo3", "reset", "txd")
 LINES = ("K", "Z", "Z", "F", "V1", "E", "V2", "Q")
@@ -196,11 +196,13 @@ class Talked(Played):
         return {**super().state(), "idle": self.chip.idle, "findings": findings}
 
 
-def begin(dialogue: Dialogue, *, stepwise: bool = False, shuffle: int | None = None) -> Talked:
+def begin(dialogue: Dialogue, *, stepwise: bool = False, shuffle: int | None = None, fit: Any = None) -> Talked:
     """A bench on which the program of the dialogue is stored and ready to be started."""
     bench = slewline.Bench(shuffle=shuffle)
     straps = {**STRAPS, "rec": 0} if dialogue.start == "power" else STRAPS
     chip: Any = bench.add(dialogue.part, "x", straps=straps, stepwise=stepwise, **dialogue.options)
+    if fit is not None:
+        fit(bench)
     host = bench.host(chip)
     host.ask("P" if dialogue.part == "gs-c200" else "Po")
     for line in dialogue.program:
@@ -217,12 +219,14 @@ def begin(dialogue: Dialogue, *, stepwise: bool = False, shuffle: int | None = N
         bench.run_until(lambda: not chip.running)
         chip.axis1.load(dialogue.position)
     bench.record(*(f"x.{pin}" for pin in OUTPUTS))
-    return Talked(bench, chip, host)
+    talked = Talked(bench, chip, host)
+    talked.heard = heard(chip)
+    return talked
 
 
-def play(dialogue: Dialogue, *, stepwise: bool = False, shuffle: int | None = None) -> Talked:
-    """Play a dialogue on a fresh bench."""
-    played = begin(dialogue, stepwise=stepwise, shuffle=shuffle)
+def play(dialogue: Dialogue, *, stepwise: bool = False, shuffle: int | None = None, fit: Any = None) -> Talked:
+    """Play a dialogue on a fresh bench; `fit` puts parts on it."""
+    played = begin(dialogue, stepwise=stepwise, shuffle=shuffle, fit=fit)
     bench, chip, host = played.bench, played.chip, played.host
 
     def happen(name: str, what: Any) -> None:

@@ -19,7 +19,7 @@ from slewline.chips import sheet_of
 from slewline.core.net import Driver
 from slewline.core.timebase import Clock
 
-from .dialogues import Played, told
+from .dialogues import Played, heard, told
 
 PARTS = ("mc1151a", "mc1151a-e", "mc1151a-e", "mc1251a", "mc1251a-e", "mc1251a-e", "mc1451a", "mc1451a-e")
 CRYSTALS = (25_000_000,) * 6 + (20_000_000, 6_700_001)
@@ -359,7 +359,7 @@ class Talked(Played):
 
         What the encoder inputs find is told when somebody asks for their counts: later, or not at all before a reset.
         """
-        state: dict[str, Any] = {"read": self.read}
+        state: dict[str, Any] = {"read": self.read, "heard": self.heard}
         for number in range(1, self.chip.sheet.axes + 1):
             axis = self.chip.axes[number - 1]
             steps = axis.steps(0, self.bench.now_ps)
@@ -437,8 +437,8 @@ class Wires:
             driver.wave(rest, tuple(self.clock.ps(at) for span in spans for at in span), levels * len(spans))
 
 
-def play(dialogue: Dialogue, *, stepwise: bool = False, shuffle: int | None = None) -> Talked:
-    """Play a dialogue on a fresh bench."""
+def play(dialogue: Dialogue, *, stepwise: bool = False, shuffle: int | None = None, fit: Any = None) -> Talked:
+    """Play a dialogue on a fresh bench; `fit` puts parts on it."""
     bench = slewline.Bench(shuffle=shuffle)
     chip: Any = bench.add(dialogue.part, "x", dialogue.crystal, stepwise=stepwise)
     clock = Clock(dialogue.crystal)
@@ -447,8 +447,12 @@ def play(dialogue: Dialogue, *, stepwise: bool = False, shuffle: int | None = No
         kind, options = dialogue.shaft
         wires.shaft = bench.part(kind, "shaft", chip, **options)
     bench.record(*(f"x.{pin}" for pin in outputs(chip)))
+    if fit is not None:
+        fit(bench)
     for event in dialogue.events:
         early = LOW + 1 if event.what == "packet" else 0
         bench.at(clock.ps(ORIGIN + event.tick - early) + event.late_ps, lambda event=event: wires.put(event))  # type: ignore[misc]
+    talked = Talked(bench, chip, wires.read)
+    talked.heard = heard(chip)
     bench.run_to(clock.ps(ORIGIN + dialogue.cycles * CYCLE))
-    return Talked(bench, chip, wires.read)
+    return talked

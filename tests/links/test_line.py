@@ -304,7 +304,7 @@ def test_served_and_in_virtual_time_alike(paced, folder):
     twin.add("gs-c200s", name="x", straps=STRAPS)
     port = twin.part("serial_port", to="x")
     heard = []
-    port.on_character = heard.append
+    port.on_character.add(heard.append)
     for instant, text in sent:
         twin.run_to(instant)
         port.write(text)

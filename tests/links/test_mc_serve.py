@@ -28,7 +28,7 @@ NS, US, MS = 10**3, 10**6, 10**9  # picoseconds
 CYCLE = 750 * NS  # of the bus
 TICK, SLICE = 40 * NS, 81_920 * NS  # of the chipset: a clock; how long HostRdy is low
 VERSION = "2464 126c 2464 0000 0000 2464 0000 0000"  # GET_VRSN and its checksum, in one go
-CHIPSETS = [part for part, (package, *_) in PARTS.items() if package == "mc1451a"]
+CHIPSETS = [part for part, row in PARTS.items() if row.folder == "mc1451a"]
 ONE = ("mc1451a", "--tcp", "127.0.0.1:0")
 
 

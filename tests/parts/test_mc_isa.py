@@ -258,7 +258,8 @@ def test_a_journal_plays_the_same_again(tmp_path):
 
 @pytest.mark.parametrize("base", [0x240, 0x348, 0x400, "340"])
 def test_a_base_outside_the_range_is_refused(base):
-    with pytest.raises(slewline.UsageError, match=r"allowed 0x300 to 0x3f0 in steps of 0x10"):
+    text = "a whole number such as 0x340" if base == "340" else "0x300 to 0x3f0 in steps of 0x10"
+    with pytest.raises(slewline.UsageError, match=f"isa: base {base!r}; allowed {text}"):
         slewline.Bench().part("isa", base=base)
 
 

@@ -258,3 +258,19 @@ def test_the_follower_is_the_same_step_by_step_and_with_ties_shuffled():
         runs.append((lead.steps().times_ps.tolist(), follow.steps().times_ps.tolist(), falls(bench, "follow.pulse")))
     assert all(run == runs[0] for run in runs)
     assert len(runs[0][1]) > 60
+
+
+def test_a_conflict_on_a_wire_of_two_chips_is_one_finding_and_every_listener_hears_of_it():
+    bench = slewline.Bench()
+    x, y = (bench.add("cy525", name=name) for name in "xy")
+    bench.wire("x.slew", "y.slew")
+    bench.run("20 ms")
+    heard = []
+    for chip in (x, y):
+        chip.pin("slew").net.on_conflict.add(lambda net, chip=chip: heard.append((chip.name, bench.now_ps)))
+    for ps in (30 * 10**9, 40 * 10**9):
+        y.pin("slew").drive(0, at=ps)  # both show 1
+        y.pin("slew").release(at=ps + 10**9)
+    bench.run("50 ms")
+    assert [(found.source, found.code) for found in bench.findings] == [("x", "conflict")] * 2
+    assert heard == [(name, ps) for ps in (30 * 10**9, 40 * 10**9) for name in "xy"]

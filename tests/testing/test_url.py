@@ -479,7 +479,7 @@ def test_with_a_rate_a_time_counts_from_the_present_and_is_virtual(late, wait):
         ("slewline://gs-c200s#x", {}, "'x' belongs to nothing; expected slewline://gs-c200s"),
         ("slewline://", {}, "no chip ''; there are: cy525, gs-c200, gs-c200s"),
         ("slewline://cy525", {}, r"cy525: has no serial line; use bench\.host"),
-        ("slewline://gs-c200s?sel9=0", {}, "no option 'sel9'; options: store, firmware"),
+        ("slewline://gs-c200s?sel9=0", {}, "no option 'sel9'; its options: store, cold, firmware"),
         ("slewline://gs-c200s?chs=2", {}, "strap chs=2; straps put an input to 0 or 1"),
         ("slewline://gs-c200s?rate=fast", {}, "rate 'fast'; expected virtual seconds per second"),
         ("slewline://gs-c200s?chs=0&chs=1", {}, r"\?chs=0&chs=1: chs is there twice; say it once"),

@@ -164,7 +164,7 @@ BAD = {  # what is called: (exit status, what the message holds: place, and reme
     "run good.cy525 --replay|good.txt": (2, "and only one of them"),
     "run --replay|good.txt": (2, "journal good.txt, line 1: not a journal entry"),
     "run --replay|missing": (2, "journal missing: cannot be read: No such file"),
-    "run --replay|good.txt --until|1 s": (2, "--replay repeats a run as it was; leave out --until"),
+    "run --replay|good.txt --timeout|1 s": (2, "--replay repeats a run as it was; leave out --timeout"),
     "run good.cy525 --jason": (2, "No such option '--jason'"),
     "asm missing.cy525": (2, "missing.cy525: cannot be read"),
     "asm umlaut.cy525": (1, "umlaut.cy525, line 2, column 5: RATE \u00e4: allowed 0..127 (CY525 manual, T.V)"),

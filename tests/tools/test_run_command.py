@@ -251,6 +251,20 @@ def test_a_journal_repeats_the_run_to_the_bit(call, write, ending, options):
     assert shown == repeated, "the transcript too"
 
 
+def test_a_journal_is_repeated_up_to_an_instant(call, write):
+    program = write(
+        "p.cy525", "A 0", "F 9", "R 60", "S 250", "Z 1", "N 900", "G", "@until motion_complete=0", "@note x"
+    )
+    call("run", program, "--journal", "j", "--json", "a.json", "--steps", "a.csv")
+    again = call("run", "--replay", "j", "--until", "60 ms", "--json", "b.json", "--steps", "b.csv")
+    first, second = (json.loads(Path(name).read_text()) for name in ("a.json", "b.json"))
+    assert again.status == 0 and "MOTION COMPLETE" not in again.out
+    assert (second["ended"], second["time_ps"]) == ("until", 6 * 10**10)
+    assert first["position"] == 900 > second["position"] > 0
+    whole, part = (Path(name).read_text().splitlines() for name in ("a.csv", "b.csv"))
+    assert part == [whole[0], *(line for line in whole[1:] if int(line.split(",")[0]) <= 6 * 10**10)]
+
+
 def test_a_bench_with_parts_and_two_hosts_is_repeated(call):
     Path("b.toml").write_text("""
 [[chip]]

@@ -23,7 +23,7 @@ def told(script, drive=(), timeout="60 s", **options):
     Transcript(bench, lambda *event: events.append(event)).attach()
     run_script(bench, bench.host(x), script)
     host = bench["host"]
-    host.on_event = lambda text: events.append((bench.now_ps, "host", "host", text))
+    host.on_event.add(lambda text: events.append((bench.now_ps, "host", "host", text)))
     with suppress(slewline.Timeout):
         bench.run_until_idle(timeout)
     return events, x
@@ -90,18 +90,59 @@ ONCE = ["steps cw", "MOTION COMPLETE"]
 
 
 @pytest.mark.parametrize(
-    ("directives", "motions"),
+    "directives",
     [
-        ("@read position\n", ONCE),  # MOTION COMPLETE low for 10 us, within a step
-        ("@rate 0\n@wait 5 ms\n@rate 50\n", ONCE * 2),  # no further step, MOTION COMPLETE low, until a rate comes
-        ("@rate 0\n", ONCE),  # or until ABORT ends it
+        "@read position\n",  # MOTION COMPLETE low for 10 us, within a step
+        "@rate 0\n@wait 5 ms\n@rate 50\n",  # no further step, MOTION COMPLETE low, until a rate comes
+        "@rate 0\n",  # or until ABORT ends it
     ],
 )
-def test_motion_complete_ends_a_motion_where_no_step_runs(directives, motions):
+def test_a_motion_is_one_whatever_motion_complete_does_in_it(directives):
     script = SET_UP + f"N 60000\nH\nG\n@until slew=0\n{directives}@wait 5 ms\n@drive abort=0\n"
     events, x = told(script)
-    assert [text.split(" at")[0].split(" from")[0] for text in texts(events, "motion")] == motions
+    assert [text.split(" at")[0].split(" from")[0] for text in texts(events, "motion")] == ONCE
     assert f"MOTION COMPLETE at {x.position}" in texts(events, "motion")[-1]
+
+
+def followed(part, *lines, axes=(), before=(), **options):
+    """The transcript's lines about motions on a part that is spoken to in lines or packets."""
+    bench = slewline.Bench()
+    x = bench.add(part, name="x", **options)
+    events = []
+    Transcript(bench, lambda *event: events.append(event)).attach()
+    run_script(bench, bench.host(x), "\n".join(lines) + "\n")
+    bench.run_until_idle()
+    return texts(events, "motion"), x
+
+
+def test_an_update_in_motion_is_told_as_one_motion():
+    lines = ("SET_1", "SET_VEL 0x20000", "SET_ACC 800", "SET_POS 300", "UPDATE", "SET_POS 500", "UPDATE")
+    motions, x = followed("mc1251a", *lines, "@until atrest1=1")
+    assert len(x.axis(1).motions()) == 2
+    assert motions[0] == "axis 1 moves from 0" and motions[1].startswith("axis 1 at rest at 500: 500 steps in ")
+    assert len(motions) == 2
+
+
+def test_a_motion_that_ends_without_a_step_is_told_of_no_part_that_has_no_pin_for_it():
+    events, _ = told(SET_UP + "N 0\nG\n")
+    assert texts(events, "motion") == []
+
+
+def test_what_switches_the_motor_off_cuts_a_motion_off():
+    lines = ("SET_VEL 0x20000", "SET_ACC 800", "SET_POS 30000", "UPDATE", "@wait 100 ms", "MTR_OFF")
+    motions, x = followed("mc1151a", *lines)
+    assert motions == ["moves from 0", motions[1]] and motions[1].startswith(f"cut off at {x.position}: ")
+
+
+def test_what_pins_mean_stands_in_the_sheet():
+    bench = slewline.Bench()
+    x = bench.add("mc1451a", name="x")
+    events = []
+    Transcript(bench, lambda *event: events.append(event)).attach()
+    bench.run("10 ms")
+    x.pin("home3").drive(0)
+    bench.run("1 ms")
+    assert texts(events, "pin")[-1] == "HOME3 low: axis 3 at its home position"
 
 
 def test_motion_complete_is_told_at_the_edge_of_its_pin_before_what_the_host_does_next():

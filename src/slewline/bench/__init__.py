@@ -1,7 +1,7 @@
 """The bench: the one place that joins chips, parts and recorders."""
 
 from .bench import Bench
-from .journal import replay
+from .replaying import replay
 
 __all__ = ["Bench", "load", "replay"]
 

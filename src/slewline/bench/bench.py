@@ -88,8 +88,7 @@ class Bench(Furnished, TimingDiagrams):
     def _run_to(self, ps: int) -> None:
         self._start()
         self._advance(ps)
-        if self.journal is not None:
-            self.journal.write("run", to=self.kernel.now)
+        self.outside.tell("run", to=self.kernel.now)
 
     def run_until_idle(self, timeout: Time = "60 s") -> None:
         """Run until every host queue is empty and every chip idle.
@@ -156,8 +155,7 @@ class Bench(Furnished, TimingDiagrams):
             dead = kernel.next_time() is None
             self._advance(limit)
             reached = met()
-        if self.journal is not None:
-            self.journal.write("run", to=kernel.now)
+        self.outside.tell("run", to=kernel.now)
         if not reached:
             raise Timeout(self._explain(what, timeout, dead))
 

@@ -117,7 +117,7 @@ def _until(rest: str) -> Reading:
 async def _reached(stage: Stage, chip: Chip, position: int) -> None:
     """Wait until the position register has a value, whoever changes it; nothing is paid for steps in between."""
     axis = stage.axis(chip)
-    axis.watchers.append(stage.ring)  # with every plan of the motor
+    axis.on_change.add(stage.ring)
     try:
         await stage.next_round()
         while axis.position != position:
@@ -127,7 +127,7 @@ async def _reached(stage: Stage, chip: Chip, position: int) -> None:
             if await first_of(stage.kernel, due, (stage.bell.net, None)) is None:
                 await stage.next_round()
     finally:
-        axis.watchers.remove(stage.ring)
+        axis.on_change.remove(stage.ring)
 
 
 def _drive(rest: str) -> Reading:
@@ -144,7 +144,7 @@ def _put(name: str, value: int | None, at: str) -> Queue:
     ps = picoseconds(at) if at else None
 
     async def act(stage: Stage, chip: Chip) -> None:
-        stage.put_at(stage.terminal(name, chip), value, ps)
+        stage.put(stage.terminal(name, chip), value, ps)
         await stage.next_round()
 
     return _acting(act)
@@ -157,7 +157,7 @@ def _pulse(rest: str) -> Reading:
     async def act(stage: Stage, chip: Chip) -> None:
         terminal = stage.terminal(name, chip)
         stage.put(terminal, wanted)
-        stage.put_at(terminal, None, stage.kernel.now + ps)
+        stage.put(terminal, None, stage.kernel.now + ps)
         await stage.next_round()
 
     return Reading(_acting(act), name)
@@ -169,9 +169,8 @@ def _power(rest: str) -> Reading:
 
     async def act(stage: Stage, chip: Chip) -> None:
         stage.tell(f"power {rest}")
-        kept, chip.on_power = chip.on_power, None  # the journal has the whole script already
-        chip.power(rest == "on")
-        chip.on_power = kept
+        with stage.nested():
+            chip.power(rest == "on")
         await stage.next_round()
 
     return Reading(_acting(act))
@@ -208,18 +207,17 @@ def _told(rest: str) -> Reading:
     name, verb, number = _matched(r"(\w+)\s+(\w+)(?:\s+([+-]?[0-9]+))?", rest)
 
     def fits(stage: Stage, _chip: Chip) -> None:
-        if name not in stage.bench.parts:
-            raise UnknownName(f"the bench has no part {name!r}; there are: {', '.join(stage.bench.parts)}")
-        verbs = stage.bench.parts[name].verbs
+        if name not in stage.scene.parts:
+            raise UnknownName(f"the bench has no part {name!r}; there are: {', '.join(stage.scene.parts)}")
+        verbs = stage.scene.parts[name].verbs
         if verb not in verbs:
             raise UsageError(f"tell {name} {verb!r}; allowed {', '.join(verbs) or 'nothing'}")
 
     async def act(stage: Stage, chip: Chip) -> None:
-        part = stage.bench.parts[name]
+        part = stage.scene.parts[name]
         stage.tell(f"tell {rest}")
-        kept, part.on_input = part.on_input, None  # the journal has the whole script already
-        getattr(part, verb)(*([int(number)] if number else []))
-        part.on_input = kept
+        with stage.nested():
+            getattr(part, verb)(*([int(number)] if number else []))
         await stage.next_round()
 
     return Reading(_acting(act), fits=fits)
@@ -232,12 +230,10 @@ def _note(rest: str) -> Reading:
 # ------------------------------------------------------------------------------------- to a chip that has a reset pin
 def _reset(_rest: str) -> Reading:
     async def act(stage: Stage, chip: Chip) -> None:
-        terminal = chip.pins["reset"]
-        kept, terminal.on_input = terminal.on_input, None
-        chip.reset()
-        terminal.on_input = kept
+        with stage.nested():
+            chip.reset()
         await stage.next_round()
-        await level(terminal.net, 1)
+        await level(chip.pins["reset"].net, 1)
 
     return Reading(_acting(act), fits=_not_on_line)
 
@@ -260,8 +256,8 @@ def _rate(rest: str) -> Reading:
     rate = _number(rest, 0, 127)
 
     def queue(stage: Stage) -> None:
-        with stage.only_queued() as host:
-            host.change_rate(rate)
+        with stage.nested():
+            stage.bus_host.change_rate(rate)
         stage.do(_telling(f"rate {rate} on the fly"))
 
     return Reading(queue, fits=_on_bus)
@@ -272,8 +268,8 @@ def _read(rest: str) -> Reading:
         raise UsageError(f"read {rest!r}; allowed position")
 
     def queue(stage: Stage) -> None:
-        with stage.only_queued() as host:
-            host.read_position()
+        with stage.nested():
+            stage.bus_host.read_position()
         stage.do(lambda stage, chip: _tell(stage, f"position {stage.bus_host.answer} on the fly"))
 
     return Reading(queue, fits=_on_bus)

@@ -257,7 +257,7 @@ class BenchFile:
             with self.at("part", number):
                 if "kind" not in part:
                     raise SlewlineError('needs the key kind, such as kind = "inverter"')
-                for key in ("kind", "name", "to"):
+                for key in ("kind", "name", "to", "on"):
                     if not isinstance(part.get(key, ""), str):
                         raise SlewlineError(f"{key}: found {part[key]!r}; allowed text")
                 bench.part(**part)

@@ -3,27 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from inspect import signature
 from random import Random
 from typing import TYPE_CHECKING, Any
 
 from ..chips import chip_class
 from ..chips.line import LineChip
 from ..core.chip import Chip, Finding
+from ..core.hook import Hook
 from ..core.kernel import Kernel
-from ..core.net import Bus, Driver, Net
+from ..core.net import Bus, Net
 from ..core.pin import Terminal
+from ..core.shaft import Shaft
 from ..core.table import Sheet
 from ..core.timebase import Time, hertz, picoseconds
 from ..errors import UnknownName, UsageError, WiringError
-from ..parts import make_part
-from ..parts.caller import Caller
+from ..parts import make_part, part_class
+from ..parts.gates import WireInverter
 from ..parts.host import Host
 from ..parts.packet_host import PacketHost
 from ..parts.part import Part
 from ..parts.rs232 import SerialHost
 from .drawing import Drawing
 from .journal import Journal
+from .wiring import as_needed, in_role, joints
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -51,9 +53,14 @@ class Furnished(Drawing):
         self.random = Random(seed)
         self.chips = {}
         self.parts = {}
+        self.outside = self.kernel.outside
+        self.outside.let_pass = self._wait_for
         self.journal = Journal(journal, self.kernel, seed) if journal is not None else None
+        if self.journal is not None:
+            self.outside.on_input.add(self.journal.write)
         self._fresh: list[Chip | Part] = []  # what has been put on the bench since time passed last
-        self.on_finding: Callable[[Finding], object] | None = None
+        self.on_finding: Hook[[Finding]] = Hook()  # of any chip or part
+        self.on_input, self.on_commit = self.outside.on_input, self.kernel.on_commit
 
     # ---------------------------------------------------------------------------------------------------- furnishing
     def add(
@@ -87,81 +94,98 @@ class Furnished(Drawing):
             raise UsageError(f"add({part!r}): expected a part number such as 'cy525', or the class of a chip")
         name = self._new_name(name, cls.sheet.part.replace("-", "_"))
         hz = None if crystal is None else crystal_for(cls.sheet, crystal)
-        if self.stores is not None and "store" in signature(cls).parameters:
+        if self.stores is not None and cls.sheet.keeps:
             options.setdefault("store", self.stores(name))
-        if self.journal is not None:
+        with self.outside.nested():  # it may switch its supply on
+            chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
+        if self.outside.on_input:
             kept = {"store": list(options["store"].read())} if options.get("store") is not None else {}
-            what = {
-                "part": cls.sheet.part,
-                "behaviour": cls.sheet.behaviour,
-                "name": name,
-                "crystal_hz": hz,
-                "straps": dict(straps or {}),
-                "bare": bare,
-            }
-            self._note("add", **what, options=options | kept)
-        chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
+            self.outside.tell(
+                "add",
+                part=cls.sheet.part,
+                behaviour=cls.sheet.behaviour,
+                name=name,
+                crystal_hz=hz,
+                straps=dict(straps or {}),
+                bare=bare,
+                options=options | kept,
+            )
         self.chips[name] = chip
-        chip.on_power = self._power_input
-        self._keep_inputs(chip)
         self._adopt(chip)
         self.kernel.settle()
         return chip
 
-    def part(self, kind: str, name: str | None = None, to: Chip | Part | str | None = None, **options: Any) -> Any:
+    def part(
+        self,
+        kind: str,
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Any:
         """Make a part and put it on the bench, at any time; it works from this instant on.
 
         Args:
             kind: for example "uart"; slewline.parts.KINDS lists them.
             name: defaults to the kind, numbered when there are several.
-            to: chip or part to whose pins those of the new part are wired in the standard way.
+            to: chip or part to whose pins those of the new part are wired in the standard way: by their roles.
+            on: part on whose shaft the new part sits: a motor, a gear, a carriage.
             options: of the part.
 
         Raises:
-            UnknownName: no such kind, or `to` lacks a pin of the standard wiring.
-            UsageError: a name that is taken, or an option that the kind does not have or allow.
-            WiringError: a bus would be wired to a single pin.
+            UnknownName: no such kind or neighbour.
+            UsageError: a name that is taken, an option that the kind does not have or allow; it does not sit there.
+            WiringError: the neighbour lacks a pin that the part needs; nothing has been put on the bench then.
         """
         name = self._new_name(name, kind)
-        part = make_part(kind, self.kernel, name, options)
-        self._note(
+        neighbour = None if to is None else self[to if isinstance(to, str) else getattr(to, "name", repr(to))]
+        part = make_part(kind, self.kernel, name, options, **self._mounted(kind, name, on))
+        pairs = [] if neighbour is None else joints(kind, part, neighbour)
+        lists = (bytes, bytearray, set, frozenset)
+        self.outside.tell(
             "part",
             kind=kind,
             name=name,
-            options={k: list(v) if isinstance(v, bytes) else v for k, v in options.items()},
+            to=neighbour and neighbour.name,
+            options={key: list(value) if isinstance(value, lists) else value for key, value in options.items()},
+            **{} if on is None else {"on": on if isinstance(on, str) else on.name},
         )
-        self._keep_inputs(part)
         self.place(part)
         self.kernel.settle()
-        if to is not None:
-            neighbour = to if isinstance(to, str) else to.name
-            for own, theirs in part.wiring.items():
-                self.wire(f"{neighbour}.{theirs}", f"{name}.{own}")
+        for own, theirs in pairs:
+            theirs.net.join(own.net)
+            self.kernel.settle()
+            part.attached(own.row.name, as_needed(theirs.row))
         return part
 
-    def _note(self, do: str, **what: Any) -> None:
-        """Write an input from outside into the journal, if there is one."""
-        if self.journal is not None:
-            self.journal.write(do, **what)
-
-    def _keep_inputs(self, part: Part | Chip) -> None:
-        """Let the journal have what the part is told."""
-        if self.journal is not None:
-            part.on_input = lambda verb, args: self._note("input", part=part.name, verb=verb, args=args)
+    def _mounted(self, kind: str, name: str, on: Part | str | None) -> dict[str, Shaft]:
+        """The shaft that a new part sits on, as an argument of its constructor; none, if it sits on none."""
+        sits = part_class(kind).sits
+        if on is None:
+            if sits == "must":
+                raise UsageError(
+                    f"{name}: a {kind} sits on a shaft; say on which: on=motor, or on='the name of a part'"
+                )
+            return {}
+        if not sits:
+            raise UsageError(f"{name}: a {kind} sits on no shaft; leave out on=")
+        carrier = self[on] if isinstance(on, str) else on
+        shaft = getattr(carrier, "shaft", None)
+        if not isinstance(shaft, Shaft):
+            having = [other.name for other in self.parts.values() if isinstance(getattr(other, "shaft", None), Shaft)]
+            there = ", ".join(having) or "none yet; a motor or a translator has one"
+            raise UsageError(f"{name}: {getattr(carrier, 'name', repr(carrier))} has no shaft; parts that do: {there}")
+        return {"on": shaft}
 
     def place(self, part: Part) -> Part:
         """Put a part on the bench; its pins can be wired from now on."""
         self._new_name(part.name, part.name)
         self.parts[part.name] = part
-        if isinstance(part, Caller):
-            part.wait_for = self._wait_for
         self._adopt(part)
         return part
 
     def _adopt(self, owner: Chip | Part) -> None:
-        owner.on_finding = lambda found: self.on_finding(found) if self.on_finding is not None else None
-        for terminal in owner.pins.values():
-            terminal.on_input = self._pin_input
+        owner.on_finding.add(self.on_finding)
         if not self._fresh and self.kernel.running:  # furnished in mid-run: it counts from the next round on
             self.kernel.call_at(self.kernel.now, self._begin)
         self._fresh.append(owner)
@@ -232,19 +256,10 @@ class Furnished(Drawing):
         name = self._new_name(name, "host")
         for chip in chips[1:]:
             chips[0].bus.join(chip.bus)
-        self._note("host", name=name, chips=[chip.name for chip in chips], delay_ps=picoseconds(delay))
-        if chips[0].sheet.in_packets:
-            packet_host = PacketHost(self.kernel, name, chips, picoseconds(delay))
-            self._keep_inputs(packet_host)
-            self.place(packet_host)
-            self.kernel.settle()
-            return packet_host
-        host = Host(self.kernel, name, chips, picoseconds(delay))
-        host.wait_for = self._wait_for
-        if self.journal is not None:
-            host.on_input = lambda verb, args: self._note(verb, host=name, args=args)
-        self.parts[name] = host
-        self._adopt(host)
+        self.outside.tell("host", name=name, chips=[chip.name for chip in chips], delay_ps=picoseconds(delay))
+        kind = PacketHost if chips[0].sheet.in_packets else Host
+        host = kind(self.kernel, name, chips, picoseconds(delay))
+        self.place(host)
         self.kernel.settle()
         return host
 
@@ -259,37 +274,36 @@ class Furnished(Drawing):
             if taken:
                 raise WiringError(f"host: {other.name} is on the line of {', '.join(taken)} already; one host a line")
         name = self._new_name(name, "host")
-        self._note(
+        self.outside.tell(
             "host", name=name, chips=[chip.name for chip in chips], delay_ps=0, baud=baud, line=line and line.name
         )
         host = SerialHost(self.kernel, name, chips, baud=baud)
-        host.wait_for = self._wait_for
-        self._keep_inputs(host)
         self.place(host)
         if line is not None:
-            for theirs, own in line.wiring.items():
-                host.pins[own].net.join(line.pins[theirs].net)
+            for own, theirs in joints("rs232_line", line, host):
+                theirs.net.join(own.net)
         self._connect(host if line is None else line, chips)
         return host
 
     def connect(self, connector: Part, chips: Sequence[Chip]) -> None:
         """Wire a serial connector to modules on one line; several need the pull-down of the last one."""
-        self._note("connect", part=connector.name, chips=[chip.name for chip in chips])
+        self.outside.tell("connect", part=connector.name, chips=[chip.name for chip in chips])
         self._connect(connector, [chip for chip in chips if isinstance(chip, LineChip)])
 
     def _connect(self, connector: Part, chips: Sequence[LineChip]) -> None:
+        out, rxd = in_role(connector, "computer_out").net, in_role(connector, "computer_in").net
         for chip in chips:
-            connector.pins["txd"].net.join(chip.pins["rxd"].net)
-            connector.pins["rxd"].net.join(chip.pins["txd"].net)
+            out.join(in_role(chip, "serial_in").net)
+            rxd.join(in_role(chip, "serial_out").net)
         addresses = [chip.strapped_address() for chip in chips]
         for address in sorted({own for own in addresses if addresses.count(own) > 1 or (own == 0 and len(chips) > 1)}):
             who = ", ".join(chip.name for chip, own in zip(chips, addresses, strict=True) if own == address)
             what = "have the same address on one line" if address else "without an address on a line that modules share"
             apart = f"; strap {', '.join(pins)} apart" if (pins := chips[0].port.address_pins) else ""
             connector.finding("same-address", f"{who} {what}: all of them answer{apart}")
-        rxd, last = connector.pins["rxd"].net, chips[-1].pins
-        if "txpd" in last and not any(chip.pins["txpd"].net.hub is rxd.hub for chip in chips):
-            rxd.join(last["txpd"].net)
+        downs = [chip.pins[down.name].net for chip in chips if (down := chip.sheet.role("serial_pull_down"))]
+        if downs and not any(down.hub is rxd.hub for down in downs):
+            rxd.join(downs[-1])
         self.kernel.settle()
 
     def __getitem__(self, name: str) -> Any:
@@ -326,12 +340,10 @@ class Furnished(Drawing):
         one, two = self._net(a), self._net(b)
         if isinstance(one, Bus) != isinstance(two, Bus):
             raise WiringError(f"wire {a} to {b}: a bus of eight wires does not fit a single pin; wire bus to bus")
-        self._note("wire", a=a, b=b, invert=invert)
+        self.outside.tell("wire", a=a, b=b, invert=invert)
         if invert:
             two.tie = None
-            out = Driver(two, f"inverter of {a}")
-            out.drive(None if one.level is None else 1 - one.level)
-            one.watch(lambda net: out.drive(None if net.level is None else 1 - net.level))
+            WireInverter(self.kernel, f"inverter of {a}", one, two).rewired()
         else:
             one.join(two)
         self.kernel.settle()
@@ -356,12 +368,6 @@ class Furnished(Drawing):
     def findings(self) -> list[Finding]:
         """What hosts did wrong, of all chips and parts, in order of time; parts that are lazy catch up first."""
         return sorted((found for owner in self._owners() for found in owner.findings), key=lambda found: found.time_ps)
-
-    def _power_input(self, chip: Chip, on: bool) -> None:
-        self._note("power", chip=chip.name, on=on)
-
-    def _pin_input(self, terminal: Terminal, level: int | None) -> None:
-        self._note("drive", pin=terminal.name, level=level)
 
 
 def crystal_for(sheet: Sheet, crystal: str | int) -> int:

@@ -21,13 +21,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ..core.quantity import Quantity
-    from ..record.recorder import Probe, Recorder
+    from ..record.recorder import Probe, Recorder, TextLog
     from ..record.vcd import VcdStream
     from ..record.vcd_sources import Buses
 
 FilePath = str | Path
 SLICE_PS = 100_000_000_000  # while a VCD file is streamed, time passes in slices of 100 ms
-QUIET = ("clk15", "clkout")  # clocks are recorded only when asked for by name
 
 
 class Recording:
@@ -39,6 +38,7 @@ class Recording:
     def __init__(self, kernel: Kernel) -> None:
         self.kernel = kernel
         self.recorded: dict[str, Net | Terminal] = {}
+        self.commands: dict[str, TextLog] = {}  # by the name of the chip
         self._recorder: Recorder | None = None
         self._streams: list[Any] = []
 
@@ -72,6 +72,16 @@ class Recording:
             probe = self._probe(name)
             self.recorder.record(probe, keep_ps)
             self.recorded[name] = probe
+            self._record_commands(name.split(".")[0], keep_ps)
+
+    def _record_commands(self, owner: str, keep_ps: int | None) -> None:
+        """What a chip works on is recorded with its pins."""
+        from ..record.recorder import TextLog
+
+        if owner in self.commands:
+            self.commands[owner].log.keep(keep_ps)
+        elif owner in self.chips:
+            self.commands[owner] = TextLog(self.kernel, self.chips[owner].on_command, keep_ps)
 
     def _probe(self, name: str) -> Net | Terminal:
         """The net of a pin; of a pin that is a wire of a bus, the pin."""
@@ -89,7 +99,7 @@ class Recording:
             for row in chip.sheet.pins:
                 if (
                     row.way in ("in", "out", "both")
-                    and row.name not in QUIET
+                    and row.role != "clock"
                     and not isinstance(chip.pins[row.name].net, Bus)
                 ):
                     yield f"{chip.name}.{row.name}"
@@ -179,8 +189,8 @@ class Recording:
             buses: "bits": a bus is written as its wires, which every viewer reads; "whole", as PulseView does not;
                 "both".
             values: with velocity and position of the axes (acceleration and jerk where the chip has them) and with the
-                quantities of the parts around them as reals, with the commands that began their motions and with the
-                findings as strings.
+                quantities of the parts around them as reals; with the commands in work, what began the motions under
+                way, and the findings as strings.
             layout: write layouts for GTKWave and Surfer beside the file, with its name and .gtkw, .sucl.
 
         Returns:
@@ -213,7 +223,7 @@ class Recording:
             layout_paths(path)
         chips = chips_of(self.chips, nets)
         parts = self._parts_of(chips, nets) if values else []
-        sources = values_of(chips, parts) if values else ()
+        sources = values_of(chips, self.commands, parts) if values else ()
         return {"buses": buses, "values": sources, "comments": comments_of(chips, values, parts)}
 
     def _parts_of(self, chips: Sequence[Chip], nets: Iterable[str]) -> list[Part]:

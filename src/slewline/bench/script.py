@@ -69,8 +69,7 @@ from .stage import Script, Stage, Step, command
 if TYPE_CHECKING:
     from ..core.chip import Chip
     from ..core.table import Sheet
-    from .bench import Bench
-    from .stage import Computer
+    from .stage import Computer, Scene
 
 COPIED = {  # what manuals print, and what to write instead
     **dict.fromkeys("\u00d8\u00f8\u2205", "write 0 where a manual prints a zero with a stroke"),
@@ -80,7 +79,7 @@ LONGEST = 1000  # characters of a line; no chip takes as many
 EXAMPLES = re.findall(r"^    (@(\w+).*?)  +\S", __doc__ or "", re.MULTILINE)
 
 
-def run_script(bench: Bench, host: Computer, script: Script | str | Iterable[str], where: str = "script") -> None:
+def run_script(bench: Scene, host: Computer, script: Script | str | Iterable[str], where: str = "script") -> None:
     """Queue a script on a host; it plays while time passes, side by side with those of other hosts.
 
     Args:
@@ -93,8 +92,7 @@ def run_script(bench: Bench, host: Computer, script: Script | str | Iterable[str
     if not isinstance(script, Script):
         script = read_script(script if isinstance(script, str) else "\n".join(script), where)
     check_script(bench, host, script)
-    if bench.journal is not None:
-        bench.journal.write("script", host=host.name, args=[host.chip.name, script.text, script.where])
+    bench.kernel.outside.tell("script", host=host.name, args=[host.chip.name, script.text, script.where])
     stage = Stage(bench, host, script)
     following = [*script.steps[1:], None]
     for stage.step, then in zip(script.steps, following, strict=False):
@@ -102,7 +100,7 @@ def run_script(bench: Bench, host: Computer, script: Script | str | Iterable[str
         stage.step.queue(stage)
 
 
-def check_script(bench: Bench, host: Computer, script: Script) -> None:
+def check_script(bench: Scene, host: Computer, script: Script) -> None:
     """Raise what is wrong with a script.
 
     Raises:
@@ -111,7 +109,7 @@ def check_script(bench: Bench, host: Computer, script: Script) -> None:
     script.refuse(refused(bench, host, script))
 
 
-def refused(bench: Bench, host: Computer, script: Script) -> list[Problem]:
+def refused(bench: Scene, host: Computer, script: Script) -> list[Problem]:
     """Return what is wrong with a script, pins and chips that the bench does not have included.
 
     `run` plays nothing of a script with such lines, and `lint` calls each of them an error.

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from ..core.net import Driver, Net
 from ..core.waits import edge, first_of, level
@@ -23,10 +23,12 @@ from ..parts.worker import Worker
 if TYPE_CHECKING:
     from ..core.axis import Axis
     from ..core.chip import Chip
+    from ..core.kernel import Kernel
     from ..core.pin import Terminal
     from ..core.table import Arg, Sheet
+    from ..core.timebase import Time
     from ..parts.packet_port import PacketPort
-    from .bench import Bench
+    from ..parts.part import Part
 
 SHOWN = 160  # characters of a line in a message
 TAKEN_US = 1000  # a command that keeps the chip busy for longer has begun a motion, a delay or a wait
@@ -35,6 +37,24 @@ Computer = Host | SerialHost | PacketHost
 Act = Callable[["Stage", "Chip"], Awaitable[None]]
 Queue = Callable[["Stage"], None]
 Fits = Callable[["Stage", "Chip"], object]
+
+
+class Scene(Protocol):
+    """What a script needs of the bench on which it is played."""
+
+    @property
+    def kernel(self) -> Kernel:
+        """The time of the bench."""
+
+    @property
+    def parts(self) -> Mapping[str, Part]:
+        """The parts, by name."""
+
+    def pin(self, name: str) -> Terminal:
+        """Return a pin by its full name; UnknownName if there is none."""
+
+    def at(self, time: Time, function: Callable[[], object]) -> None:
+        """Call a function at an instant; UsageError if it is over."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,9 +107,9 @@ class Stage:
     """A host that plays a script on a bench.  `step` is the line that is being queued, `directed` says whether a
     directive follows it."""
 
-    def __init__(self, bench: Bench, host: Computer, script: Script) -> None:
-        self.bench, self.host, self.script = bench, host, script
-        self.kernel = bench.kernel
+    def __init__(self, scene: Scene, host: Computer, script: Script) -> None:
+        self.scene, self.host, self.script = scene, host, script
+        self.kernel = scene.kernel
         self.step: Step | None = None
         self.directed = False
         self.bell, self.rung = Driver(Net(self.kernel, f"{host.name}.(bell)"), host.name), 0
@@ -148,8 +168,7 @@ class Stage:
 
     def tell(self, text: str) -> None:
         """Say what the host does, in the transcript."""
-        if self.host.on_event is not None:
-            self.host.on_event(text)
+        self.host.on_event(text)
 
     def ring(self) -> None:
         """Wake who waits for the bell, in the next round."""
@@ -161,38 +180,25 @@ class Stage:
         self.ring()
         await edge(self.bell.net)
 
-    @contextmanager
-    def only_queued(self) -> Iterator[Host]:
-        """Calls of the host that are just queued: no time passes, and the journal has the whole script already."""
-        host = self.bus_host
-        kept = host.wait_for, host.on_input
-        host.wait_for = host.on_input = None
-        try:
-            yield host
-        finally:
-            host.wait_for, host.on_input = kept
+    def nested(self) -> AbstractContextManager[None]:
+        """Tell nothing of what is done in here: whoever hears of inputs has heard of the whole script.  Calls of the
+        host only queue."""
+        return self.kernel.outside.nested()
 
     def terminal(self, name: str, chip: Chip) -> Terminal:
         """A pin by its short or full name."""
-        return self.bench.pin(name if "." in name else f"{chip.name}.{name}")
+        return self.scene.pin(name if "." in name else f"{chip.name}.{name}")
 
-    def put(self, terminal: Terminal, value: int | None) -> None:
-        """Drive a pin or let go of it; the journal has the whole script already."""
-        kept, terminal.on_input = terminal.on_input, None
-        try:
+    def put(self, terminal: Terminal, value: int | None, at: int | None = None) -> None:
+        """Drive a pin or let go of it, now or at an instant."""
+        if at is not None:
+            self.scene.at(f"{at} ps", lambda: self.put(terminal, value))
+            return
+        with self.nested():
             if value is None:
                 terminal.release()
             else:
                 terminal.drive(value)
-        finally:
-            terminal.on_input = kept
-
-    def put_at(self, terminal: Terminal, value: int | None, at: int | None) -> None:
-        """The same at an instant; None: now."""
-        if at is None:
-            self.put(terminal, value)
-        else:
-            self.bench.at(f"{at} ps", lambda: self.put(terminal, value))
 
 
 # ------------------------------------------------------------------------------------------------------------ commands

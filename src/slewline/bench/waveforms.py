@@ -8,13 +8,13 @@ from functools import partial
 from operator import attrgetter
 from typing import TYPE_CHECKING
 
-from ..core.axis import Axis
 from ..core.chip import Chip
 from ..parts.part import Part
 from .curves import axes_of
 
 if TYPE_CHECKING:
     from ..record.layouts import View
+    from ..record.recorder import TextLog
     from ..record.vcd_sources import Source
 
 _time = attrgetter("time_ps")
@@ -29,16 +29,18 @@ def chips_of(chips: Mapping[str, Chip], names: Iterable[str]) -> list[Chip]:
     return [chip for name, chip in chips.items() if name in owners]
 
 
-def values_of(chips: Iterable[Chip], parts: Iterable[Part] = ()) -> list[Source]:
-    """Of every axis the command that began its motion, and its quantities; of every chip its findings; of parts that
-    have quantities, these and their findings."""
+def values_of(chips: Iterable[Chip], commands: Mapping[str, TextLog], parts: Iterable[Part] = ()) -> list[Source]:
+    """Of every chip its findings and the command in work; of every axis what moves it, and its quantities; of parts
+    that have quantities, these and their findings."""
     from ..record.vcd_sources import CurveSource, TextSource
 
     sources: list[Source] = []
     for chip in chips:
         sources.append(TextSource(f"{chip.name}.finding", partial(_findings, chip)))
+        if chip.name in commands:
+            sources.append(TextSource(f"{chip.name}.command", commands[chip.name].between, all=False))
         for scope, axis in axes_of(chip):
-            sources.append(TextSource(f"{scope}.command", partial(_commands, axis.motor)))
+            sources.append(TextSource(f"{scope}.motion", axis.motor.log.texts, all=False))
             sources += [CurveSource(f"{scope}.{quantity.name}", quantity) for quantity in axis.quantities()]
     for part in parts:
         if quantities := part.quantities():
@@ -69,7 +71,7 @@ def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> View:
     around = (end - begin) // AROUND
     begin, end = max(begin - around, start), min(end + around, stop)
     found = [(ps, text.split(":")[0]) for chip in chips for ps, text in _findings(chip, start, stop)]
-    begun = [at for axis in axes for at in _commands(axis.motor, start, stop)]
+    begun = [(motion.time_ps, motion.text) for axis in axes for motion in axis.motor.motions(start, stop)]
     marks = _apart([*sorted(found), *sorted(begun)], (end - begin) // APART)
     scale = 10 ** ((len(str(unit)) - 1) % 3)
     return View(begin // unit, end // unit, [(ps // unit, text) for ps, text in marks], scale)
@@ -88,7 +90,3 @@ def _findings(owner: Chip | Part, start: int, stop: int) -> list[tuple[int, str]
     findings = owner.findings
     first, end = bisect_left(findings, start, key=_time), bisect_right(findings, stop, key=_time)
     return [(found.time_ps, f"{found.code}: {found.text}") for found in findings[first:end]]
-
-
-def _commands(axis: Axis, start: int, stop: int) -> list[tuple[int, str]]:
-    return [(motion.time_ps, motion.text) for motion in axis.motions(start, stop)]

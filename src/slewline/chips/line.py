@@ -10,9 +10,9 @@ serial `port`), and a method for each command or an `obey` of its own.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from inspect import isawaitable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ..core.chip import Chip
 from ..core.kernel import Kernel, Task
@@ -50,16 +50,8 @@ class LineChip(Chip):
     done, refused = b"OK", b"?"  # what `obey` answers where a command says nothing, and to what is no command
     lenient = False  # forgive a line feed between two lines
 
-    def __init__(
-        self,
-        kernel: Kernel,
-        name: str,
-        crystal_hz: int | None = None,
-        *,
-        bare: bool = False,
-        straps: Mapping[str, int] | None = None,
-    ) -> None:
-        super().__init__(kernel, name, crystal_hz, bare=bare, straps=straps)
+    def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, **given: Any) -> None:
+        super().__init__(kernel, name, crystal_hz, **given)
         assert self.sheet.port is not None  # a mistake in the sheet of the chip
         self.port: Port = self.sheet.port
         self.work: deque[Line | bytes] = deque()  # lines to obey, and answers that came late
@@ -91,6 +83,15 @@ class LineChip(Chip):
         if isawaitable(answer):
             answer = await answer
         return [self.done if answer is None else str(answer).encode("ascii")]
+
+    def meant(self, line: Line) -> bytes | None:
+        """What a line says to this chip, without address and checksum; None: nothing, or it is for another one."""
+        return line.text
+
+    @property
+    def under_way(self) -> str:
+        """What the chip works on besides a line of the host."""
+        return ""
 
     def busy(self, on: bool) -> None:
         """The chip begins or ends to work on a line; a chip with a pin for it shows it there."""
@@ -173,11 +174,15 @@ class LineChip(Chip):
             item = self.work[0]
             if isinstance(item, Line):
                 self.busy(True)
+                if self.on_command and (said := self.meant(item)) is not None:
+                    self.on_command(said.decode("latin-1"))
                 await self.at_tick(self.clock.ticks_from(item.end_ps + self.turnround_ps))
                 await next_round(self.kernel)  # a line acts after all timed work of its instant
                 self.sync()
                 answers = await self.obey(item)
                 self.busy(False)
+                if self.on_command:
+                    self.on_command(self.under_way)
             else:
                 answers = [item]
             for answer in answers:

@@ -6,12 +6,13 @@ The past is a list of stretches, each following one train; undisturbed travel of
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING
 
 from ..errors import UsageError
+from .hook import Hook
 from .kernel import Kernel
 from .motions import Mark, Motions, MotionStart
 from .plan import Plan
@@ -39,7 +40,8 @@ class Stretch:
     """A stretch of travel: from an instant on, `playing` moves the axis by `sign` a step, starting from `travel`.
 
     `count` is `travel` without those steps that the position register did not count; it counts `counts` a step.  A
-    train that plays a plan from one of its steps on tells of both.
+    train that plays a plan from one of its steps on tells of both.  Where a motion is cut off, its step in progress is,
+    too: from `halted` on the motor stands.
     """
 
     start: int
@@ -50,6 +52,7 @@ class Stretch:
     playing: Playing | None
     plan: Plan | None = None
     step: int = 0
+    halted: int | None = None
 
     def phases(self) -> Iterator[tuple[int, int, str]]:
         """Yield the legs of the plan that are played: begin and end in ps, and the name."""
@@ -80,9 +83,9 @@ class Axis:
         self.offset = position - self.low  # position - low = offset + counted, modulo
         self.past = [Stretch(0, 0, 0, 1, 1, None)]
         self.offsets = [(0, self.offset)]
-        self.watchers: list[Callable[[], object]] = []  # called when a plan or the register changes
-        self.forgetters: list[Callable[[int], object]] = []  # called when the past before an instant is dropped
-        self.log = Motions(kernel)  # what a chip tells of its motions
+        self.on_change: Hook[[]] = Hook()  # another train is followed, or the register was loaded
+        self.on_forget: Hook[[int]] = Hook()  # the past before an instant is dropped
+        self.log = Motions(self)  # what a chip tells of its motions
 
     @property
     def travel(self) -> int:
@@ -114,8 +117,8 @@ class Axis:
             self.offsets[-1] = (self.kernel.now, self.offset)
         else:
             self.offsets.append((self.kernel.now, self.offset))
-        for watcher in self.watchers:
-            watcher()
+        if self.on_change.listeners:
+            self.on_change()
 
     def follow(
         self, playing: Playing | None, sign: int, counted: bool = True, plan: Plan | None = None, step: int = 0
@@ -128,8 +131,20 @@ class Axis:
         """
         counts = sign if counted else 0
         self.past.append(Stretch(self.kernel.now, self.travel, self.counted, sign, counts, playing, plan, step))
-        for watcher in self.watchers:
-            watcher()
+        if self.on_change.listeners:
+            self.on_change()
+
+    def stands(self) -> tuple[int, int]:
+        """The position register and the travel at this instant, steps of this instant being made."""
+        now, stretch = self.kernel.now, self.past[-1]
+        begun = stretch.playing.begun(now) if stretch.playing is not None else 0
+        position = self.low + (self.offset + stretch.count + stretch.counts * begun) % self.modulus
+        return position, stretch.travel + stretch.sign * begun
+
+    def halt(self) -> None:
+        """The step in progress, if there is one, is cut off: from now on the motor stands."""
+        if self.past[-1].halted is None:
+            self.past[-1].halted = self.kernel.now
 
     def arrives(self, position: int) -> int | None:
         """When the present promise reaches a position; None if it does not."""
@@ -156,8 +171,7 @@ class Axis:
         in_force = bisect_right(self.offsets, self.past[0].start, key=itemgetter(0)) - 1
         del self.offsets[: max(in_force, 0)]
         self.log.forget(before)
-        for forgetter in self.forgetters:
-            forgetter(before)
+        self.on_forget(before)
 
     def motions(self, start: int, stop: int) -> list[MotionStart]:
         """Return the motions that begin at start <= t <= stop, in ps."""
@@ -303,7 +317,8 @@ class Axis:
     def driven(self, start: int, stop: int) -> list[tuple[int, int, int, Playing]]:
         """What says the velocity at start <= t <= stop: from which instant on, before which one, direction, and train.
 
-        A step in progress lasts until its end, or until the next train moves the axis.
+        A step in progress lasts until its end, or until the next train moves the axis; one that is cut off does not:
+        from there on the direction is 0.
         """
         found: list[tuple[int, int, int, Playing]] = []
         end = stop + 1
@@ -311,7 +326,12 @@ class Axis:
             stretch = self.past[number]
             playing = stretch.playing
             if playing is not None and (moves := playing.moves) is not None and moves < end:
-                found.append((max(moves, start), end, stretch.sign, playing))
+                halted = end if stretch.halted is None else max(stretch.halted, moves)
+                if halted < end:
+                    found.append((max(halted, start), end, 0, playing))
+                    end = halted
+                if max(moves, start) < end:
+                    found.append((max(moves, start), end, stretch.sign, playing))
                 end = moves
                 if moves <= start:
                     break

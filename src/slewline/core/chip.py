@@ -5,16 +5,19 @@ Reset acts through a net: its change kills the firmware after all timed work of 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from ..errors import UnknownName, UsageError
 from .axis import Axis, Steps
+from .hook import Hook
 from .ideal import Deviation, deviation
 from .kernel import Kernel, Task
-from .motions import Mark, MotionStart, Parameters
+from .motions import Mark, MotionEnd, MotionStart, Parameters
 from .net import Bus, Driver, Net
+from .option import checked
 from .pin import Condition, Terminal
 from .quantity import Position, Quantity, Velocity
 from .table import Sheet
@@ -24,6 +27,8 @@ from .waits import first_of, until
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from .program import ProgramRow
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +56,28 @@ class ReachesCondition(Condition):
 
     def when(self) -> int | None:
         return self.motor.arrives(self.position)
+
+
+class InstructionCondition(Condition):
+    def __init__(self, chip: Chip, address: int | None) -> None:
+        if address is not None and (type(address) is not int or address < 0):
+            raise UsageError(f"{chip.name}: instruction at {address!r}; allowed an address, 0 and up, or none for any")
+        self.chip, self.address, self.hit = chip, address, False
+        self.text = f"{chip.name} at {'its next instruction' if address is None else f'instruction {address}'}"
+
+    def begin(self) -> None:
+        self.hit = False
+        if self.begun not in self.chip.on_instruction.listeners:
+            self.chip.on_instruction.add(self.begun)
+
+    def begun(self, address: int) -> None:
+        """An instruction has begun."""
+        if self.address in (None, address):
+            self.hit = True
+            self.chip.on_instruction.remove(self.begun)
+
+    def met(self) -> bool:
+        return self.hit
 
 
 class OneAxis:
@@ -128,9 +155,20 @@ class OneAxis:
     def motions(self, start: Time | None = None, stop: Time | None = None) -> list[MotionStart]:
         """Return the motions that begin at start <= t <= stop; all of them by default.
 
-        Each names what began it, the rates in force, and the ideal that it has followed, if the part defines one.
+        Each names what began it, the rates in force, the ideal that it has followed, if the part defines one, and how
+        it has ended.
         """
         return self.motor.motions(*self._window(start, stop))
+
+    @property
+    def on_motion_begin(self) -> Hook[[MotionStart]]:
+        """Called with every motion of this axis as it begins."""
+        return self.motor.log.on_begin
+
+    @property
+    def on_motion_end(self) -> Hook[[MotionEnd]]:
+        """Called with the end of every motion of this axis, as it comes."""
+        return self.motor.log.on_end
 
     def marks(self, start: Time | None = None, stop: Time | None = None) -> list[Mark]:
         """Return what else has happened to this axis at start <= t <= stop: commands in motion, limits, home."""
@@ -181,7 +219,10 @@ class AxisOfChip(OneAxis):
 
 
 class Chip(OneAxis):
-    """A part on a bench.  Subclasses bring a sheet and `run()`, the firmware."""
+    """A part on a bench.  Subclasses bring a sheet and `run()`, the firmware.
+
+    `options` holds every option of the sheet by its name, checked.
+    """
 
     sheet: Sheet
     axes: tuple[Axis, ...]
@@ -194,31 +235,34 @@ class Chip(OneAxis):
         *,
         bare: bool = False,
         straps: Mapping[str, int] | None = None,
+        **options: Any,
     ) -> None:
-        self.kernel, self.name = kernel, name
+        self.kernel, self.name, self.bare = kernel, name, bare
+        self.options = SimpleNamespace(**checked(name, self.sheet.options, options))
         self.crystal_hz = crystal_hz or self.sheet.crystal_hz
         self.clock = Clock(self.crystal_hz)
         self.tick = 0  # the chip's own count; every sleep adds to it, so nothing drifts
         self.findings: list[Finding] = []
-        self.on_finding: Callable[[Finding], object] | None = None
-        self.on_power: Callable[[Chip, bool], object] | None = None  # the journal
-        self.on_input: Callable[[str, list[Any]], object] | None = None  # the journal, too: other inputs from outside
+        self.on_finding: Hook[[Finding]] = Hook()
+        self.on_power: Hook[[Chip, bool]] = Hook()  # the supply is being switched
+        self.on_instruction: Hook[[int]] = Hook()  # an instruction of the program begins: its address
+        self.on_command: Hook[[str]] = Hook()  # the chip works on another command or instruction; "": on none
         self.task: Task | None = None
         self.idle = False
         self._waiting: tuple[str, int] = ("nothing yet", 0)
-        self._build_pins(bare, straps or {})
+        self._build_pins(straps or {})
 
     @property
     def has_bus(self) -> bool:
         """Does the part have a data bus?"""
         return any(isinstance(terminal.net, Bus) for terminal in self.pins.values())
 
-    def _build_pins(self, bare: bool, straps: Mapping[str, int]) -> None:
+    def _build_pins(self, straps: Mapping[str, int]) -> None:
         self.pins: dict[str, Terminal] = {}
         self.drivers: dict[str, Driver] = {}
         prefix = self.sheet.bus
         self.bus = Bus(self.kernel, f"{self.name}.{prefix}")
-        self.bus.on_conflict = self._conflict
+        self.bus.on_conflict.add(self._conflict)
         self.bus_driver = Driver(self.bus, self.name)
         for row in self.sheet.pins:
             line = row.name.removeprefix(prefix)
@@ -227,11 +271,10 @@ class Chip(OneAxis):
                 terminal.bit = int(line)
             else:
                 open_input = row.way == "in" and row.pull is None  # an input without pull-up reads low when left open
-                net = Net(
-                    self.kernel, f"{self.name}.{row.name}", 0 if open_input else row.pull, None if bare else row.tie
-                )
+                pull, tie = 0 if open_input else row.pull, None if self.bare else row.tie
+                net = Net(self.kernel, f"{self.name}.{row.name}", pull, tie)
                 terminal = Terminal(self.name, row, net)
-                net.on_conflict = self._conflict
+                net.on_conflict.add(self._conflict)
                 if row.way in ("out", "both"):
                     self.drivers[row.name] = Driver(net, self.name)
             self.pins[row.name] = terminal
@@ -274,7 +317,7 @@ class Chip(OneAxis):
 
     def step_nets(self) -> list[Net]:
         """Outputs that show every step of a motor."""
-        return []
+        return [self.pins[row.name].net for row in self.sheet.pins if row.role == "step"]
 
     @property
     def motor(self) -> Axis:
@@ -295,6 +338,19 @@ class Chip(OneAxis):
     def program(self) -> bytes:
         """The program memory in use."""
         return b""
+
+    @property
+    def program_counter(self) -> int | None:
+        """The address of the instruction that is in work, or comes next; None: no program runs."""
+        return None
+
+    def at_instruction(self, address: int | None = None) -> Condition:
+        """Condition: from now on the instruction at an address begins; without one, any."""
+        return InstructionCondition(self, address)
+
+    def program_rows(self) -> list[ProgramRow]:
+        """Return the stored program, an instruction a row: address, bytes and text."""
+        return []
 
     def listing(self) -> str:
         """The stored program as text, with addresses."""
@@ -340,10 +396,22 @@ class Chip(OneAxis):
         """Keep what a host did wrong, or where the manual is silent."""
         found = Finding(self.kernel.now, self.name, code, text)
         self.findings.append(found)
-        if self.on_finding is not None:
-            self.on_finding(found)
+        self.on_finding(found)
+
+    def input(self, verb: str, *args: Any) -> None:
+        """Tell the outside that a user has told the chip something by one of its methods, as plain data."""
+        self.kernel.outside.tell("input", part=self.name, verb=verb, args=list(args))
+
+    def switched(self, on: bool) -> None:
+        """Tell that the supply is being switched."""
+        self.kernel.outside.tell("power", chip=self.name, on=on)
+        self.on_power(self, on)
 
     def _conflict(self, net: Net) -> None:
+        """A conflict on a wire that chips share is a finding of the first of them."""
+        if net.blamed_ps == self.kernel.now:
+            return
+        net.blamed_ps = self.kernel.now
         if not self.findings or self.findings[-1].code != "conflict" or self.findings[-1].time_ps != self.kernel.now:
             self.finding("conflict", f"two outputs disagree on {net.name}; the low one wins")
 

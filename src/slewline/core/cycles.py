@@ -25,6 +25,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, Protocol
 
+from .clocking import ClockEdges, TrainEdges
 from .timebase import Clock
 from .train import Playing, Train
 
@@ -321,6 +322,27 @@ class SquareView:
     @property
     def until(self) -> int | None:
         return self.of.until
+
+    def clock(self, level: int, since: int) -> ClockEdges:
+        """Return the edges to a level after an instant (see clocking.py)."""
+        return TrainEdges(self, level, since)
+
+    def passed(self, level: int, tick: int) -> int:
+        """Return how many edges to a level there are by a tick, that tick included."""
+        over = self.halves.begun_by(tick)
+        return max((over + 1) // 2 - self.high, 0) if level else over // 2
+
+    def edge(self, level: int, k: int) -> int | None:
+        """Return the tick of edge k to a level, counting from 1; None: there are fewer."""
+        half = 2 * (k - 1 + self.high) if level else 2 * k - 1
+        return self.halves.begin(half) if half < self.halves.steps else None
+
+    def edge_times(self, level: int, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of edges first ... last to a level: (n,) int64 ps."""
+        if not level:
+            return self.of.train.begins(first - 1, last)
+        high = int(self.high)
+        return self.halves.begins(2 * (first - 1 + high), 2 * (last + high) - 1)[::2]
 
     def level(self, ps: int) -> int:
         over = self.halves.begun(self.of.bounded(ps))

@@ -17,6 +17,8 @@ from itertools import count
 from typing import Any, Protocol
 
 from ..errors import Endless, SlewlineError
+from .hook import Hook
+from .outside import Outside
 from .timebase import readable
 
 ROUNDS_LIMIT = 1_000_000
@@ -65,8 +67,30 @@ class Call:
         return f"<Call {self.function!r}>"
 
 
+class CommitHook(Hook[[int]]):
+    """The hook of committed time.  A run looks once whether anybody listens; who is first to do so in the middle of it
+    leaves a mark in the heap, so that an instant costs nothing more while nobody listens."""
+
+    __slots__ = ("kernel", "mark")
+
+    def __init__(self, kernel: Kernel) -> None:
+        super().__init__()
+        self.kernel, self.mark = kernel, Call(lambda: None)
+        self.mark.token = 1  # an entry with another token is stale: it is dropped, never called
+
+    def add(self, listener: Callable[[int], object]) -> Callable[[int], object]:
+        kernel = self.kernel
+        if kernel.running and not self.listeners:
+            heappush(kernel.heap, (kernel.now, next(kernel.order), self.mark, 0))
+        return super().add(listener)
+
+
 class Kernel:
-    """Virtual time.  `now` is the instant being run, `seen` the last instant whose changes are visible."""
+    """Virtual time.  `now` is the instant being run, `seen` the last instant whose changes are visible.
+
+    `on_commit` hears how far time has been run: an instant is quiet, or a run ends without an event.  What lies before
+    that instant is final; at the instant itself something may still be put in from outside, and then it is told again.
+    """
 
     def __init__(self, shuffle: Shuffler | None = None) -> None:
         self.now = 0
@@ -78,6 +102,8 @@ class Kernel:
         self.task: Task | None = None
         self.shuffle = shuffle
         self.running = False
+        self.outside = Outside()
+        self.on_commit: Hook[[int]] = CommitHook(self)
 
     # ------------------------------------------------------------------------------------------------- scheduling
     def spawn(self, coroutine: Coroutine[Any, Any, None], name: str) -> Task:
@@ -113,6 +139,8 @@ class Kernel:
             self.running = True
             try:
                 self._react(self.now, [])
+                if self.on_commit.listeners:
+                    self._committed()
             finally:
                 self._rest()
 
@@ -121,11 +149,18 @@ class Kernel:
         self.run_while(None, until)
         if until > self.now:
             self.now = self.seen = until
+            if self.on_commit.listeners:
+                self.running = True
+                try:
+                    self._committed()
+                finally:
+                    self._rest()
 
     def run_while(self, over: Callable[[], bool] | None, until: int) -> bool:
         """Run whole instants, none later than `until`, until `over` says so; false when it does."""
         self.settle()
         heap = self.heap
+        told = bool(self.on_commit.listeners)
         self.running = True
         try:
             while over is None or not over():
@@ -133,12 +168,17 @@ class Kernel:
                     return True
                 _, _, who, token = heappop(heap)
                 if who.token != token:
+                    if not told and self.on_commit.listeners:  # somebody has begun to listen
+                        told = True
+                        self._committed()
                     continue
                 who.token = token + 1
                 self.now = time
                 self.seen = time - 1
                 if self.shuffle is not None or who.is_net or (heap and heap[0][0] == time):
                     self._instant(time, who)
+                    if told:
+                        self._committed()
                     continue
                 self.task = who  # one timer, alone in its instant: most of the time
                 try:
@@ -152,6 +192,8 @@ class Kernel:
                     self._react(time, [])
                 else:
                     self.seen = time
+                if told:
+                    self._committed()
             return False
         finally:
             self._rest()
@@ -179,6 +221,15 @@ class Kernel:
                     who.token = token + 1
                     break
 
+    def _committed(self) -> None:
+        """Tell that this instant is over; what a listener puts in still belongs to it, and then it is told again."""
+        for _ in range(ROUNDS_LIMIT):
+            self.on_commit(self.now)
+            if not (self.pending or self.woken):
+                return
+            self._react(self.now, [])
+        raise Endless(f"who listens to on_commit puts something in at {readable(self.now)} whenever it is told")
+
     def _rest(self) -> None:
         self.running = False
         self.seen = self.now
@@ -186,11 +237,11 @@ class Kernel:
 
     def _react(self, time: int, edges: list[Any]) -> None:
         """Commit, tell, run what was woken, and again, until the instant is quiet."""
-        self.seen = time
         for _ in range(ROUNDS_LIMIT):
             if self.pending or edges:
                 self._commit(time, edges)
                 edges = []
+            self.seen = time
             ready = self.woken
             if ready:
                 self.woken = []
@@ -242,6 +293,7 @@ class Kernel:
                 if net.told:
                     net.told = 0
                     nets += net.joined or (net,)
+        self.seen = time
         for net in nets:
             if net.update(time) and (net.waiters or net.observers):
                 changed.append(net)

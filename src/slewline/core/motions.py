@@ -1,9 +1,10 @@
-"""What an axis keeps of its motions, for pictures: when each began, by what, at which rates, and what else happened.
+"""What an axis tells of its motions: when each begins, by what, at which rates, when and why it ends, and what else
+happens.
 
-    command      MotionStart               Mark              MotionStart
-       |             |                       |                   |
-       v     sets out| first step            | "ABORT"           |
-    ---.-------------|.....___---------------|---___-------------|....___---
+    command      MotionStart               Mark            MotionEnd        MotionStart
+       |             |                       |                |                  |
+       v     sets out| first step            | "ABORT"        | "stopped"        |
+    ---.-------------|.....___---------------|---___----------|------------------|....___---
                      |<-- ideal, from the first step on -->|
                                              departs: the motion follows its ideal no longer
 
@@ -16,11 +17,34 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from operator import attrgetter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+from .hook import Hook
 
 if TYPE_CHECKING:
+    from .axis import Axis
     from .ideal import Ideal
-    from .kernel import Kernel
+
+Why = Literal["done", "stopped", "limit", "changed", "cut"]
+
+
+@dataclass(frozen=True, slots=True)
+class MotionEnd:
+    """A motion of an axis is over.
+
+    `position` is the register, `steps` the way of this motion, negative counter-clockwise.  `why`:
+
+        "done"     it has come to its own end
+        "stopped"  it was told to end before that: ABORT, Z, STOP, another profile mode ...
+        "limit"    a limit switch has ended it, or the end of the position counter
+        "changed"  another motion has taken its place, without a rest
+        "cut"      K, reset, the motor or the supply switched off: at once, in the midst of a step
+    """
+
+    time_ps: int
+    position: int
+    steps: int
+    why: Why
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +54,9 @@ class MotionStart:
     `text` says what began it, in the manual's words; `rates` are those in force, by name, in steps/s ("R = 80" ->
     5978.0), `notes` further parameters ("S" -> 200); `ideal` is the part's ideal of this motion, as far as the motion
     has followed it, None where the part defines none or nothing has moved yet.  `changes` are other rates that came
-    into force on the way, in place of these: since when, in ps, and all of them.
+    into force on the way, in place of these: since when, in ps, and all of them.  `position` is the register as the
+    motion begins, `direction` 1 clockwise, -1 counter-clockwise, 0 where it is not said; `end` tells how the motion has
+    ended, None while it goes on.
     """
 
     time_ps: int
@@ -39,6 +65,9 @@ class MotionStart:
     notes: Mapping[str, object] = field(default_factory=dict)
     law: Callable[[], Ideal | None] | None = field(default=None, compare=False, repr=False)
     changes: tuple[tuple[int, Mapping[str, float]], ...] = ()
+    position: int = 0
+    direction: int = 0
+    end: MotionEnd | None = None
 
     @property
     def ideal(self) -> Ideal | None:
@@ -69,9 +98,14 @@ class _Started:
     time_ps: int
     text: str
     parameters: Callable[[], Parameters]
+    position: int
+    travel: int
+    direction: int
     ideal: Callable[[], Ideal | None] | None = None
     departed: int | None = None  # when it ceased to follow its ideal
     changes: list[tuple[int, Callable[[], Mapping[str, float]]]] = field(default_factory=list)
+    told_to_stop: bool = False
+    end: MotionEnd | None = None
 
     def law(self) -> Ideal | None:
         """The ideal, as far as the motion has followed it."""
@@ -83,20 +117,53 @@ _time = attrgetter("time_ps")
 
 
 class Motions:
-    """The motions and marks of one axis, in the order of time."""
+    """The motions and marks of one axis, in the order of time.
 
-    __slots__ = ("_marks", "_started", "kernel")
+    `on_begin` and `on_end` are called with the MotionStart and the MotionEnd of every motion as it begins and ends.
+    """
 
-    def __init__(self, kernel: Kernel) -> None:
-        self.kernel = kernel
+    __slots__ = ("_marks", "_started", "axis", "kernel", "on_begin", "on_end")
+
+    def __init__(self, axis: Axis) -> None:
+        self.axis, self.kernel = axis, axis.kernel
+        self.on_begin: Hook[[MotionStart]] = Hook()
+        self.on_end: Hook[[MotionEnd]] = Hook()
         self._started: list[_Started] = []
         self._marks: list[Mark] = []
 
     # ------------------------------------------------------------------------------------------------ what a chip says
-    def begin(self, text: str, parameters: Callable[[], Parameters]) -> None:
-        """A motion begins now; `parameters` says later with which ones."""
+    def begin(self, text: str, parameters: Callable[[], Parameters], direction: int = 0) -> None:
+        """A motion begins now; `parameters` says later with which ones.  One that is under way ends with it."""
+        self.end("changed")
         self.depart()
-        self._started.append(_Started(self.kernel.now, text, parameters))
+        position, travel = self.axis.stands()
+        self._started.append(_Started(self.kernel.now, text, parameters, position, travel, direction))
+        if self.on_begin:
+            self.on_begin(self._told(self._started[-1]))
+
+    @property
+    def under_way(self) -> bool:
+        """Has a motion begun that has not ended?"""
+        return bool(self._started) and self._started[-1].end is None
+
+    def stop(self) -> None:
+        """The motion under way is told to end early; it ends when it is at rest."""
+        if self._started:
+            self._started[-1].told_to_stop = True
+
+    def end(self, why: Why | None = None) -> None:
+        """The motion under way, if there is one, ends now; without a reason it was told to stop, or is done."""
+        if not self.under_way:
+            return
+        started = self._started[-1]
+        position, travel = self.axis.stands()
+        reason: Why = why or ("stopped" if started.told_to_stop else "done")
+        started.end = MotionEnd(self.kernel.now, position, travel - started.travel, reason)
+        if reason == "cut":
+            self.depart()
+            self.axis.halt()
+        if self.on_end:
+            self.on_end(started.end)
 
     def expect(self, ideal: Callable[[], Ideal | None]) -> None:
         """The motion that has begun last follows an ideal, which is worked out later."""
@@ -127,6 +194,16 @@ class Motions:
         """Return the motion that has begun last."""
         return self._told(self._started[-1]) if self._started else None
 
+    def texts(self, start: int, stop: int) -> list[tuple[int, str]]:
+        """Return what is under way at start <= t <= stop: since when, and what began it; empty at rest."""
+        found: list[tuple[int, str]] = []
+        first = max(bisect_left(self._started, start, key=_time) - 1, 0)
+        for started in self._started[first : bisect_right(self._started, stop, key=_time)]:
+            found.append((started.time_ps, started.text))
+            if started.end is not None:
+                found.append((started.end.time_ps, ""))
+        return [entry for entry in found if start <= entry[0] <= stop]
+
     def marks(self, start: int, stop: int) -> list[Mark]:
         """Return what has happened at start <= t <= stop."""
         first = bisect_left(self._marks, start, key=_time)
@@ -134,7 +211,18 @@ class Motions:
 
     def _told(self, started: _Started) -> MotionStart:
         changes = tuple((since, rates()) for since, rates in started.changes)
-        return MotionStart(started.time_ps, started.text, *started.parameters(), started.law, changes)
+        rates, notes = started.parameters()
+        return MotionStart(
+            started.time_ps,
+            started.text,
+            rates,
+            notes,
+            started.law,
+            changes,
+            started.position,
+            started.direction,
+            started.end,
+        )
 
     def forget(self, before: int) -> None:
         """Drop what lies before an instant, but for the motion that is under way there."""

@@ -13,12 +13,14 @@ what it has recorded, so that nobody who holds one of them need hear of the othe
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from heapq import heappush
 from typing import Any
 
+from .hook import Hook
 from .kernel import Kernel, Task
-from .wave import Level, Promise, Wave
+from .views import Rested, Wired, floats
+from .wave import Level, Promise, Wave, promised
 
 __all__ = ["Bus", "Driver", "Level", "Net", "Promise", "Wave"]
 
@@ -26,7 +28,7 @@ __all__ = ["Bus", "Driver", "Level", "Net", "Promise", "Wave"]
 class Driver:
     """One output on a net.  What it is told takes effect at the end of the round."""
 
-    __slots__ = ("kernel", "level", "name", "net", "next", "pending", "promise")
+    __slots__ = ("kernel", "level", "name", "net", "next", "pending", "promise", "source")
 
     def __init__(self, net: Net, name: str) -> None:
         self.net, self.kernel, self.name = net.hub, net.kernel, name
@@ -34,6 +36,7 @@ class Driver:
         self.promise: Promise | None = None
         self.next: Level | Promise = None
         self.pending = False
+        self.source: object = None  # the part that runs ahead of time and decides on this output, if it does
         net.drivers.append(self)
         net.sort_drivers()
 
@@ -75,11 +78,15 @@ class Driver:
 
     def take(self) -> None:
         """Commit what was told (called by the kernel)."""
-        nets = self.net.joined or (self.net,)
+        hub, told = self.net, self.next
+        nets = hub.joined or (hub,)
+        if self.promise is None and told == self.level:
+            return  # it is so already
+        hub.renewed = told is self.promise
         for net in nets:
             for sampler in net.samplers:
                 sampler()
-        told = self.next
+        hub.renewed = False
         if told is None or type(told) is int or type(told) is tuple:
             if self.promise is None and (self.level is None) is (told is None):
                 self.level = told
@@ -112,9 +119,9 @@ class Net:
     """A wire.  `level` is what a reader sees now; `changes` and `changed_at` latch the edges of a watched net."""
 
     __slots__ = (
-        "_log", "active", "changed_at", "changes", "clash", "drivers", "hub", "is_net", "joined", "kernel", "latched",
-        "name", "observers", "on_conflict", "plain", "promise", "pull", "samplers", "tie", "token", "told", "value",
-        "waiters",
+        "_log", "active", "blamed_ps", "changed_at", "changes", "clash", "drivers", "hub", "is_net", "joined", "kernel",
+        "latched", "name", "observers", "on_conflict", "plain", "promise", "pull", "renewed", "samplers", "tie",
+        "token", "told", "value", "waiters",
     )  # fmt: skip
     width = 1
 
@@ -129,12 +136,14 @@ class Net:
         self.observers: list[Callable[[Net], object]] = []
         self.samplers: list[Callable[[], object]] = []  # called before a driver forgets what it has shown so far
         self._log: list[tuple[int, Any]] | None = None
-        self.on_conflict: Callable[[Net], object] | None = None
+        self.on_conflict: Hook[[Net]] = Hook()  # two drivers begin to disagree; one hook for all nets of a wire
+        self.blamed_ps = -1  # when that was made a finding last
         self.token = self.changes = self.changed_at = 0
         self.told = 0  # how many of its drivers have been told something in this round
         self.clash = False  # two drivers disagree, which is reported once
         self.active: list[Driver] = []  # those drivers that drive at all
         self.plain: Driver | None = None  # the only one that drives, when a level may simply follow a level
+        self.renewed = False  # samplers are called because a bound has moved: what was promised so far remains true
         self.latched = False  # `changes` and `changed_at` count even while nobody waits for the net
 
     @property
@@ -164,22 +173,46 @@ class Net:
         """The level that a reader sees: in round 1 the one from before the instant."""
         return self.value if self.promise is None else self.resolve(self.kernel.seen)
 
-    def resolve(self, ps: int) -> Level:
-        """Level at an instant, from all drivers, the tie and the pull."""
+    @staticmethod
+    def wired(levels: Iterable[Level]) -> tuple[Level, bool]:
+        """Return what some levels on one wire add up to, and whether they disagree."""
         level: Level = None
         clash = False
-        for driver in self.active:
-            own = driver.level if driver.promise is None else driver.promise.level(ps)
+        for own in levels:
             if own is not None:
                 if level is None:
                     level = own
                 elif own != level:
                     level, clash = 0, True
+        return level, clash
+
+    def resolve(self, ps: int) -> Level:
+        """Level at an instant, from all drivers, the tie and the pull."""
+        level, clash = self.wired(
+            [driver.level if driver.promise is None else driver.promise.level(ps) for driver in self.active]
+        )
         if clash is not self.clash:
             self._report(clash)
         if level is None:
             level = self.tie if self.tie is not None else self.pull
         return level
+
+    def shown(self) -> Promise | Level:
+        """Return what the wire shows from now on, as things stand: a promise, or the level that it stays at.
+
+        It is a value: it holds for the past when drivers tell something else, and knows nothing of what they tell.
+        """
+        rest = self.tie if self.tie is not None else self.pull
+        told = [driver.level if driver.promise is None else driver.promise for driver in self.active]
+        if not any(map(promised, told)):
+            return rest if (level := self.wired(told)[0]) is None else level
+        if len(told) > 1:
+            return Wired(tuple(told), self.wired, rest)
+        return Rested(told[0], rest) if rest is not None and floats(told[0]) else told[0]
+
+    def edges_ahead(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop under the present promises: two lists, or int64 ps and int8 levels."""
+        return shown.edges(start, stop) if promised(shown := self.shown()) else ([], [])
 
     def levels_before(self, instants: list[int]) -> list[Level]:
         """The levels just before some instants, under the present promises."""
@@ -197,7 +230,7 @@ class Net:
     def _report(self, clash: bool) -> None:
         for net in self.joined or (self,):
             net.clash = clash
-        if clash and self.hub.on_conflict is not None:
+        if clash:
             self.hub.on_conflict(self.hub)
 
     def rest(self) -> None:
@@ -217,12 +250,10 @@ class Net:
         if self._log is not None:
             self._keep(ps, new)
         alone = len(active) == 1 and self._log is None and not self.joined
-        if alone and type(promise) is Wave and ps >= promise.times[-1]:
-            for sampler in self.samplers:
-                sampler()
+        if alone and not self.samplers and type(promise) is Wave and ps >= promise.times[-1]:
             active[0].level, active[0].promise = promise.levels[-1], None  # the wave is over
             self.promise, self.plain = None, active[0]
-            if promise.levels[-1] is None or self.samplers:
+            if promise.levels[-1] is None:
                 self.sort_drivers()
         if new == self.value:
             return False
@@ -315,10 +346,13 @@ class Net:
         one.drivers += two.drivers
         one.told += two.told + 1  # the joint
         two.told = 0
-        one.on_conflict = one.on_conflict or two.on_conflict
+        for listener in two.on_conflict.listeners:
+            if listener not in one.on_conflict.listeners:
+                one.on_conflict.add(listener)
         pull = one.pull or (two.pull if two.pull is not None else one.pull)  # a pull-up wins over an open input
         for net in joined:
             net.hub, net.joined, net.drivers, net.tie, net.pull = one, joined, one.drivers, None, pull
+            net.on_conflict = one.on_conflict
             net.token += 1
         one.sort_drivers()
         one.kernel.pending.append(Joint(one))
@@ -333,11 +367,11 @@ class Bus(Net):
     __slots__ = ()
     width = 8
 
-    def resolve(self, ps: int) -> Level:
+    @staticmethod
+    def wired(levels: Iterable[Level]) -> tuple[Level, bool]:
         level: Level = None
         clash = False
-        for driver in self.active:
-            own = driver.level if driver.promise is None else driver.promise.level(ps)
+        for own in levels:
             if own is not None:
                 if level is None:
                     level = own
@@ -345,9 +379,7 @@ class Bus(Net):
                     clash |= bool(level[0] & own[0] & (level[1] ^ own[1]))
                     mask = level[0] | own[0]
                     level = mask, (level[1] | ~level[0]) & (own[1] | ~own[0]) & mask
-        if clash is not self.clash:
-            self._report(clash)
-        return self.pull if level is None else level
+        return level, clash
 
     @property
     def byte(self) -> int:

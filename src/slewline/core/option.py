@@ -3,29 +3,92 @@
 Option("stepwise", "bool", False, "play every motion step by step; slow, and the same to the last edge")
 Option("ramp_unit", "int", 452, "clocks that one rate unit takes", low=1, high=65535, unit="clocks", where="s.8")
 Option("load", "table", {}, "what the motor drives", table=(Option("inertia", "float", 0.0, "...", unit="kg m2"), ...))
+
+A chip names its rows in its sheet, a part in its class; `checked` gives the constructor all of them.  What comes as
+text, in a URL or on a command line, is made a value by its row first: `read`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from fractions import Fraction
 from types import MappingProxyType
 from typing import Any, Literal
 
 from ..errors import SlewlineError, UsageError
-from .timebase import picoseconds
+from .timebase import hertz, picoseconds, readable
 
-Kind = Literal["bool", "int", "float", "time", "text", "choice", "ints", "table", "object"]
+Kind = Literal[
+    "bool", "int", "float", "number", "time", "frequency", "text", "choice", "ints", "bytes", "table", "object"
+]
 EXPECTED: Mapping[Kind, str] = MappingProxyType(
     {
-        "bool": "True or False",
+        "bool": "True, False",
         "int": "a whole number",
         "float": "a number",
-        "time": "a time such as '20 ms'",
+        "number": "a number",
+        "time": "a time",
+        "frequency": "a frequency",
         "text": "text",
         "ints": "whole numbers",
+        "bytes": "text, bytes, or whole numbers from 0 to 255",
         "table": "a table",
+        "object": "an object of Python",
+    }
+)
+
+
+LIKE: Mapping[Kind, str] = MappingProxyType({"number": "9600 or '37.5'", "time": "'20 ms'", "frequency": "'11 MHz'"})
+
+
+def _many(value: Any) -> bool:
+    return isinstance(value, (Sequence, set, frozenset)) and not isinstance(value, (str, bytes, bytearray))
+
+
+def _whole(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+FITS: Mapping[Kind, Callable[[Any], bool]] = MappingProxyType(  # is a value of the kind, whatever its range?
+    {
+        "bool": lambda value: isinstance(value, bool),
+        "int": _whole,
+        "float": lambda value: _whole(value) or (isinstance(value, float) and abs(value) < float("inf")),
+        "number": lambda value: _whole(value) or isinstance(value, (str, Fraction)),
+        "time": lambda value: isinstance(value, str) or (hasattr(value, "__index__") and not isinstance(value, bool)),
+        "frequency": lambda value: _whole(value) or isinstance(value, str),
+        "text": lambda value: isinstance(value, str),
+        "ints": lambda value: _many(value) and all(map(_whole, value)),
+        "bytes": lambda value: (
+            isinstance(value, (str, bytes, bytearray))
+            or (_many(value) and all(_whole(byte) and 0 <= byte <= 255 for byte in value))
+        ),
+        "object": lambda _: True,
+    }
+)
+SIZES: Mapping[Kind, Callable[[Any], Any]] = MappingProxyType(  # what the range bounds
+    {"number": Fraction, "time": picoseconds, "frequency": hertz}
+)
+
+
+def _read_int(text: str) -> int:
+    return int(text, 16 if text.lower().startswith("0x") else 10)
+
+
+def _read_time(text: str) -> str | int:
+    return int(text) if text.isdecimal() else text
+
+
+READ: Mapping[Kind, Callable[[str], Any]] = MappingProxyType(
+    {
+        "bool": lambda text: {"true": True, "false": False}[text.lower()],
+        "int": _read_int,
+        "float": float,
+        "time": _read_time,
+        "frequency": _read_time,
+        "ints": lambda text: tuple(_read_int(number.strip()) for number in text.split(",") if number.strip()),
     }
 )
 
@@ -34,9 +97,11 @@ EXPECTED: Mapping[Kind, str] = MappingProxyType(
 class Option:
     """An option that a chip or a part takes when it is made.
 
-    `low` and `high` bound a number, a time (ps) and each of "ints"; `choices` are what a "choice" may be; `table` are
-    the rows of a "table".  `check` says what else is wrong with a value, in words, or "".  An "object" is something
-    that only Python can hand in (a function, a store).  `none`: None is allowed as well.
+    `low` and `high` bound a number, a time (ps), a frequency (Hz) and each of "ints".  A "choice" is one of `choices`,
+    which go by their texts.  `table` are the rows of a "table".  A "number" is exact: whole, or a decimal one as text.
+    An "object" is something that only Python can hand in (a function, a store), or one of `choices`.  `check` says what
+    else is wrong with a value, in words, or "".  `none`: None is allowed as well.  `default`: what holds where nothing
+    is said; ... where something must be said.  `like` is a value of a "text" or an "object", as an example.
     """
 
     name: str
@@ -50,18 +115,54 @@ class Option:
     table: tuple[Option, ...] = ()
     check: Callable[[Any], str] | None = None
     none: bool = False
+    like: str = ""
     where: str = ""
+
+    @property
+    def required(self) -> bool:
+        """Must it be given?"""
+        return self.default is ...
 
     @property
     def allowed(self) -> str:
         """What the option may be, in words."""
-        what = ", ".join(map(str, self.choices)) if self.choices else EXPECTED.get(self.kind, self.says)
+        words = [*map(str, self.choices)]
+        if not self.choices or self.kind == "object":
+            words.append(self._expected)
+        return ", ".join(words + ["None"] * self.none)
+
+    @property
+    def _expected(self) -> str:
         if self.table:
-            what = f"a table of {', '.join(row.name for row in self.table)}"
-        if self.low is not None or self.high is not None:
-            what += f", {'' if self.low is None else f'{self.low:g}'}..{'' if self.high is None else f'{self.high:g}'}"
-            what += f" {'ps' if self.kind == 'time' else self.unit}".rstrip()
-        return what + " or None" * self.none
+            return f"a table of {', '.join(row.name for row in self.table)}"
+        bounded = self.low is not None or self.high is not None
+        what = self._range if bounded else f"{EXPECTED[self.kind]}{f' ({self.unit})' if self.unit else ''}"
+        if bounded and self.kind == "ints":
+            what = f"whole numbers, each {what}"
+        like = self.like or LIKE.get(self.kind)
+        return f"{what}{',' if bounded else ''} such as {like}" if like else what
+
+    @property
+    def _range(self) -> str:
+        low, high = (None if bound is None else self._spelled(bound) for bound in (self.low, self.high))
+        if self.kind == "time" and self.low == 1 and high is None:
+            return "more than 0"
+        bounds = f"{low}..{high}" if low and high else f"{low} and more" if low else f"up to {high}"
+        return f"{bounds} {self.unit}".rstrip()
+
+    def _spelled(self, value: Any) -> str:
+        if self.kind == "time" and _whole(value):
+            return readable(value)
+        return f"{value:g}" if isinstance(value, float) else str(value)
+
+    @property
+    def shown(self) -> str:
+        """The default, in words."""
+        if self.required:
+            return ""
+        if self.kind == "time" and _whole(self.default):
+            return readable(self.default) if self.default else "0"
+        return "" if self.kind in ("table", "object") and not self.default else repr(self.default)
 
     def checked(self, owner: str, value: Any) -> Any:
         """Return a value that is allowed; of a table all of it, with what is left out.
@@ -71,55 +172,110 @@ class Option:
         """
         if value is None and self.none:
             return None
-        if self.kind == "table":
-            if not isinstance(value, Mapping):
-                raise self._wrong(owner, value)
-            return checked(f"{owner}: {self.name}", self.table, value) if self.table else dict(value)
+        if self.kind == "table" and isinstance(value, Mapping):
+            return checked(f"{owner}: {self.name}", self.table, value)
+        if _whole(value) or isinstance(value, str):  # what a choice may be named by
+            for choice in self.choices:
+                if str(choice) == str(value):
+                    return choice
+        why = self._wrong(value)
+        if why is not None:
+            raise UsageError(f"{owner}: {self.name} {value!r}; {why or f'allowed {self.allowed}'}")
         if self.kind == "ints":
-            if isinstance(value, (str, bytes, Mapping)) or not isinstance(value, (Sequence, set, frozenset)):
-                raise self._wrong(owner, value)
-            value = tuple(value)
-        if not self._fits(value) or (self.check is not None and (why := self.check(value))):
-            raise self._wrong(owner, value, why if self._fits(value) else "")
+            return tuple(sorted(value) if isinstance(value, (set, frozenset)) else value)
         return value
 
-    def _fits(self, value: Any) -> bool:
-        if self.kind == "bool":
-            return isinstance(value, bool)
-        if self.kind in ("text", "choice"):
-            return (isinstance(value, str) or self.kind == "choice") and (not self.choices or value in self.choices)
-        if self.kind == "object":
-            return True
-        if self.kind == "ints":
-            return all(type(number) is int and self._within(number) for number in value)
-        if self.kind == "time":
+    def _wrong(self, value: Any) -> str | None:
+        """Return why a value is not allowed, "" where `allowed` says it all; None: it is."""
+        if self.kind not in FITS or (self.choices and self.kind != "object") or not FITS[self.kind](value):
+            return ""
+        if self.low is not None or self.high is not None or self.kind in SIZES:
             try:
-                return self._within(picoseconds(value))
-            except (SlewlineError, TypeError, ValueError):
-                return False
-        return (
-            isinstance(value, int if self.kind == "int" else (int, float))
-            and not isinstance(value, bool)
-            and self._within(value)
-        )
+                sizes = value if self.kind == "ints" else [SIZES.get(self.kind, _same)(value)]
+            except SlewlineError as error:
+                return str(error)
+            except (ValueError, ZeroDivisionError):
+                return ""
+            if not all(self._within(size) for size in sizes):
+                return ""
+        return (self.check(value) or None) if self.check is not None else None
 
-    def _within(self, number: float) -> bool:
-        return (self.low is None or number >= self.low) and (self.high is None or number <= self.high)
+    def _within(self, size: Any) -> bool:
+        return (self.low is None or size >= self.low) and (self.high is None or size <= self.high)
 
-    def _wrong(self, owner: str, value: Any, why: str = "") -> UsageError:
-        return UsageError(f"{owner}: {self.name} {value!r}; {why or f'allowed {self.allowed}'}")
+    def read(self, text: str) -> Any:
+        """Return the value that a text stands for; if it stands for none the text, which `checked` refuses."""
+        if self.none and text.lower() == "none":
+            return None
+        value: Callable[[str], Any] = READ.get(self.kind, _same)
+        try:
+            return value(text)
+        except (KeyError, ValueError):
+            return text
+
+    def data(self) -> dict[str, Any]:
+        """Return the row as plain data, for a program: without what only Python can hand in."""
+        plain = None if self.required or (self.kind in ("table", "object") and not self.default) else self.default
+        return {
+            "name": self.name,
+            "kind": self.kind,
+            "default": list(plain) if isinstance(plain, (bytes, tuple)) else plain,
+            "required": self.required,
+            "says": self.says,
+            "low": self.low,
+            "high": self.high,
+            "unit": self.unit,
+            "choices": list(self.choices),
+            "table": [row.data() for row in self.table],
+            "none": self.none,
+            "where": self.where,
+        }
+
+
+def _same(value: Any) -> Any:
+    return value
 
 
 def checked(owner: str, rows: Iterable[Option], given: Mapping[str, Any]) -> dict[str, Any]:
     """Return every option of some rows: what is given, checked, and the defaults of the others.
 
     Raises:
-        UsageError: an option that there is not, or a value that is not allowed.
+        UsageError: an option that there is not, a value that is not allowed, or one that is missing.
     """
     known = {row.name: row for row in rows}
     for name in given:
         if name not in known:
             near = get_close_matches(str(name), known, 1)
             hint = f"; did you mean {near[0]}?" if near else ""
-            raise UsageError(f"{owner}: no option {name!r}; options: {', '.join(known) or 'none'}{hint}")
-    return {name: row.checked(owner, given[name]) if name in given else row.default for name, row in known.items()}
+            raise UsageError(f"{owner}: no option {name!r}; its options: {', '.join(known) or 'none'}{hint}")
+    found = {}
+    for name, row in known.items():
+        if name not in given and row.required:
+            raise UsageError(f"{owner}: needs the option {name}: {row.allowed}")
+        is_default = name not in given and row.kind != "table"
+        found[name] = row.default if is_default else row.checked(owner, given.get(name, row.default))
+    return found
+
+
+def read(rows: Iterable[Option], pairs: Iterable[tuple[str, str]]) -> dict[str, Any]:
+    """Return the options that texts stand for: ("stepwise", "true") or, in a table, ("load.inertia", "2e-5").
+
+    Names that are no option, and texts that stand for no value, come back as they are: `checked` refuses them.
+    """
+    known = {row.name: row for row in rows}
+    found: dict[str, Any] = {}
+    tables: dict[str, list[tuple[str, str]]] = {}
+    for name, text in pairs:
+        table, dot, rest = name.partition(".")
+        if dot and table in known and known[table].table:
+            tables.setdefault(table, []).append((rest, text))
+        else:
+            found[name] = known[name].read(text) if name in known else text
+    return {name: read(known[name].table, within) for name, within in tables.items()} | found
+
+
+def flat(rows: Iterable[Option], of: str = "") -> Iterator[tuple[str, Option]]:
+    """Yield every row with its full name, those of a table behind it: ("load.inertia", row)."""
+    for row in rows:
+        yield f"{of}{row.name}", row
+        yield from flat(row.table, f"{of}{row.name}.")

@@ -102,7 +102,6 @@ class Terminal:
         self.bit: int | None = None  # of a bus
         self._driver: Driver | None = None
         self._level: int | None = None  # what is driven from outside
-        self.on_input: Callable[[Terminal, int | None], object] | None = None  # the journal
 
     @property
     def level(self) -> int | None:
@@ -150,7 +149,7 @@ class Terminal:
             self._put(before, kernel.now + ps)
 
         if start > kernel.now:
-            kernel.call_at(start, begin)
+            kernel.call_at(start, kernel.outside.later(begin))
         else:
             begin()
 
@@ -168,11 +167,10 @@ class Terminal:
         if isinstance(self.net, Bus) and self.bit is None:
             raise WiringError(f"{self.name} is a bus of eight wires; drive the pins of a chip that is wired to it")
         if ps > kernel.now:
-            kernel.call_at(ps, lambda: self._put(level, ps))
+            kernel.call_at(ps, kernel.outside.later(lambda: self._put(level, ps)))
             return
         self._level = level = None if level is None else int(level)
-        if self.on_input is not None:
-            self.on_input(self, level)
+        kernel.outside.tell("drive", pin=self.name, level=level)
         if self._driver is None:
             self._driver = Driver(self.net, "outside")
         if isinstance(self.net, Bus) and self.bit is not None:

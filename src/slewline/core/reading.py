@@ -13,9 +13,9 @@ Rules of this file: nothing past the last committed instant is read; what comes 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
+from .hook import Hook
 from .net import Level
 from .pin import Terminal
 
@@ -28,7 +28,7 @@ class Reading:
 
     def __init__(self, pin: Terminal) -> None:
         self.pin = pin  # wiring may still make its net one with another
-        self.on_change: Callable[[], object] | None = None
+        self.on_change: Hook[[]] = Hook()
         self.begin()
         pin.net.sample(self._before_change)
 
@@ -59,7 +59,7 @@ class Reading:
 
     @property
     def quiet(self) -> bool:
-        """Will there be no edges behind those that were asked for, unless a driver is told something?"""
+        """Is no edge promised behind those that were asked for?  Then none comes unless a driver is told something."""
         promises = (driver.promise for driver in self.pin.net.active if driver.promise is not None)
         return self._changed is None and all(promise.after(self._read) is None for promise in promises)
 
@@ -67,7 +67,7 @@ class Reading:
         now = self.pin.net.kernel.now
         self._catch_up(now - 1)
         self._changed = now
-        if self.on_change is not None:
+        if self.on_change.listeners:
             self.on_change()
 
     def _catch_up(self, ps: int) -> None:
@@ -82,21 +82,8 @@ class Reading:
             self._read = max(self._read, since)
         if ps > self._read:
             if net.promise is not None:
-                self._keep(*self._promised(self._read, ps))
+                self._keep(*net.edges_ahead(self._read, ps))
             self._read = ps
-
-    def _promised(self, start: int, stop: int) -> tuple[Any, Any]:
-        """What the promises of the net say of start < t <= stop."""
-        net = self.pin.net
-        if len(net.active) == 1 and net.promise is not None:
-            times, levels = net.promise.edges(start, stop)
-            if isinstance(levels, list) and None in levels:
-                rest = net.tie if net.tie is not None else net.pull
-                levels = [rest if level is None else level for level in levels]
-            return times, levels
-        ahead = [driver.promise.edges(start, stop)[0] for driver in net.active if driver.promise is not None]
-        times = sorted({int(ps) for times in ahead for ps in times})
-        return times, [net.resolve(ps) for ps in times]
 
     def _keep(self, times: Any, levels: Any) -> None:
         """Keep the edges that are real: a list may hold others."""

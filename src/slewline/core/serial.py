@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 from ..errors import UsageError
 from .kernel import Task
 from .net import Driver, Net, Wave
+from .option import Option
 from .timebase import Clock
 from .waits import level, until
 
@@ -76,6 +77,18 @@ class Word:
 
     def __str__(self) -> str:
         return f"{self.bits}{self.parity[0].upper()}{self.stop}"
+
+
+BAUD = Option("baud", "number", 9600, "rate of the line; sixteen times the rate must be whole hertz")
+
+
+def word_options(bits: int, parity: str, stop: int | str) -> tuple[Option, ...]:
+    """Return the options of a part that say how characters look, with these defaults."""
+    return (
+        Option("bits", "int", bits, "data bits of a character", low=5, high=8),
+        Option("parity", "choice", parity, "parity of a character", choices=tuple(PARITIES.values())),
+        Option("stop", "choice", stop, "stop bits of a character", choices=(1, "1.5", 2)),
+    )
 
 
 def bit_clock(baud: int | str | Fraction, owner: str) -> Clock:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from ..errors import UsageError
+from .option import Option
 
 
 class Store(Protocol):
@@ -61,3 +62,18 @@ def put(content: bytearray, data: bytes, at: int | None = None) -> int:
         raise UsageError(f"append at {at}: the memory has {len(content)} bytes; allowed 0 to {len(content)}")
     content[address : address + len(data)] = data
     return address
+
+
+def _missing(store: object) -> str:
+    has = all(callable(getattr(store, name, None)) for name in ("read", "write"))
+    return "" if has else "expected an object with read() and write(data)"
+
+
+STORE = Option(
+    "store",
+    "object",
+    None,
+    "what keeps the memory without power: an object with read() and write(data); gone with the bench by default",
+    none=True,
+    check=_missing,
+)

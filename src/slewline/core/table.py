@@ -12,34 +12,62 @@ from types import MappingProxyType
 from typing import Literal
 
 from ..errors import SheetError
+from .option import Option
 
 Trust = Literal["stated", "derived", "chosen"]
 Way = Literal["in", "out", "both", "power", "none"]
 Order = Literal["little", "big"]
-ROLES: Mapping[str, str] = MappingProxyType(  # what a pin is for: parts that are wired `to` a neighbour go by it
+AXIS_ROLES: Mapping[str, str] = MappingProxyType(  # a pin of an axis that ...
     {
-        "step": "shows every step; `active` is its level when the step begins",
-        "direction": "high: clockwise, or positive",
+        "step": "shows every step; a driver makes it when the pin takes the level `sense`",
+        "direction": "gives the direction; high: clockwise, or positive",
         "moving": "tells that the motor is under way",
         "ramping": "tells that it speeds up or slows down",
         "slewing": "tells that it runs at its steady rate",
-        "phase1": "coil 1 of a motor with four phases, low energises; phase2, phase3, phase4 likewise",
+        "motion_complete": "tells that a motion is complete",
+        **{f"phase{n}": f"energises phase {n} of a motor with four phases" for n in (1, 2, 3, 4)},
         "driver_reset": "puts the driver into its first state",
         "enable": "lets the next step be made, or holds it",
         "abort": "stops the motion",
-        "home": "tells that the motor is at its home position",
-        "end": "tells that it is at an end of its travel, whichever",
-        "end_plus": "tells that it is at the end of its travel in positive direction",
-        "end_minus": "the same in negative direction",
-        "encoder_a": "channel A of an encoder, ahead of B in positive direction",
-        "encoder_b": "channel B",
-        "index": "the mark of an encoder, once a turn",
-        "output1": "an output that programs switch; output2, output3 likewise",
-        "input1": "an input that programs look at; input2, input3 likewise",
-        "serial_in": "characters to the part",
-        "serial_out": "characters from the part",
-        "clock": "a clock that never rests: recorded only when it is named",
+        "home": "is told that the motor is at its home position",
+        "end": "is told that it is at an end of its travel, whichever",
+        "end_plus": "is told that it is at the end of its travel in positive direction",
+        "end_minus": "is told that it is at the end of its travel in negative direction",
+        "encoder_a": "takes channel A of an encoder, ahead of B in positive direction",
+        "encoder_b": "takes channel B of an encoder",
+        "index": "takes the mark of an encoder, once a turn",
+    }
+)
+ROLES: Mapping[str, str] = MappingProxyType(  # what a pin is for; parts that are wired `to` a neighbour go by it
+    {
+        **AXIS_ROLES,
+        **{f"output{n}": f"is output {n} of those that programs switch" for n in (1, 2, 3)},
+        **{f"input{n}": f"is input {n} of those that programs look at" for n in (1, 2, 3)},
+        "running": "tells that a program runs",
+        "program_entry": "tells that a program is being entered",
         "reset": "resets the part",
+        "clock": "puts out a clock that never rests: recorded only when it is named",
+        # the port of a host
+        "data": "is a wire of the data bus",
+        "ready": "tells that a command or a byte may come",
+        "request": "asks for a byte to be taken, or to be given",
+        "select": "says whether the host or the part drives the data bus",
+        "in_strobe": "tells that a byte is being read from the data bus",
+        "out_strobe": "tells that a byte is put on the data bus",
+        "text": "says whether commands are text or binary",
+        "chip_select": "selects the part",
+        "command": "says whether a command or data are on the data bus",
+        "write": "writes a byte from the data bus",
+        "read": "reads a byte onto the data bus",
+        "interrupt": "calls the host",
+        "serial_in": "takes characters from a computer",
+        "serial_out": "gives characters to a computer",
+        "serial_pull_down": "pulls a line low that modules share",
+        "computer_in": "is the input of a computer's serial port",
+        "computer_out": "is the output of a computer's serial port",
+        # IEEE-488
+        "dio": "is a data line of an IEEE-488 bus",
+        **{line: f"is {line.upper()} of an IEEE-488 bus" for line in ("dav", "nrfd", "ndac", "atn", "ifc", "srq")},
     }
 )
 
@@ -51,8 +79,9 @@ class Pin:
     `pull` is the level that a built-in resistor gives an open input, `tie` the standard wiring that makes a bare part
     work, `reset` the level that an output shows after reset, `seen` says when the chip looks at an input.
 
-    `role` is what the pin is for, in a word that all parts share (see ROLES), on axis `axis`; `told` is what the
-    transcript says when it becomes low, and when it becomes high: None where it is silent about the pin.
+    `role` is what the pin is for, in a word that all parts share (see ROLES), on axis `axis`.  `sense` is the level at
+    which that holds: the active one, unless the pin is named for the contrary (ATREST is low when the motor is moving).
+    `told` is what the transcript says when the pin becomes low, and when it becomes high: None where it is silent.
     """
 
     number: int
@@ -67,7 +96,18 @@ class Pin:
     where: str = ""
     role: str = ""
     axis: int = 1
+    sense: int | None = None
     told: tuple[str, str] | None = None
+
+    def __post_init__(self) -> None:
+        if self.role and self.role not in ROLES:
+            raise SheetError(f"pin {self.name}: no role {self.role!r}; there are: {', '.join(ROLES)}")
+        if self.sense is None:
+            object.__setattr__(self, "sense", self.active)
+
+    def plays(self, role: str, axis: int = 1) -> bool:
+        """Has the pin a role, on an axis if it is the role of one?"""
+        return self.role == role and (self.axis == axis or role not in AXIS_ROLES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -405,6 +445,8 @@ class Sheet:
     crystal_low_hz: int = 0
     crystal_high_hz: int = 0
     registers: tuple[Register, ...] = ()
+    options: tuple[Option, ...] = ()
+    rates: tuple[int, ...] = ()  # steps/s of each rate parameter, at `crystal_hz`
     times: Mapping[str, Timing] = field(default_factory=dict)
     limits: tuple[Limit, ...] = ()
     buffer_bytes: int = 0
@@ -425,6 +467,11 @@ class Sheet:
     leave: tuple[str, ...] = ("QUIT",)  # the commands that end it; the last one does nothing else, if there is one
 
     @property
+    def keeps(self) -> bool:
+        """Does the part keep something without power, in its option `store`?"""
+        return any(row.name == "store" for row in self.options)
+
+    @property
     def in_lines(self) -> bool:
         """Are commands lines of text (language/lines.py)?"""
         return self.port is not None
@@ -438,6 +485,10 @@ class Sheet:
     def in_letters(self) -> bool:
         """Are commands letters with data behind them (language/dialects.py)?"""
         return not (self.in_lines or self.in_packets)
+
+    def role(self, role: str, axis: int = 1) -> Pin | None:
+        """Return the pin that has a role, on an axis if it is the role of one; None: there is none."""
+        return next((pin for pin in self.pins if pin.plays(role, axis)), None)
 
     def pin(self, name: str) -> Pin:
         """The pin of this name."""

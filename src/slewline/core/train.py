@@ -20,6 +20,7 @@ from collections.abc import Iterable
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from .clocking import ClockEdges, TrainEdges
 from .timebase import Clock
 
 if TYPE_CHECKING:
@@ -333,9 +334,36 @@ class StepView:
         """Tick at which the output rises in step k."""
         raise NotImplementedError
 
+    def rises(self, first: int, last: int) -> NDArray[np.int64]:
+        """Ticks since the origin at which the output rises in steps first ... last-1: (n,) int64."""
+        raise NotImplementedError
+
     @property
     def until(self) -> int | None:
         return self.of.until
+
+    def clock(self, level: int, since: int) -> ClockEdges:
+        """Return the edges to a level after an instant (see clocking.py)."""
+        return TrainEdges(self, level, since)
+
+    def passed(self, level: int, tick: int) -> int:
+        """Return how many edges to a level there are by a tick, that tick included."""
+        k = self.of.train.begun_by(tick)
+        return k - 1 if k and level and tick < self.rise(k - 1) else k
+
+    def edge(self, level: int, k: int) -> int | None:
+        """Return the tick of edge k to a level, counting from 1; None: there are fewer."""
+        if k > self.of.train.steps:
+            return None
+        return self.rise(k - 1) if level else self.of.train.begin(k - 1)
+
+    def edge_times(self, level: int, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of edges first ... last to a level: (n,) int64 ps."""
+        train = self.of.train
+        if not level:
+            return train.begins(first - 1, last)
+        ticks = self.rises(first - 1, last)
+        return train.clock.ps_array(ticks, train.origin, ticks)
 
     def level(self, ps: int) -> int:
         train = self.of.train
@@ -368,6 +396,13 @@ class PulseView(StepView):
     def rise(self, k: int) -> int:
         return self.of.train.begin(k + 1) - self.high
 
+    def rises(self, first: int, last: int) -> NDArray[np.int64]:
+        import numpy as np
+
+        train = self.of.train
+        ends = train.begin_ticks(first + 1, last + 1)
+        return (np.append(ends, train.length) if last >= train.steps else ends) - self.high
+
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
         import numpy as np
@@ -399,6 +434,9 @@ class StrobeView(StepView):
 
     def rise(self, k: int) -> int:
         return self.of.train.begin(k) + self.low
+
+    def rises(self, first: int, last: int) -> NDArray[np.int64]:
+        return self.of.train.begin_ticks(first, last) + self.low
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""

@@ -8,6 +8,16 @@ from typing import Any, Protocol
 Level = Any  # 0, 1 or None on a wire; (mask, value) or None on a bus
 
 
+def promised(what: Any) -> bool:
+    """Is it a promise?  Else it is a level."""
+    return not (what is None or what.__class__ is int or what.__class__ is tuple)
+
+
+def alike(one: Any, two: Any) -> bool:
+    """Are they one and the same promise, or equal levels?"""
+    return one is two or (not promised(one) and not promised(two) and one == two)
+
+
 class Promise(Protocol):
     """A waveform ahead of time.  `until` bounds it, exclusive: from there on the level of the instant before holds."""
 
@@ -37,6 +47,11 @@ class Wave:
     def __init__(self, before: Level, times: tuple[int, ...], levels: tuple[Level, ...]) -> None:
         self.before, self.times, self.levels = before, times, levels
         self.until: int | None = None
+
+    @property
+    def floats(self) -> bool:
+        """Does it let go of the wire at times?"""
+        return self.before is None or None in self.levels
 
     def level(self, ps: int) -> Level:
         if self.until is not None and ps >= self.until:

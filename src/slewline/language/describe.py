@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from ..core.table import Arg, Bits, Packets, Port, Row, Sheet
+from ..core.option import Option, flat
+from ..core.table import AXIS_ROLES, Arg, Bits, Packets, Pin, Port, Row, Sheet
 from . import lines, packets
 from .assemble import units
 from .lookup import MARK, find
@@ -28,7 +29,7 @@ def describe(sheet: Sheet, command: str | None = None) -> str:
         return describe_command(sheet, command)
     port = _port(sheet.port) if sheet.port is not None else ""
     words = _words(sheet.packets) if sheet.packets is not None else ""
-    tables = (_pins, _wires, _registers, _times, _printed)
+    tables = (_pins, _wires, _registers, _times, _printed, _rates, _options)
     parts = [_head(sheet), _commands(sheet), port, words, *(write(sheet) for write in tables)]
     return "\n\n".join(part for part in parts if part) + "\n"
 
@@ -322,6 +323,7 @@ def _pins(sheet: Sheet) -> str:
         "name",
         "way",
         "what it does",
+        "role",
         "active",
         "open",
         "wire to",
@@ -335,6 +337,7 @@ def _pins(sheet: Sheet) -> str:
             f"`{pin.name}`",
             pin.way,
             pin.says,
+            _role(pin, sheet),
             LEVEL[pin.active],
             LEVEL[pin.pull],
             LEVEL[pin.tie],
@@ -344,7 +347,17 @@ def _pins(sheet: Sheet) -> str:
         )
         for pin in sheet.pins
     ]
-    return f"## Pins\n\n{table(heads, rows)}" if rows else ""
+    note = (
+        "A part that is wired `to` the chip finds its pins by their roles. A level behind a role is the one at which\n"
+        "it holds, where that is not the active one."
+    )
+    return f"## Pins\n\n{table(heads, rows)}\n\n{note}" if rows else ""
+
+
+def _role(pin: Pin, sheet: Sheet) -> str:
+    """What a pin is for: its role, the axis where there are several, and the level where it is not the active one."""
+    axis = f" {pin.axis}" if pin.role in AXIS_ROLES and sheet.axes > 1 else ""
+    return f"`{pin.role}`{axis}{f' ({LEVEL[pin.sense]})' * (pin.sense != pin.active)}" if pin.role else ""
 
 
 def _wires(sheet: Sheet) -> str:
@@ -353,9 +366,9 @@ def _wires(sheet: Sheet) -> str:
 
 
 def _registers(sheet: Sheet) -> str:
-    heads = ("register", "what it holds", "loaded by", "bits", "power-up value of the model", "manual")
+    heads = ("register", "what it holds", "loaded by", "bits", "unit", "power-up value of the model", "manual")
     rows = [
-        (f"`{r.name}`", r.says, f"`{r.letter}`" if r.letter else "", r.bits, r.default, r.where)
+        (f"`{r.name}`", r.says, f"`{r.letter}`" if r.letter else "", r.bits, r.unit, r.default, r.where)
         for r in sheet.registers
     ]
     return f"## Registers\n\n{table(heads, rows)}" if rows else ""
@@ -394,6 +407,36 @@ def _printed(sheet: Sheet) -> str:
     if any(limit.most is not None and limit.most < 0 for limit in sheet.limits):
         note += " Below zero: it has to come first."
     return f"## Limits\n\n{table(heads, rows)}\n\n{note}" if rows else ""
+
+
+def _rates(sheet: Sheet) -> str:
+    rows = ((f"**{first}**", *sheet.rates[first : first + 8]) for first in range(0, len(sheet.rates), 8))
+    says = f"Steps per second at {_mhz(sheet.crystal_hz)} MHz for every rate parameter; they scale with the crystal."
+    return f"## Rates\n\n{says}\n\n{table(('', *(f'+{n}' for n in range(8))), rows)}" if sheet.rates else ""
+
+
+def _options(sheet: Sheet) -> str:
+    says = (
+        "Of `bench.add`, `options` in a bench file, `serve --option name=value`"
+        + (", `slewline://` URLs" if sheet.port is not None else "")
+        + ("; what is in a table is written `table.name=value` there." if any(r.table for r in sheet.options) else ".")
+    )
+    return f"## Options\n\n{says}\n\n{option_table(sheet.options)}" if sheet.options else ""
+
+
+def option_table(options: Iterable[Option]) -> str:
+    """Options, those of tables behind them, as a table."""
+    heads = ("option", "default", "allowed", "what it is")
+    rows = [
+        (
+            f"`{name}`",
+            "required" if row.required else row.shown and f"`{row.shown}`",
+            row.allowed,
+            f"{row.says}{row.where and f' ({row.where})'}",
+        )
+        for name, row in flat(options)
+    ]
+    return table(heads, rows)
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

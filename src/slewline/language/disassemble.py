@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from ..core.program import ProgramRow
 from ..core.table import Row, Sheet
 from . import lines, packets
 from .assemble import entry_and_end, listed
@@ -30,17 +31,26 @@ class Instruction(NamedTuple):
 
 def instructions(stored: bytes, sheet: Sheet) -> list[Instruction]:
     """The buffer, cut into instructions from its first byte on.  A byte that is no opcode stands alone."""
-    found = []
+    found: list[Instruction] = []
     at = 0
     while at < len(stored):
-        row = sheet.commands.by_code.get(stored[at])
-        data = stored[at : at + (row.size if row else 1)]
-        if row and len(data) == row.size:
-            found.append(Instruction(at, data, row, row.unpack(data[1:], data[0])))
-        else:
-            found.append(Instruction(at, data, None, ()))
-        at += len(data)
+        found.append(instruction(stored, at, sheet))
+        at += len(found[-1].data)
     return found
+
+
+def instruction(stored: bytes, at: int, sheet: Sheet) -> Instruction:
+    """The instruction that begins at an address of the buffer."""
+    row = sheet.commands.by_code.get(stored[at])
+    data = bytes(stored[at : at + (row.size if row else 1)])
+    if row and len(data) == row.size:
+        return Instruction(at, data, row, row.unpack(data[1:], data[0]))
+    return Instruction(at, data, None, ())
+
+
+def text_at(stored: bytes, at: int, sheet: Sheet) -> str:
+    """The instruction that begins at an address of the buffer, as it is written."""
+    return _text(instruction(stored, at, sheet), sheet, {}, {})
 
 
 def disassemble(
@@ -66,8 +76,13 @@ def disassemble(
 
 def listing(stored: bytes, sheet: Sheet, known: Mapping[str, int] | None = None) -> str:
     """The buffer to look at: address, bytes and instruction, a line each.  `known` as for `disassemble`."""
+    return "\n".join(listed(row.address, row.data, row.text, sheet) for row in program_rows(stored, sheet, known))
+
+
+def program_rows(stored: bytes, sheet: Sheet, known: Mapping[str, int] | None = None) -> list[ProgramRow]:
+    """The buffer, an instruction a row.  `known` as for `disassemble`."""
     program = instructions(stored, sheet)
-    return "\n".join(listed(i.address, i.data, _text(i, sheet, known or {}, {}), sheet) for i in program)
+    return [ProgramRow(each.address, each.data, _text(each, sheet, known or {}, {})) for each in program]
 
 
 def commands(stream: bytes, sheet: Sheet) -> tuple[list[str], list[Note]]:

@@ -123,7 +123,7 @@ class SerialLine(Line):
         self.late_ps = 0  # a late character of the module comes then, and those behind it not before
         spared = BLIND if any(chip.sheet.in_lines for chip in chips) else None
         self.to_chip, self.to_host = (Noise(port.word.bits, LINKED, spared) for _ in range(2))
-        port.on_character = self._character
+        port.on_character.add(self._character)
 
     def feed(self, data: bytes) -> None:
         if not self.to_chip.plans:

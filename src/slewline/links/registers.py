@@ -47,7 +47,6 @@ class RegisterLine(Line):
     def __init__(self, name: str, chip: Chip, pace: Pace, log: Log, board: Isa) -> None:
         super().__init__(name, [chip], pace, log)
         self.board = board
-        board.wait_for = None  # its calls only queue: the server lets time pass
         self.half = b""  # the first byte of a request
         self.full = False
         self.shown = -1  # the last status in the transcript: polls that say the same are left out

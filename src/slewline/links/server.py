@@ -76,7 +76,7 @@ class Server:
         self.troubles: list[str] = []  # files that take no more, and what else is wrong around the chips
         self.log = Log(bench.kernel, log, self._trouble)
         if bench.journal is not None:
-            bench.journal.on_failure = self._trouble
+            bench.journal.on_failure.add(self._trouble)
         self.loop = Loop()
         self.reports = Reports(self.loop, self._report)
         self.lines: dict[str, Line] = {}
@@ -84,10 +84,10 @@ class Server:
         self.found = 0  # findings since the beginning
         self.forgotten: Counter[str] = Counter()  # steps of chips, as far as their past is no longer kept
         self.over = False
-        bench.on_finding = self._finding
+        bench.on_finding.add(self._finding)
         for chip in bench.chips.values():
             if isinstance(store := getattr(chip, "store", None), FileStore):
-                store.on_failure = self._trouble
+                store.on_failure.add(self._trouble)
 
     # ---------------------------------------------------------------------------------------------------- furnishing
     def line(self, *chips: Chip, framing: bool = False) -> Line:

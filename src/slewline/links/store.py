@@ -22,13 +22,14 @@ end, which is no record: it is dropped.  A broken record with a whole one behind
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from struct import Struct
 from typing import Any
 from zlib import crc32
 
+from ..core.hook import Hook
 from ..core.store import put
 from ..errors import StoreError
 
@@ -56,7 +57,7 @@ class FileStore:
         self._part = self.path.with_name(f".{self.path.name}.part")
         self._content: bytearray | None = None  # as it is on the disk, once something was appended
         self._base = self._end = 0  # lengths of the file, without its records and with them; 0: not as we know it
-        self.on_failure: Callable[[str], object] = lambda _text: None  # is told why a read or a write was refused
+        self.on_failure: Hook[[str]] = Hook()  # a read or a write was refused, and why
 
     def read(self) -> bytes:
         """Return the content; empty when nothing was ever written.

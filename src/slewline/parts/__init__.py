@@ -7,70 +7,94 @@ With `to`, the pins of the part are wired to those of a neighbour in the standar
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from difflib import get_close_matches
 from importlib import import_module
-from inspect import signature
 from typing import TYPE_CHECKING, Any
 
-from ..errors import UnknownName, UsageError
+from ..core.option import checked
+from ..errors import UnknownName
 
 if TYPE_CHECKING:
     from ..core.kernel import Kernel
+    from ..core.shaft import Shaft
     from .part import Part
 
-KINDS = {  # kind: (module, class, what it is)
-    "inverter": ("gates", "Inverter", "one gate of a 7404"),
-    "and": ("gates", "And", "AND gate"),
-    "or": ("gates", "Or", "OR gate"),
-    "nand": ("gates", "Nand", "NAND gate"),
-    "nor": ("gates", "Nor", "NOR gate"),
-    "latch8": ("gates", "Latch8", "74LS373, eight transparent latches with output enable"),
-    "uart": ("serial", "Uart", "receive-only UART with baud rate generator (fig. 10.16)"),
-    "serial_sender": ("serial", "SerialSender", "serial output of a host computer"),
-    "serial_port": ("rs232", "SerialPort", "serial connector of a computer, RS-232 or TTL"),
-    "rs232_line": ("rs232_line", "Rs232Line", "RS-232 line on which characters are lost, garbled or come with faults"),
-    "prom": ("prom", "Prom", "PROM with address counter: commands without a host (fig. 10.18)"),
-    "position_latch": ("latches", "PositionLatch", "two latches that catch the position on the fly (fig. 6.3)"),
-    "phase_latch": ("latches", "PhaseLatch", "latch that keeps the coils energised (fig. 4.1)"),
-    "translator": ("motor", "Translator", "pulse-to-step translator (fig. 10.4)"),
-    "rotor": ("motor", "Rotor", "rotor between two windings"),
-    "motor": ("motor", "Motor", "motor that may lose steps, with the detector of its steps (GS-C fig. 14, 17, 18)"),
-    "encoder": ("encoder", "Encoder", "encoder on the shaft of a step motor, which may be blocked or slip"),
-    "quadrature": ("encoder", "Quadrature", "encoder on a shaft that another machine turns, the master of a gear"),
-    "gs_d200": ("gsd200", "GsD200", "GS-D200 or GS-D200S driver module: translator and enable (GS-C fig. 7)"),
-    "phase_current": ("gsd200", "PhaseCurrent", "phase current that MOV and RAMP choose (GS-C fig. 6, 11)"),
-    "two_clocks": ("gsc_circuits", "TwoClocks", "a clock line for each direction (GS-C fig. 10)"),
-    "step_check": ("gsc_circuits", "StepCheck", "closes the loop through ENABLE (GS-C fig. 19)"),
-    "damping": ("gsc_circuits", "Damping", "brakes the last step of a move (GS-C fig. 23)"),
-    "bar": ("drilling", "Bar", "bar that is fed, drilled and cut (GS-C example 2)"),
-    "drill": ("drilling", "Drill", "drill that is lowered and lifted (GS-C example 2)"),
-    "ppi8255": ("computer8080", "Ppi8255", "8080 with 8255 ports (Table IX)"),
-    "host8080": ("computer8080", "Host8080", "8080 with one output port (fig. 5.3)"),
-    "keyboard": ("keyboard", "Keyboard", "keyboard with write strobe generator (fig. 10.8)"),
-    "isa": ("isa", "Isa", "ISA board of a PC: the host port of an MC1451A as I/O addresses"),
-    "gpib_listener": ("gpib", "GpibListener", "simple IEEE-488 listener (fig. 12.4)"),
-    "gpib_talker": ("gpib", "GpibTalker", "IEEE-488 talker for the simple listener (fig. 12.3)"),
-    "gpib_device": ("gpib_device", "GpibDevice", "IEEE-488 talker and listener with address (fig. 12.8)"),
-    "gpib_controller": ("gpib_device", "GpibController", "IEEE-488 controller"),
-    "gpib_interrupts": ("gpib_device", "GpibInterrupts", "IEEE-488 interrupt logic (fig. 12.9)"),
-    "workpieces": ("welding", "Workpieces", "workpieces under a welding machine"),
-    "welder": ("welding", "Welder", "carriage and torch of a welding machine"),
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Listed:
+    """A kind of part: what it is, and where its class is, as `module:name` within this folder."""
+
+    says: str
+    at: str
+
+
+# fmt: off
+KINDS = {
+    "inverter": Listed(at="gates:Inverter", says="one gate of a 7404"),
+    "and": Listed(at="gates:And", says="AND gate"),
+    "or": Listed(at="gates:Or", says="OR gate"),
+    "nand": Listed(at="gates:Nand", says="NAND gate"),
+    "nor": Listed(at="gates:Nor", says="NOR gate"),
+    "delay": Listed(at="gates:Delay", says="delay line"),
+    "latch8": Listed(at="gates:Latch8", says="74LS373, eight transparent latches with output enable"),
+    "uart": Listed(at="serial:Uart", says="receive-only UART with baud rate generator (fig. 10.16)"),
+    "serial_sender": Listed(at="serial:SerialSender", says="serial output of a host computer"),
+    "serial_port": Listed(at="rs232:SerialPort", says="serial connector of a computer, RS-232 or TTL"),
+    "rs232_line": Listed(at="rs232_line:Rs232Line", says="RS-232 line on which characters are lost, garbled or come with faults"),
+    "prom": Listed(at="prom:Prom", says="PROM with address counter: commands without a host (fig. 10.18)"),
+    "position_latch": Listed(at="latches:PositionLatch", says="two latches that catch the position on the fly (fig. 6.3)"),
+    "phase_latch": Listed(at="latches:PhaseLatch", says="latch that keeps the coils energised (fig. 4.1)"),
+    "translator": Listed(at="motor:Translator", says="pulse-to-step translator (fig. 10.4)"),
+    "rotor": Listed(at="motor:Rotor", says="rotor between two windings"),
+    "motor": Listed(at="motor:Motor", says="motor that may lose steps, with the detector of its steps (GS-C fig. 14, 17, 18)"),
+    "encoder": Listed(at="encoder:Encoder", says="encoder on the shaft of a step motor, which may be blocked or slip"),
+    "switch": Listed(at="sensors:Switch", says="home or limit switch on a shaft or a carriage"),
+    "gear": Listed(at="carriage:Gear", says="gear between two shafts"),
+    "carriage": Listed(at="carriage:Carriage", says="carriage that a shaft moves, with backlash and hard stops"),
+    "quadrature": Listed(at="encoder:Quadrature", says="encoder on a shaft that another machine turns, the master of a gear"),
+    "gs_d200": Listed(at="gsd200:GsD200", says="GS-D200 or GS-D200S driver module: translator and enable (GS-C fig. 7)"),
+    "phase_current": Listed(at="gsd200:PhaseCurrent", says="phase current that MOV and RAMP choose (GS-C fig. 6, 11)"),
+    "two_clocks": Listed(at="gsc_circuits:TwoClocks", says="a clock line for each direction (GS-C fig. 10)"),
+    "step_check": Listed(at="gsc_circuits:StepCheck", says="closes the loop through ENABLE (GS-C fig. 19)"),
+    "damping": Listed(at="gsc_circuits:Damping", says="brakes the last step of a move (GS-C fig. 23)"),
+    "bar": Listed(at="drilling:Bar", says="bar that is fed, drilled and cut (GS-C example 2)"),
+    "drill": Listed(at="drilling:Drill", says="drill that is lowered and lifted (GS-C example 2)"),
+    "ppi8255": Listed(at="computer8080:Ppi8255", says="8080 with 8255 ports (Table IX)"),
+    "host8080": Listed(at="computer8080:Host8080", says="8080 with one output port (fig. 5.3)"),
+    "keyboard": Listed(at="keyboard:Keyboard", says="keyboard with write strobe generator (fig. 10.8)"),
+    "isa": Listed(at="isa:Isa", says="ISA board of a PC: the host port of an MC1451A as I/O addresses"),
+    "gpib_listener": Listed(at="gpib:GpibListener", says="simple IEEE-488 listener (fig. 12.4)"),
+    "gpib_talker": Listed(at="gpib:GpibTalker", says="IEEE-488 talker for the simple listener (fig. 12.3)"),
+    "gpib_device": Listed(at="gpib_device:GpibDevice", says="IEEE-488 talker and listener with address (fig. 12.8)"),
+    "gpib_controller": Listed(at="gpib_device:GpibController", says="IEEE-488 controller"),
+    "gpib_interrupts": Listed(at="gpib_device:GpibInterrupts", says="IEEE-488 interrupt logic (fig. 12.9)"),
+    "workpieces": Listed(at="welding:Workpieces", says="workpieces under a welding machine"),
+    "welder": Listed(at="welding:Welder", says="carriage and torch of a welding machine"),
 }
+# fmt: on
 
 
 def part_class(kind: str) -> type[Part]:
-    """The class of a part by its kind, for example "uart"."""
-    try:
-        module, name, _ = KINDS[kind]
-    except KeyError:
-        raise UnknownName(f"no part {kind!r}; there are: {', '.join(KINDS)}") from None
+    """Return the class of a part by its kind, for example "uart".
+
+    Raises:
+        UnknownName: no such kind; the message says which there are.
+    """
+    if kind not in KINDS:
+        near = get_close_matches(str(kind), KINDS, 1)
+        remedy = f"; did you mean {near[0]}?" if near else ""
+        raise UnknownName(f"no part {kind!r}; there are: {', '.join(KINDS)}{remedy}")
+    module, _, name = KINDS[kind].at.partition(":")
     return getattr(import_module(f"{__name__}.{module}"), name)  # type: ignore[no-any-return]
 
 
-def make_part(kind: str, kernel: Kernel, name: str, options: dict[str, Any]) -> Part:
-    """A part of a kind; options that it does not have are refused with the list of those it has."""
+def make_part(kind: str, kernel: Kernel, name: str, options: dict[str, Any], **mounted: Shaft) -> Part:
+    """Return a part of a kind, on a shaft where it sits on one; its constructor gets every option, checked.
+
+    Raises:
+        UnknownName: no such kind.
+        UsageError: an option that the kind does not have, or does not allow.
+    """
     cls = part_class(kind)
-    parameters = list(signature(cls).parameters)[2:]
-    for key in options:
-        if key not in parameters:
-            raise UsageError(f"{name}: a {kind} has no option {key!r}; its options: {', '.join(parameters) or 'none'}")
-    return cls(kernel, name, **options)
+    return cls(kernel, name, **mounted, **checked(name, cls.options, options))

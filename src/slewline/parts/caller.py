@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable
 from typing import Any
 
-from ..core.kernel import Kernel
 from ..core.timebase import Time
 from ..errors import SlewlineError, Timeout
 from .worker import Worker
@@ -28,10 +27,6 @@ class Errand:
 class Caller(Worker):
     """A worker that is asked for something: `fetch` waits for what an errand brings back."""
 
-    def __init__(self, kernel: Kernel, name: str) -> None:
-        super().__init__(kernel, name)
-        self.wait_for: Callable[[Callable[[], bool], str, Time], None] | None = None  # the bench lets time pass
-
     def errand(self, text: str, action: Callable[[], Awaitable[Any]]) -> Errand:
         """Queue a piece of work whose answer somebody may fetch."""
         errand = Errand(text)
@@ -47,11 +42,13 @@ class Caller(Worker):
         return errand
 
     def fetch(self, errand: Errand, timeout: Time) -> Any:
-        """Let virtual time pass until an errand is done; returns its answer, or raises what went wrong."""
-        if self.wait_for is None:
-            return None
+        """Let virtual time pass until an errand is done; returns its answer, or raises what went wrong.
+
+        Where calls only queue (`Outside.queued`, or a part without a bench) it returns None at once.
+        """
         try:
-            self.wait_for(lambda: errand.done, f"{self.name}: {errand.text}", timeout)
+            if not self.kernel.outside.wait(lambda: errand.done, f"{self.name}: {errand.text}", timeout):
+                return None
         except Timeout:
             self.give_up()
             raise

@@ -12,6 +12,7 @@ from types import MappingProxyType
 
 from ..core.kernel import Kernel
 from ..core.net import Net
+from ..core.option import Option
 from ..core.timebase import Clock, hertz
 from ..core.waits import first_of, until
 from ..errors import UsageError
@@ -22,11 +23,7 @@ STOPPER = 0xFF
 
 
 class Processor8080(Worker):
-    """The processor: coroutines that look at a READY bit and write to ports, in its own time.
-
-    Args:
-        cpu: its clock.
-    """
+    """The processor: coroutines that look at a READY bit and write to ports, in its own time."""
 
     def __init__(self, kernel: Kernel, name: str, cpu: str | int) -> None:
         super().__init__(kernel, name)
@@ -65,9 +62,11 @@ class Processor8080(Worker):
 class Host8080(Processor8080):
     """The smallest host: OUT 0DCH puts seven bits on the bus and bit 7 on I/O REQUEST; READY is looked at."""
 
-    wiring = MappingProxyType({"port": "db", "request": "io_request", "ready": "ready"})
+    wiring = MappingProxyType({"port": "data", "request": "request", "ready": "ready"})
 
-    def __init__(self, kernel: Kernel, name: str, *, cpu: str | int = "2 MHz") -> None:
+    options = (Option("cpu", "frequency", "2 MHz", "clock of the processor", low=1, unit="Hz"),)
+
+    def __init__(self, kernel: Kernel, name: str, *, cpu: str | int) -> None:
         super().__init__(kernel, name, cpu)
         self.add_bus("port", "output port DC, bits 0 to 6; bit 7 of the bus to ground")
         self.add_pin("request", "out", "output port DC, bit 7", initial=1)
@@ -103,27 +102,34 @@ class Ppi8255(Processor8080):
     """
 
     DATA, STATUS, CONTROL = 0xEC, 0xED, 0xEF
-    STATUS_BITS = ("motion_complete", "pulse", "run", "prog", "programmable_output", "ready", "direction", "slew")
+    PORT_B = (  # pins of the chip and their roles, from bit 0 on
+        ("motion_complete", "motion_complete"), ("pulse", "step"), ("run", "running"), ("prog", "program_entry"),
+        ("programmable_output", "output1"), ("ready", "ready"), ("direction", "direction"), ("slew", "slewing"),
+    )  # fmt: skip
     IOREQ, NOIOREQ, IOSELIN, IOSELOUT, DOWHILE, NOLOOP = range(6)
     ABORT, NOABORT, TRIGGER, STPINH, LOWAIT, HIWAIT, RESETLO, NORESET = range(8, 16)
-    PORT_C = MappingProxyType(
-        {0: "io_request", 1: "io_select", 2: "dowhile", 4: "abort", 5: "step_inhibit", 6: "wait", 7: "reset"}
-    )
+    PORT_C = MappingProxyType({  # bit: pin of the chip, role, the level at which that holds
+        0: ("io_request", "request", 0), 1: ("io_select", "select", 1), 2: ("dowhile", "input2", None),
+        4: ("abort", "abort", 0), 5: ("step_inhibit", "enable", 0), 6: ("wait", "input1", None),
+        7: ("reset", "reset", 0),
+    })  # fmt: skip
     AT_REST = (NOIOREQ, IOSELIN, NOLOOP, NOABORT, TRIGGER, HIWAIT, NORESET)  # what the program writes first of all
 
     wiring = MappingProxyType(
-        {"a": "db"}
-        | {f"b{bit}": pin for bit, pin in enumerate(STATUS_BITS)}
-        | {f"c{bit}": pin for bit, pin in PORT_C.items()}
+        {"a": "data"}
+        | {f"b{bit}": role for bit, (_, role) in enumerate(PORT_B)}
+        | {f"c{bit}": role for bit, (_, role, _) in PORT_C.items()}
     )
 
-    def __init__(self, kernel: Kernel, name: str, *, cpu: str | int = "2.048 MHz") -> None:
+    options = (Option("cpu", "frequency", "2.048 MHz", "clock of the processor", low=1, unit="Hz"),)
+
+    def __init__(self, kernel: Kernel, name: str, *, cpu: str | int) -> None:
         super().__init__(kernel, name, cpu)
         self.add_bus("a", "port A (EC): data bus")
-        for bit, pin in enumerate(self.STATUS_BITS):
+        for bit, (pin, _) in enumerate(self.PORT_B):
             self.add_pin(f"b{bit}", "in", f"port B (ED): {pin}", pull=1)
-        for bit, pin in self.PORT_C.items():
-            self.add_pin(f"c{bit}", "out", f"port C (set and reset through EF): {pin}")
+        for bit, (pin, _, level) in self.PORT_C.items():
+            self.add_pin(f"c{bit}", "out", f"port C (set and reset through EF): {pin}", active=level)
         self.latched, self.selected = 0xFF, False
         self.received = bytearray()
         for code in self.AT_REST:
@@ -155,7 +161,7 @@ class Ppi8255(Processor8080):
         else:
             bit, level = divmod(value, 2)
             self.drivers[f"c{bit}"].drive(level)
-            if self.PORT_C[bit] == "io_select":
+            if self.PORT_C[bit][1] == "select":
                 self.selected = bool(level)
         self.drivers["a"].drive(None if self.selected else (0xFF, self.latched))
 

@@ -13,8 +13,10 @@ from types import MappingProxyType
 
 from ..core.kernel import Kernel
 from ..core.net import Net
-from ..errors import UsageError
+from ..core.option import Option
+from .held import Held
 from .motor import Translator
+from .sensors import Switch
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +33,8 @@ class Piece:
 class Bar(Translator):
     """A bar that CLOCK and DIR feed under drill and blade; each rise of `bit` makes a hole, of `blade` a cut."""
 
-    wiring = MappingProxyType({"pulse": "clock", "direction": "dir", "blade": "uo1"})
+    wiring = MappingProxyType({**Translator.wiring, "blade": "output1"})
+    options = ()
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
@@ -39,6 +42,13 @@ class Bar(Translator):
         self.add_pin("bit", "in", "high: the drill is in the bar", pull=0)
         self.holes: list[int] = []
         self.pieces: list[Piece] = []
+        self._cut_at = 0  # position of the motor at the last cut
+        self._held = Held(self)
+
+    @property
+    def position(self) -> int:
+        """Steps forward since the last cut."""
+        return super().position - self._cut_at
 
     def rewired(self) -> None:
         super().rewired()
@@ -48,39 +58,42 @@ class Bar(Translator):
     def _drilled(self, net: Net) -> None:
         if net.level == 1:
             self.holes.append(self.position)
+        self._held.hold(net.level == 1)
 
     def _cut(self, net: Net) -> None:
         if net.level == 1:
+            self.catch_up()
             self.pieces.append(Piece(tuple(self.holes), self.position))
             self.holes.clear()
-            self.position = 0
+            self._cut_at += self.position
 
-    def stepped(self, sign: int) -> None:
-        if self.high("bit"):
-            self.finding("bit-broken", f"the bar leaves {self.position} with the drill in it")
-        super().stepped(sign)
+    def catch_up(self) -> None:
+        for ps, place, _ in self._held.steps():
+            self.finding("bit-broken", f"the bar leaves {place - self._cut_at} with the drill in it", ps)
 
 
 class Drill(Translator):
-    """A drill that CLOCK and DIR lower (clockwise) and lift; its spindle turns while `motor` is high.
+    """A drill that CLOCK and DIR lower (clockwise) and lift; its spindle turns while `motor` is high."""
 
-    Args:
-        gap: steps from the upper end to the bar.
-    """
+    wiring = MappingProxyType({**Translator.wiring, "motor": "output2"})
+    options = (Option("gap", "int", 100, "from the upper end to the bar", low=1, unit="steps"),)
 
-    wiring = MappingProxyType({"pulse": "clock", "direction": "dir", "motor": "uo2"})
-
-    def __init__(self, kernel: Kernel, name: str, *, gap: int = 100) -> None:
+    def __init__(self, kernel: Kernel, name: str, *, gap: int) -> None:
         super().__init__(kernel, name)
-        if gap < 1:
-            raise UsageError(f"{name}: gap {gap}; allowed 1 and more steps")
         self.gap = gap
         self.add_pin("motor", "in", "high: the spindle turns", pull=0)
-        self.add_pin("bit", "out", "high: in the bar", initial=0)
+        self._bit = Switch(kernel, name, on=self.shaft, low=gap + 1, lag="1 ps", active=1)  # high: in the bar
+        self.take_pin("bit", self._bit.pins["out"])
+        self._held = Held(self)
 
-    def stepped(self, sign: int) -> None:
-        super().stepped(sign)
-        inside = self.position > self.gap
-        if inside and not self.high("motor"):
-            self.finding("drill-stands", f"the drill is {self.position - self.gap} steps in the bar and does not turn")
-        self.drivers["bit"].drive(int(inside))
+    def rewired(self) -> None:
+        super().rewired()
+        self._bit.rewired()
+        motor = self.pin("motor").net
+        motor.watch(lambda net: self._held.hold(net.level == 0))
+        self._held.hold(motor.level == 0)
+
+    def catch_up(self) -> None:
+        for ps, _, place in self._held.steps():
+            if place > self.gap:
+                self.finding("drill-stands", f"the drill is {place - self.gap} steps in the bar and does not turn", ps)

@@ -3,53 +3,57 @@
     count    ... -1  0  1  2  3  4  5 ...        forward to the right: A is ahead of B
     a             0  0  1  1  0  0  1
     b             1  0  0  1  1  0  0
+    index         1  0  1  1  1  1  1            low once a turn, where A and B are low: at count 0, `counts` ...
 
-A and B are promises on top of what PULSE promises (course.py), so while PULSE follows a train, no step is an event.
-When PULSE is driven otherwise, DIR changes or a user lays hands on the shaft, it is brought up to that instant and
-takes up a new course in the next round.
+All three are promises on top of what turns the shaft (core/counter.py), so while PULSE follows a train, no step is an
+event.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping
+from fractions import Fraction
 from types import MappingProxyType
+from typing import TYPE_CHECKING, ClassVar, Literal
 
-from ..core.cycles import SquareView
+from ..core.clocking import Even, Still
+from ..core.counter import Channel, Code, Scale
 from ..core.kernel import Kernel
-from ..core.net import Net
+from ..core.option import Option
+from ..core.shaft import Geared, Shaft
 from ..core.timebase import Time, picoseconds
-from ..core.train import PulseView, StrobeView
 from ..errors import UsageError
-from .course import Channel, Course, Drive, Fall, Falls, Rotation, Still
-from .part import Part
+from .motor import Translator
+from .sensors import Sensor
+
+if TYPE_CHECKING:
+    from ..core.table import Pin
 
 PUSH_PS = 2_000_000  # the counts of a shaft that is turned by hand
-BLOCKED = 1 << 200  # a slack that no motion takes up
-LEVELS = MappingProxyType({"a": (0, 1, 1, 0), "b": (0, 0, 1, 1)})  # by the count, modulo 4
+AXIS = Option("axis", "int", 1, "of the chip", low=1, high=4)
+MOTOR = MappingProxyType({"pulse": "pulse", "dir": "direction"})  # its pins, as the encoder calls them
+CHANNELS = MappingProxyType({"a": Code(0, 1, 1, 0), "b": Code(0, 0, 1, 1)})  # by the count
 
 
-class Shaft(Part):
-    """A shaft with an encoder; `to` wires A and B to the encoder inputs of an axis."""
+class Counts(Sensor):
+    """Something that shows the counts of a shaft; `to` wires A and B to the encoder inputs of an axis."""
 
-    wiring = MappingProxyType({"a": "quada1", "b": "quadb1"})
+    wiring: Mapping[str, str] = MappingProxyType({"a": "encoder_a", "b": "encoder_b"})
     verbs: tuple[str, ...] = ("push",)
 
-    def __init__(self, kernel: Kernel, name: str, axis: int, course: Course) -> None:
+    def __init__(self, kernel: Kernel, name: str, axis: int) -> None:
         super().__init__(kernel, name)
-        if axis not in (1, 2, 3, 4):
-            raise UsageError(f"{name}: axis {axis!r}; allowed 1 to 4")
-        self.wiring = MappingProxyType({own: f"{theirs[:-1]}{axis}" for own, theirs in type(self).wiring.items()})
-        self._course = course
-        self._turning = False  # a new course comes in the next round
+        self.axis = axis
+        self._codes = dict(CHANNELS)
         self._hand = 0  # counts that the shaft is still to be turned by hand
         self._pushing = False
-        for pin in LEVELS:
-            self.add_pin(pin, "out", f"channel {pin.upper()}", initial=0)
+        for pin in CHANNELS:
+            self.add_pin(pin, "out", f"channel {pin.upper()}", initial=0, role=self.wiring[pin])
 
     @property
     def counts(self) -> int:
         """The count that the outputs show; neither A nor B is high at 0."""
-        return self._course.at(self.kernel.seen)
+        return self._counter.at(self.kernel.seen)
 
     def push(self, counts: int) -> None:
         """Turn the shaft by hand, so many counts forward (less than 0: back), one every 2 us."""
@@ -65,35 +69,16 @@ class Shaft(Part):
         if self._hand:
             way = 1 if self._hand > 0 else -1
             self._hand -= way
-            self._turn(self.kernel.seen)
-            self._course = self._course.pushed(way, self.kernel.now)
+            self.shaft.push(way / self._counter.scale.per_step)
             self.kernel.call_at(self.kernel.now + PUSH_PS, self._push)
 
     def _check(self, counts: int) -> None:
         if not isinstance(counts, int) or isinstance(counts, bool):
             raise UsageError(f"{self.name}: {counts!r} counts; expected a whole number")
 
-    def _turn(self, ps: int) -> None:
-        """The shaft is as its course says up to an instant; in the next round it takes up another."""
-        if not self._turning:
-            self._turning = True
-            if ps > self._course.since:
-                self._bring(ps)
-            self.kernel.call_at(self.kernel.now, self._lay)
-
-    def _bring(self, ps: int) -> None:
-        """Follow the course up to an instant."""
-        self._course = self._course.onward(ps)
-
-    def _lay(self) -> None:
-        self._turning = False
-        self._course = self.steered(self._course)
-        for name, levels in LEVELS.items():
-            self.drivers[name].play(Channel(self._course, levels))
-
-    def steered(self, course: Course) -> Course:
-        """The course from this instant on."""
-        return replace(course, since=self.kernel.now)
+    def promise(self) -> None:
+        for name, code in self._codes.items():
+            self.drivers[name].play(Channel(self._counter, code))
 
     @property
     def idle(self) -> bool:
@@ -104,59 +89,82 @@ class Shaft(Part):
         return f"{self.name}: {self._hand} counts by hand" if self._hand else super().waiting
 
 
-class Encoder(Shaft):
+class Encoder(Counts):
     """An encoder on the shaft of a step motor that makes every step, at the fall of PULSE; DIR high is forward.
 
     Args:
+        on: the shaft that it sits on; without it the encoder has a motor of its own, which PULSE and DIR drive.
         axis: of the chip.
         counts: per revolution.
-        steps: per revolution.
+        steps: per revolution, of its own motor.
         reverse: the encoder counts the other way.
         lag: from a step to its count, more than 0.
     """
 
-    wiring = MappingProxyType({"pulse": "pulse1", "dir": "dir1", **Shaft.wiring})
-    verbs = ("block", "free", "slip", *Shaft.verbs)
+    optional = frozenset({"a", "b", "index"})  # where the neighbour has no inputs for them
+    verbs = ("block", "free", "slip", *Counts.verbs)
+    sits: ClassVar[Literal["", "may", "must"]] = "may"
+
+    options = (
+        AXIS,
+        Option("counts", "int", 4000, "per revolution", low=1),
+        Option("steps", "int", 12800, "per revolution, of a motor of its own", low=1),
+        Option("reverse", "bool", False, "it counts the other way"),
+        Option("lag", "time", "1 us", "from a step to its count", low=1),
+    )
 
     def __init__(
         self,
         kernel: Kernel,
         name: str,
         *,
+        on: Shaft | None = None,
         axis: int = 1,
         counts: int = 4000,
         steps: int = 12800,
         reverse: bool = False,
         lag: Time = "1 us",
     ) -> None:
-        lag_ps = picoseconds(lag)
-        if counts < 1 or steps < 1 or lag_ps < 1:
-            raise UsageError(f"{name}: counts {counts!r}, steps {steps!r}, lag {lag!r}; allowed 1, 1, 1 ps and more")
-        super().__init__(kernel, name, axis, Course(counts, steps, lag_ps, Still()))
-        self.add_pin("pulse", "in", "step at each fall", pull=1)
-        self.add_pin("dir", "in", "high: forward", pull=1)
-        self._reverse = reverse
-        self._high = True  # PULSE, at the last instant that was looked at
-        self._watches = False  # every change of PULSE, where it does not follow a train
+        super().__init__(kernel, name, axis)
+        self._motor = self._own_motor(steps) if on is None else None
+        shaft = on if self._motor is None else self._motor.shaft
+        assert shaft is not None
+        if counts > 1:
+            self.add_pin("index", "out", "low once a turn", initial=0, role="index")
+            self._codes["index"] = Code(0, *(1,) * (counts - 1))
+        self.sit(
+            Geared(shaft, Fraction(-1)) if reverse else shaft, Scale(Fraction(counts, shaft.per_turn)), picoseconds(lag)
+        )
+
+    def _own_motor(self, steps: int) -> Translator:
+        """A motor whose pins are those of the encoder."""
+        motor = Translator(self.kernel, self.name)
+        motor.shaft.per_turn = steps
+        for own, theirs in MOTOR.items():
+            self.take_pin(own, motor.pins[theirs])
+        self.wiring = MappingProxyType({"pulse": "step", "dir": "direction", **self.wiring})
+        return motor
+
+    def attached(self, own: str, row: Pin) -> None:
+        if self._motor is not None and own in MOTOR:
+            self._motor.attached(MOTOR[own], row)
 
     def rewired(self) -> None:
-        pulse = self.pin("pulse").net
-        self._high = pulse.level != 0
-        pulse.sample(self._changed)
-        self.pin("dir").net.watch(self._changed)
-        self._turn(self.kernel.seen)
+        if self._motor is not None:
+            self._motor.rewired()
+        super().rewired()
 
     def block(self) -> None:
         """The shaft stands still: steps are lost."""
         self.input("block")
-        self._turn(self.kernel.seen)
-        self._slacken(BLOCKED)
+        self.shaft.block()
+        self.kernel.settle()
 
     def free(self) -> None:
         """The shaft follows again, from where it is."""
         self.input("free")
-        self._turn(self.kernel.seen)
-        self._slacken(0)
+        self.shaft.free()
+        self.kernel.settle()
 
     def slip(self, counts: int) -> None:
         """The shaft does not follow the next steps, so many counts long, whatever their direction."""
@@ -164,66 +172,33 @@ class Encoder(Shaft):
         if counts < 0:
             raise UsageError(f"{self.name}: slips {counts} counts; allowed 0 and more (push turns the shaft)")
         self.input("slip", counts)
-        self._turn(self.kernel.seen)
-        self._slacken(self._course.slack + counts * self._course.steps)
-
-    def _slacken(self, slack: int) -> None:
-        self._course = replace(self._course, slack=slack)
+        self.shaft.slip(counts / self._counter.scale.per_step)
         self.kernel.settle()
 
-    def _changed(self, _net: Net | None = None) -> None:
-        """PULSE is driven otherwise, or DIR has changed: up to the instant before, all is as it was."""
-        self._turn(self.kernel.now - 1)
 
-    def _bring(self, ps: int) -> None:
-        drive = self._course.drive
-        if isinstance(drive, Falls):
-            self._high = drive.view.level(ps) != 0
-        super()._bring(ps)
-
-    def steered(self, course: Course) -> Course:
-        now, pulse = self.kernel.now, self.pin("pulse").net
-        course = replace(course, sign=1 if self.high("dir") is not self._reverse else -1)
-        high = pulse.level != 0
-        if self._high and not high:
-            course = replace(course, drive=Fall(now), since=now - 1).onward(now)
-        self._high = high
-        return replace(course, drive=self._followed(pulse), since=now)
-
-    def _followed(self, pulse: Net) -> Drive:
-        """What PULSE promises; where that is no train, every change of it is told."""
-        view = pulse.promise
-        if len(pulse.active) == 1 and isinstance(view, SquareView | PulseView | StrobeView):
-            if self._watches:
-                pulse.unwatch(self._changed)
-            self._watches = False
-            return Falls(view)
-        if not self._watches:
-            pulse.watch(self._changed)
-        self._watches = True
-        return Still()
-
-
-class Quadrature(Shaft):
+class Quadrature(Counts):
     """An encoder on a shaft that another machine turns: the master of an electronic gear.
 
     Args:
         axis: of the chip.
     """
 
-    verbs = ("run", *Shaft.verbs)
+    verbs = ("run", *Counts.verbs)
+    options = (AXIS,)
 
     def __init__(self, kernel: Kernel, name: str, *, axis: int = 1) -> None:
-        super().__init__(kernel, name, axis, Course(1, 1, 0, Still()))
+        super().__init__(kernel, name, axis)
+        self.sit(Shaft(kernel, per_turn=1), Scale(Fraction(1)), 0)
+        super().rewired()  # its shaft is its own: there is nothing to wait for
+
+    def rewired(self) -> None:
+        pass
 
     def run(self, rate: int) -> None:
         """Turn at so many counts/s from now on, less than 0: backwards; 0: stop."""
         self._check(rate)
         self.input("run", rate)
-        self._turn(self.kernel.seen)
-        drive = Rotation(self.kernel.now, abs(rate)) if rate else Still()
-        self._course = replace(self._course, drive=drive, sign=1 if rate > 0 else -1)
+        now = self.kernel.now
+        self.shaft.cut(now)  # what comes at this instant is known: nobody else turns the shaft
+        self.shaft.turn(Even(now, abs(rate)) if rate else Still(), 1 if rate > 0 else -1, now)
         self.kernel.settle()
-
-    def _turn(self, ps: int) -> None:
-        super()._turn(self.kernel.now)  # what comes at this instant is known: nobody else turns the shaft

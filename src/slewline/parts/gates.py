@@ -1,40 +1,50 @@
-"""Gates and latches of the 74 series: edge driven, without delay.  An open input reads high, as in TTL."""
+"""Gates, delay lines and latches of the 74 series.  Gates are without delay; an open input reads high, as in TTL.
+
+What a gate shows follows from what its inputs promise (core/views.py), so it makes no events of its own.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from itertools import product
 
 from ..core.kernel import Kernel
-from ..core.net import Net
-from ..errors import UsageError
+from ..core.net import Driver, Net
+from ..core.option import Option
+from ..core.pin import Terminal
+from ..core.table import Pin
+from ..core.timebase import Time, picoseconds
+from ..core.views import Delayed, gated, inverted
+from ..core.wave import Level, Promise, alike, promised
+from .follower import Follower, Stateless
 from .part import Part
 
+HIGH = (0, 1)  # what an input reads
 
-class Gate(Part):
+
+class Gate(Stateless):
     """A gate with inputs in1, in2 ... and the output out.
 
     Args:
         inputs: how many, 1 to 8 (a 7430 has eight).
     """
 
+    options: tuple[Option, ...] = (Option("inputs", "int", 2, "how many inputs: in1, in2 ...", low=1, high=8),)
+
     def __init__(self, kernel: Kernel, name: str, *, inputs: int = 2) -> None:
         super().__init__(kernel, name)
-        if not 1 <= inputs <= 8:
-            raise UsageError(f"{name}: {inputs} inputs; allowed 1 to 8")
-        self.inputs = [self.add_pin(f"in{n + 1}", "in", f"input {n + 1}") for n in range(inputs)]
+        self.follows = tuple(f"in{n + 1}" for n in range(inputs))
+        for n, pin in enumerate(self.follows, 1):
+            self.add_pin(pin, "in", f"input {n}")
         self.add_pin("out", "out", "output")
+        self._table = tuple(int(self.law(levels[::-1])) for levels in product((False, True), repeat=inputs))
+
+    def view(self, pin: str, inputs: Sequence[Promise | Level]) -> Promise | Level:
+        return gated(inputs, self._table)
 
     def law(self, levels: Iterable[bool]) -> bool:
         """The output for the levels of the inputs."""
         raise NotImplementedError
-
-    def rewired(self) -> None:
-        for terminal in self.inputs:
-            terminal.net.watch(self._react)
-        self._react()
-
-    def _react(self, _net: Net | None = None) -> None:
-        self.drivers["out"].drive(int(self.law(terminal.level != 0 for terminal in self.inputs)))
 
 
 class And(Gate):
@@ -68,8 +78,78 @@ class Nor(Gate):
 class Inverter(Nand):
     """A NAND of one input: in1, out."""
 
+    options = ()
+
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name, inputs=1)
+
+
+class WireInverter(Stateless):
+    """The inverter of `bench.wire(a, b, invert=True)`: one net drives another; what floats is passed on."""
+
+    follows = ("in",)
+
+    def __init__(self, kernel: Kernel, name: str, source: Net, driven: Net) -> None:
+        super().__init__(kernel, name)
+        self.pins["in"] = Terminal(name, Pin(1, "in", "in", "input"), source)
+        self.pins["out"] = Terminal(name, Pin(2, "out", "out", "the other level"), driven)
+        self.drivers["out"] = Driver(driven, name)
+        self.drivers["out"].source = self
+
+    def view(self, pin: str, inputs: Sequence[Promise | Level]) -> Promise | Level:
+        return inverted(inputs[0])
+
+
+class Delay(Follower):
+    """A delay line: the output does what the input did, later; nothing is swallowed, however short it is.
+
+    Args:
+        delay: 1 ps and more.
+    """
+
+    follows = ("in",)
+    options = (Option("delay", "time", "100 ns", "from the input to the output", low=1),)
+
+    def __init__(self, kernel: Kernel, name: str, *, delay: Time = "100 ns") -> None:
+        super().__init__(kernel, name)
+        self.delay_ps = picoseconds(delay)
+        self.add_pin("in", "in", "input")
+        self.add_pin("out", "out", "the input, later")
+        self._shown: Promise | Level = None
+        self._pieces: list[tuple[int, Promise | Level]] = []  # what the input has shown, as far back as it matters
+        self.wired_ps = 0  # when the part was wired
+
+    def rewired(self) -> None:
+        self.wired_ps = self.kernel.now
+        super().rewired()
+
+    def lay(self) -> None:
+        driver, shown = self.drivers["out"], self.outlooks["in"].shown()
+        if self._pieces and not self.withdrawn and alike(shown, self._shown):
+            if driver.promise is not None:
+                driver.renew()
+            return
+        self._shown = shown
+        self._follow(gated([shown], HIGH))
+
+    def react(self) -> None:
+        self._follow(int(self.high("in")))
+
+    def freeze(self, ps: int) -> None:
+        super().freeze(ps + self.delay_ps)
+
+    def _follow(self, shown: Promise | Level) -> None:
+        """The input shows something else from now on."""
+        now = self.kernel.now
+        if not self._pieces or (now == self.wired_ps and not self.edge_driven):  # the circuit is coming to rest
+            self._pieces = [(now - self.delay_ps, shown.level(now) if promised(shown) else shown)]
+        while self._pieces[-1][0] == now:
+            self._pieces.pop()
+        gone = sum(since <= now - self.delay_ps for since, _ in self._pieces) - 1
+        self._pieces = [*self._pieces[max(gone, 0) :], (now, shown)]
+        levels = {what if not promised(what) else None for _, what in self._pieces}
+        settled = len(levels) == 1 and None not in levels
+        self.put(self.drivers["out"], shown if settled else Delayed(self._pieces, self.delay_ps))
 
 
 class Latch8(Part):

@@ -16,6 +16,7 @@ from types import MappingProxyType
 
 from ..core.kernel import Kernel
 from ..core.net import Net
+from ..core.option import Option
 from ..core.waits import level, until
 from .part import Part
 from .worker import Data, Worker, as_bytes
@@ -31,9 +32,9 @@ MANAGEMENT = ("atn", "ifc", "srq")
 
 def add_bus_lines(part: Part) -> None:
     """Data lines, handshake and management lines of the IEEE-488 bus."""
-    part.add_bus("dio", "data lines")
+    part.add_bus("dio", "data lines", role="dio")
     for name in (*HANDSHAKE, *MANAGEMENT):
-        part.add_pin(name, "both", f"{name.upper()}, low active, open collector", pull=1)
+        part.add_pin(name, "both", f"{name.upper()}, low active, open collector", pull=1, role=name)
 
 
 def pull(part: Part, name: str, low: bool) -> None:
@@ -42,23 +43,23 @@ def pull(part: Part, name: str, low: bool) -> None:
 
 
 class GpibListener(Part):
-    """A few gates between the bus and a chip.
-
-    Args:
-        line_feeds: False keeps line feeds away from the chip (many controllers send one behind each return).
-    """
+    """A few gates between the bus and a chip."""
 
     wiring = MappingProxyType(
         {
-            "dio": "db",
-            "io_request": "io_request",
+            "dio": "data",
+            "io_request": "request",
             "ready": "ready",
             "reset": "reset",
             "motion_complete": "motion_complete",
         }
     )
 
-    def __init__(self, kernel: Kernel, name: str, *, line_feeds: bool = False) -> None:
+    options = (
+        Option("line_feeds", "bool", False, "let line feeds through, which many controllers send behind each return"),
+    )
+
+    def __init__(self, kernel: Kernel, name: str, *, line_feeds: bool) -> None:
         super().__init__(kernel, name)
         self.line_feeds = line_feeds
         add_bus_lines(self)

@@ -13,33 +13,29 @@ from types import MappingProxyType
 
 from ..core.kernel import Kernel, Task
 from ..core.net import Net
+from ..core.option import Option
 from ..core.waits import first_of, level, until
-from ..errors import UsageError
 from .gpib import HANDSHAKE, REACTION_PS, SETTLING_PS, US, GpibTalker, add_bus_lines, pull
 from .part import Part
 from .worker import Data
 
 SELECTED_CLEAR, TRIGGER, DEVICE_CLEAR, POLL_ENABLE, POLL_DISABLE = 0x04, 0x08, 0x14, 0x18, 0x19
 LISTEN, UNLISTEN, TALK, UNTALK = 0x20, 0x3F, 0x40, 0x5F
-STATUS = ("motion_complete", "pulse", "run", "prog", "programmable_output", "ready", "direction", "slew")
+STATUS = ("motion_complete", "step", "running", "program_entry", "output1", "ready", "direction", "slewing")  # roles
 
 
 class GpibDevice(Part):
-    """A 96LS488 with its handshake logic and inverting buffers.
-
-    Args:
-        address: 0 to 30.
-    """
+    """A 96LS488 with its handshake logic and inverting buffers."""
 
     wiring = MappingProxyType(
-        {"db": "db", "io_request": "io_request", "io_select": "io_select", "ready": "ready"}
-        | {f"s{bit}": pin for bit, pin in enumerate(STATUS)}
+        {"db": "data", "io_request": "request", "io_select": "select", "ready": "ready"}
+        | {f"s{bit}": role for bit, role in enumerate(STATUS)}
     )
 
-    def __init__(self, kernel: Kernel, name: str, *, address: int = 5) -> None:
+    options = (Option("address", "int", 5, "address of the device on the bus", low=0, high=30),)
+
+    def __init__(self, kernel: Kernel, name: str, *, address: int) -> None:
         super().__init__(kernel, name)
-        if not 0 <= address <= 30:
-            raise UsageError(f"{name}: address {address!r}; allowed 0 to 30")
         self.address = address
         add_bus_lines(self)
         self.add_bus("db", "data bus of the chip")
@@ -251,7 +247,7 @@ class GpibInterrupts(Part):
     switch is closed or MOTION COMPLETE is low.
     """
 
-    wiring = MappingProxyType({"step_inhibit": "step_inhibit", "motion_complete": "motion_complete"})
+    wiring = MappingProxyType({"step_inhibit": "enable", "motion_complete": "motion_complete"})
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
@@ -259,8 +255,8 @@ class GpibInterrupts(Part):
         self.add_pin("reset", "in", "high: master reset", pull=0)
         self.add_pin("trigger", "in", "high: device trigger", pull=0)
         self.add_pin("limit", "in", "low: a limit switch is closed", pull=1)
-        self.add_pin("motion_complete", "in", "MOTION COMPLETE of the chip", pull=1)
-        self.add_pin("step_inhibit", "out", "STEP INHIBIT of the chip", initial=0)
+        self.add_pin("motion_complete", "in", "MOTION COMPLETE of the chip", pull=1, active=0)
+        self.add_pin("step_inhibit", "out", "STEP INHIBIT of the chip", initial=0, active=0)
         self.add_pin("srq", "both", "SRQ of the bus, open collector", pull=1)
 
     def rewired(self) -> None:

@@ -2,38 +2,49 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from ..core.kernel import Kernel
 from ..core.net import Driver, Net
+from ..core.option import Option
 from ..core.timebase import Time, picoseconds
+from ..core.views import gated
+from ..core.wave import Level, Promise
 from ..errors import UsageError
-from .part import Part
+from .follower import Stateless
+from .part import AXIS, Part
+
+if TYPE_CHECKING:
+    from ..core.table import Pin
 
 PULSE_PS = 1_700_000  # CLOCK low, as of the module
+TWO_CLOCKS = MappingProxyType({"cw": (1, 1, 0, 1), "ccw": (0, 1, 1, 1)})  # by DIR and CLOCK: low low, low high ...
 
 
-class TwoClocks(Part):
+class TwoClocks(Stateless):
     """A clock line for each direction, for drivers that want it so (figure 10)."""
 
-    wiring = MappingProxyType({"clock": "clock", "dir": "dir"})
+    follows = ("clock", "dir")
+    wiring = MappingProxyType({"clock": "step", "dir": "direction"})
+    options = (AXIS,)
 
-    def __init__(self, kernel: Kernel, name: str) -> None:
+    def __init__(self, kernel: Kernel, name: str, *, axis: int = 1) -> None:
         super().__init__(kernel, name)
+        self.axis = axis
         self.add_pin("clock", "in", "CLOCK of the module", pull=1)
         self.add_pin("dir", "in", "DIR of the module", pull=1)
         self.add_pin("cw", "out", "CLOCK while DIR is high, else high", initial=1)
         self.add_pin("ccw", "out", "CLOCK while DIR is low, else high", initial=1)
 
-    def rewired(self) -> None:
-        for pin in ("clock", "dir"):
-            self.pin(pin).net.watch(lambda _: self._put())
-        self._put()
+    def objection(self, own: str, row: Pin) -> str:
+        if own == "clock" and row.reset is not None and row.reset == row.active:
+            return "rests at the level of a step: with each change of direction the other clock would step"
+        return super().objection(own, row)
 
-    def _put(self) -> None:
-        clock, clockwise = self.high("clock"), self.high("dir")
-        self.drivers["cw"].drive(int(clock or not clockwise))
-        self.drivers["ccw"].drive(int(clock or clockwise))
+    def view(self, pin: str, inputs: Sequence[Promise | Level]) -> Promise | Level:
+        return gated(inputs, TWO_CLOCKS[pin])
 
 
 class StepCheck(Part):
@@ -47,7 +58,7 @@ class StepCheck(Part):
     A step that is never made holds the module for good, and one that the load turns back must be made again.
     """
 
-    wiring = MappingProxyType({"clock": "clock", "dir": "dir", "enable": "enable"})
+    wiring = MappingProxyType({"clock": "step", "dir": "direction", "enable": "enable"})
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
@@ -57,6 +68,13 @@ class StepCheck(Part):
         self.add_pin("y", "in", "detector signal", pull=0)
         self.add_pin("enable", "out", "ENABLE of the module", initial=1)
         self.behind = 0  # steps that the motor still owes, clockwise positive
+        self.lets = 1  # the level of ENABLE that lets the next step be made
+
+    def attached(self, own: str, row: Pin) -> None:
+        """Hold the chip as it wants to be held: STEP INHIBIT of a CY525 is high then."""
+        if own == "enable" and row.active is not None:
+            self.lets = row.active
+            self._put(0)
 
     def rewired(self) -> None:
         self.quarter = self._quarter()
@@ -77,7 +95,7 @@ class StepCheck(Part):
 
     def _put(self, owed: int) -> None:
         self.behind += owed
-        self.drivers["enable"].drive(int(not self.behind))
+        self.drivers["enable"].drive(1 - self.lets if self.behind else self.lets)
 
 
 class Damping(Part):
@@ -91,26 +109,30 @@ class Damping(Part):
         phase       n-1  n |           n-1     n
 
     The times follow from motor and load: the rotor is braked at t1, and at t2, before it turns back, held again.
-
-    Args:
-        t1, t2: from the last step on; t2 = 0 leaves the second pulse out, and the motor stays a step behind.
     """
 
-    wiring = MappingProxyType({"clock": "clock", "dir": "dir", "mov": "mov", "ramp": "ramp"})
+    wiring = MappingProxyType({"clock": "step", "dir": "direction", "mov": "moving", "ramp": "ramping"})
 
-    def __init__(self, kernel: Kernel, name: str, *, t1: Time = "2 ms", t2: Time = "3 ms") -> None:
+    options = (
+        Option("t1", "time", "2 ms", "from the last step to the first pulse"),
+        Option("t2", "time", "3 ms", "from the last step to the second pulse; 0: none, the motor stays a step behind"),
+    )
+
+    def __init__(self, kernel: Kernel, name: str, *, t1: Time, t2: Time) -> None:
         super().__init__(kernel, name)
         self.t1_ps, self.t2_ps = picoseconds(t1), picoseconds(t2)
         if self.t1_ps <= PULSE_PS or (self.t2_ps and self.t2_ps <= self.t1_ps + 4 * PULSE_PS):
             raise UsageError(f"{name}: t1 {t1!r}, t2 {t2!r}; allowed t1 above 1.7 us, t2 above t1 + 6.8 us, or 0")
         self.braked_ps = 0  # when the last motion is braked
-        for pin, pull in (("clock", 1), ("dir", 1), ("mov", 0), ("ramp", 0)):
+        for pin, pull in (("clock", 1), ("dir", 1)):
             self.add_pin(pin, "in", f"{pin.upper()} of the module", pull=pull)
+        for pin in ("mov", "ramp"):
+            self.add_pin(pin, "in", f"{pin.upper()} of the module", pull=0, active=1)
         self.add_pin("a", "out", "high: in motion", initial=0)
         self.add_pin("b", "out", "high behind a motion: turns the direction round", initial=0)
         self.add_pin("c", "out", "two pulses behind a motion", initial=1)
-        self.add_pin("clock_out", "out", "CLOCK of the driver", initial=1)
-        self.add_pin("dir_out", "out", "direction of the driver", initial=1)
+        self.add_pin("clock_out", "out", "CLOCK of the driver", initial=1, role="step")
+        self.add_pin("dir_out", "out", "direction of the driver", initial=1, role="direction")
 
     def rewired(self) -> None:
         for pin in ("mov", "ramp"):

@@ -24,12 +24,16 @@ from collections.abc import Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
+from ..core.clocking import ClockEdges, Still
+from ..core.counted import Counted
 from ..core.history import History
 from ..core.kernel import Kernel
-from ..core.net import Net
+from ..core.option import Option
 from ..core.timebase import Time, moment, moments
+from ..core.views import gated
 from ..errors import UsageError
-from .part import Part
+from .clocked import Clocked
+from .part import AXIS, Part
 
 if TYPE_CHECKING:
     import numpy as np
@@ -39,51 +43,75 @@ if TYPE_CHECKING:
 
 STATES = ("0101", "0001", "1001", "1000", "1010", "0010", "0110", "0100")  # a, b, c, d in states 1 to 8
 PHASES = "abcd"
+AND = (0, 0, 0, 1)
 SUPPLY_V = 5.0
 PULL_UP_OHM = 10e3
 AMPERES_PER_VOLT = 2.0
 
 
 # ------------------------------------------------------------------------------------------------------- translator
-class GsD200(Part):
+class GsD200(Clocked):
     """A driver module: translator and enable; `to` wires CLOCK, DIR and RESET."""
 
-    wiring = MappingProxyType({"clock": "clock", "direction": "dir", "reset": "reset"})
+    wiring = MappingProxyType({"clock": "step", "direction": "direction", "reset": "driver_reset"})
+    optional = frozenset({"reset"})
+    options = (AXIS,)
+    follows = ("clock", "direction", "half_full", "reset", "enable")
+    clock = "clock"
+    steers = ("direction", "half_full", "reset")
+    edge = 1
 
-    def __init__(self, kernel: Kernel, name: str) -> None:
+    def __init__(self, kernel: Kernel, name: str, *, axis: int = 1) -> None:
         super().__init__(kernel, name)
-        self.state = 1
+        self.axis = axis
+        self._state = 0  # 0 to 7, and what the clock makes of it
+        self._by = 0
+        self._counted: ClockEdges = Still()
         self.add_pin("clock", "in", "step at each rise", pull=1)
         self.add_pin("direction", "in", "high: clockwise", pull=1)
-        self.add_pin("reset", "in", "low: state 1", pull=1)
+        self.add_pin("reset", "in", "low: state 1", pull=1, active=0)
         self.add_pin("enable", "in", "low: no current in any phase", pull=1)
         self.add_pin("half_full", "in", "high: half step, low: full step", pull=1)
         self.add_pin("control", "in", "current decay; high: slow, low: fast", pull=1)
         for phase, level in zip(PHASES, STATES[0], strict=True):
             self.add_pin(phase, "out", f"phase {phase}, high: on", initial=int(level))
 
-    def rewired(self) -> None:
-        self.pin("clock").net.watch(self._clocked)
-        for pin in ("reset", "enable"):
-            self.pin(pin).net.watch(lambda _: self._put())
-        self._put()
+    @property
+    def state(self) -> int:
+        """The state of the translator, 1 to 8."""
+        if not self.high("reset"):
+            return 1
+        by = self._by * self._counted.by(self.kernel.seen) + self._step * self.due
+        return (self._state + by) % len(STATES) + 1
 
     @property
     def decay(self) -> str:
         """How the current decays in the pauses of the chopper: "slow" or "fast"."""
         return "slow" if self.high("control") else "fast"
 
-    def _clocked(self, net: Net) -> None:
-        if net.level == 1:
-            way = 1 if self.high("direction") else -1
-            self.state = (self.state - 1 + way * (1 if self.high("half_full") else 2)) % len(STATES) + 1
-            self._put()
+    @property
+    def _step(self) -> int:
+        """By how many states a clock advances."""
+        return (1 if self.high("direction") else -1) * (1 if self.high("half_full") else 2)
 
-    def _put(self) -> None:
+    # ------------------------------------------------------------------------------------------------------- changes
+    def bring(self, ps: int) -> None:
+        self._state = (self._state + self._by * self._counted.by(ps)) % len(STATES)
+        self._counted = Still()
+
+    def stepped(self) -> None:
+        self._state = (self._state + self._step) % len(STATES)
+
+    def follow(self, clock: ClockEdges) -> None:
         if not self.high("reset"):
-            self.state = 1
-        for phase, level in zip(PHASES, STATES[self.state - 1], strict=True):
-            self.drivers[phase].drive(int(level) if self.high("enable") else 0)
+            self._state, clock = 0, Still()
+        self._by, self._counted = self._step, clock
+        states = [STATES[(self._state + self._by * n) % len(STATES)] for n in range(len(STATES))]
+        enable = self.shown("enable")
+        for n, phase in enumerate(PHASES):
+            levels = tuple(int(state[n]) for state in states)
+            on = levels[0] if isinstance(clock, Still) else Counted(clock, self.shown(self.clock), levels)
+            self.put(self.drivers[phase], gated((on, enable), AND))
 
 
 # ----------------------------------------------------------------------------------------------------- phase current
@@ -141,31 +169,27 @@ def _rest(total: float, present: float, what: str) -> float:
     return 1 / (1 / total - 1 / present)
 
 
+def _resists(ohms: float) -> str:
+    return "" if ohms > 0 else "allowed more than 0 ohm"
+
+
 class PhaseCurrent(Part):
     """The phase current that MOV and RAMP choose through Tr1 and Tr2 (figure 11).
 
-    Args:
-        r1, r2, r3: ohms; the values of the example, 1.5 A on ramps, 0.25 A at rest, 0.5 A at speed.
-        driver: "gs-d200" or "gs-d200s".
+    The resistors are by default those of the example: 1.5 A on ramps, 0.25 A at rest, 0.5 A at speed.
     """
 
-    wiring = MappingProxyType({"mov": "mov", "ramp": "ramp"})
+    wiring = MappingProxyType({"mov": "moving", "ramp": "ramping"})
 
-    def __init__(
-        self,
-        kernel: Kernel,
-        name: str,
-        *,
-        r1: float = 4245,
-        r2: float = 500,
-        r3: float = 937,
-        driver: str = "gs-d200",
-    ) -> None:
+    options = (
+        Option("r1", "float", 4245, "resistor at Tr1, to the supply", unit="ohm", check=_resists),
+        Option("r2", "float", 500, "resistor at Tr2", unit="ohm", check=_resists),
+        Option("r3", "float", 937, "resistor that is always there", unit="ohm", check=_resists),
+        Option("driver", "choice", "gs-d200", "the driver module", choices=tuple(NETWORKS)),
+    )
+
+    def __init__(self, kernel: Kernel, name: str, *, r1: float, r2: float, r3: float, driver: str) -> None:
         super().__init__(kernel, name)
-        if driver not in NETWORKS:
-            raise UsageError(f"{name}: driver {driver!r}; allowed {', '.join(NETWORKS)}")
-        if min(r1, r2, r3) <= 0:
-            raise UsageError(f"{name}: r1 {r1}, r2 {r2}, r3 {r3}; allowed more than 0 ohm")
         ground, most = NETWORKS[driver]
         self.currents = {  # by the states of Tr1 and Tr2
             (tr1, tr2): set_point(r3, *[r2] * tr2, to_supply=r1 if tr1 else None, ground=ground)
@@ -176,9 +200,9 @@ class PhaseCurrent(Part):
             raise UsageError(
                 f"{name}: {self.currents[True, False]:.3g} A on ramps; the {driver} takes {most:g} A: a greater r1"
             )
-        self.add_pin("mov", "in", "high: in motion", pull=0)
-        self.add_pin("ramp", "in", "high: on a ramp", pull=0)
-        self.history = History()
+        self.add_pin("mov", "in", "high: in motion", pull=0, active=1)
+        self.add_pin("ramp", "in", "high: on a ramp", pull=0, active=1)
+        self.history: History | None = None  # from the instant on at which the part is wired
 
     def rewired(self) -> None:
         for pin in ("mov", "ramp"):
@@ -196,25 +220,31 @@ class PhaseCurrent(Part):
         return self.currents[self.transistors]
 
     def _note(self) -> None:
-        self.history.note(self.kernel.now, self.amperes)
+        self._known.note(self.kernel.now, self.amperes)
+
+    @property
+    def _known(self) -> History:
+        if self.history is None:
+            self.history = History(self.amperes, self.kernel.now)
+        return self.history
 
     def quantities(self) -> tuple[Quantity, ...]:
-        return (self.history.quantity(self.kernel, "current", "A"),)
+        return (self._known.quantity(self.kernel, "current", "A"),)
 
     def forget(self, before: int) -> None:
-        self.history.forget(before)
+        self._known.forget(before)
 
     @property
     def past(self) -> list[tuple[int, float]]:
         """From when on (ps) which current has flowed, amperes."""
-        return [*self.history]
+        return [*self._known]
 
     def current_at(self, time: Time) -> float:
         """Return the current at one instant of the past, amperes."""
-        return self.history.at(moment(time))
+        return self._known.at(moment(time))
 
     def currents_at(self, times: Sequence[Time] | NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the current at many instants of the past: float64, shape as `times`, amperes."""
         import numpy as np
 
-        return self.history.values_at(np.asarray(moments(times)))
+        return self._known.values_at(np.asarray(moments(times)))

@@ -12,6 +12,7 @@ from collections import deque
 from collections.abc import Awaitable, Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
+from ..core.hook import Hook
 from ..core.kernel import Kernel, Task
 from ..core.net import Driver
 from ..core.pin import Condition, GotCondition
@@ -91,9 +92,7 @@ class Host(Part):
         self.since = 0
         self.answer: Any = None
         self.refused: UsageError | None = None  # what the latest call found when its turn came
-        self.wait_for: Callable[[Callable[[], bool], str, Time], None] | None = None  # the bench lets time pass
-        self.on_input: Callable[[str, list[Any]], object] | None = None  # the journal
-        self.on_event: Callable[[str], object] | None = None  # a transcript
+        self.on_event: Hook[[str]] = Hook()  # what it does, in words: a line of a script, an answer
 
     @property
     def chip(self) -> Chip:
@@ -155,8 +154,7 @@ class Host(Part):
             self.since = self.kernel.now
 
     def _journal(self, verb: str, args: list[Any]) -> None:
-        if self.on_input is not None:
-            self.on_input(verb, args)
+        self.kernel.outside.tell(verb, host=self.name, args=args)
 
     @property
     def idle(self) -> bool:
@@ -235,10 +233,9 @@ class Host(Part):
                 self.refused = error
 
         self.do(guarded)
-        if self.wait_for is None:
-            return None
         try:
-            self.wait_for(lambda: self.idle, f"{self.name}.{verb}", timeout)
+            if not self.kernel.outside.wait(lambda: self.idle, f"{self.name}.{verb}", timeout):
+                return None
         except Timeout:
             self.give_up()
             raise

@@ -18,6 +18,7 @@ from types import MappingProxyType
 
 from ..core.kernel import Kernel
 from ..core.net import Net
+from ..core.option import Option
 from ..core.timebase import Time, picoseconds
 from ..core.waits import first_of, until
 from ..errors import UsageError
@@ -28,25 +29,39 @@ CYCLE = 6  # clocks; the strobes of the bus last from clock 1 to the end of cloc
 RESET_PS = 2_000_000  # the chipset wants 1 us; the strobe of the bus alone would be too short
 DATA, COMMAND, STATUS, RESET = 0, 2, 4, 8  # offsets from the base
 BASES = range(0x300, 0x400, 0x10)
+STEPS = f"{BASES[0]:#x} to {BASES[-1]:#x} in steps of 0x10"
 DECODED = 0x3FF
 FLOATING, HOSTRDY = 0xFF, 0x80
 
 
 class Isa(Caller):
-    """An interface board in a PC.
-
-    Args:
-        base: the first of its addresses; its two select lines give 0x340, 0x350, 0x370 and 0x390.
-    """
+    """An interface board in a PC."""
 
     wiring = MappingProxyType(
-        {name: name for name in ("hostdata", "hostslct", "hostcmd", "hostread", "hostwrite", "hostrdy", "reset")}
+        {
+            "hostdata": "data",
+            "hostslct": "chip_select",
+            "hostcmd": "command",
+            "hostread": "read",
+            "hostwrite": "write",
+            "hostrdy": "ready",
+            "reset": "reset",
+        }
     )
 
-    def __init__(self, kernel: Kernel, name: str, *, base: int = 0x340) -> None:
+    options = (
+        Option(
+            "base",
+            "int",
+            0x340,
+            f"the first of its addresses, {STEPS}; its two select lines give 0x340, 0x350, 0x370 and 0x390",
+            like=f"{BASES[4]:#x}",
+            check=lambda base: "" if base in BASES else f"allowed {STEPS}",
+        ),
+    )
+
+    def __init__(self, kernel: Kernel, name: str, *, base: int) -> None:
         super().__init__(kernel, name)
-        if base not in BASES:
-            raise UsageError(f"{name}: base {base!r}; allowed {BASES[0]:#x} to {BASES[-1]:#x} in steps of 0x10")
         self.base = base
         self.add_bus("hostdata", "data bus of the chipset")
         for pin in ("hostslct", "hostread", "hostwrite", "reset"):

@@ -12,22 +12,23 @@ from __future__ import annotations
 from types import MappingProxyType
 
 from ..core.kernel import Kernel
+from ..core.option import Option
 from ..core.timebase import Time, picoseconds
 from ..core.waits import first_of, until
 from .worker import Data, Worker, as_bytes
 
 
 class Keyboard(Worker):
-    """A typist at a keyboard.
+    """A typist at a keyboard."""
 
-    Args:
-        down: how long a key is held.
-        apart: from the release of one key to the next.
-    """
+    wiring = MappingProxyType({"db": "data", "request": "request", "ready": "ready"})
 
-    wiring = MappingProxyType({"db": "db", "request": "io_request", "ready": "ready"})
+    options = (
+        Option("down", "time", "80 ms", "how long a key is held"),
+        Option("apart", "time", "120 ms", "from the release of one key to the next"),
+    )
 
-    def __init__(self, kernel: Kernel, name: str, *, down: Time = "80 ms", apart: Time = "120 ms") -> None:
+    def __init__(self, kernel: Kernel, name: str, *, down: Time, apart: Time) -> None:
         super().__init__(kernel, name)
         self.down_ps, self.apart_ps = picoseconds(down), picoseconds(apart)
         self.add_bus("db", "the byte of the key that is down")

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from types import MappingProxyType
 
+from ..core.clocking import ClockEdges, Still
+from ..core.counted import Sampled
 from ..core.kernel import Kernel
 from ..core.net import Net
+from ..core.views import gated
+from .clocked import Clocked
 from .part import Part
+
+OR = (0, 1, 1, 1)
 
 
 class PositionLatch(Part):
@@ -20,7 +27,7 @@ class PositionLatch(Part):
     of a verify read-out pass through the same gates.
     """
 
-    wiring = MappingProxyType({"db": "db", "outstrobe": "outstrobe", "motion_complete": "motion_complete"})
+    wiring = MappingProxyType({"db": "data", "outstrobe": "out_strobe", "motion_complete": "motion_complete"})
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
@@ -58,35 +65,51 @@ class PositionLatch(Part):
         return self.high_byte << 8 | self.low_byte
 
 
-class PhaseLatch(Part):
+class PhaseLatch(Clocked):
     """A latch between phase pins and motor, clocked by the rise of PULSE (s.4).
 
     It keeps the coils energised when I or RESET switches the phase pins off without a PULSE.  `off` high switches all
     coils off, whatever the latch holds.  Low energises, as on the chip.
     """
 
-    wiring = MappingProxyType({"pulse": "pulse"} | {f"phase{n}": f"phase{n}" for n in (1, 2, 3, 4)})
+    wiring = MappingProxyType({"pulse": "step"} | {f"phase{n}": f"phase{n}" for n in (1, 2, 3, 4)})
+    follows = ("pulse", "off", "phase1", "phase2", "phase3", "phase4")
+    clock = "pulse"
+    edge = 1
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
         self.add_pin("pulse", "in", "clock", pull=1)
         self.add_pin("off", "in", "high: coils off", pull=0)
         for n in (1, 2, 3, 4):
-            self.add_pin(f"phase{n}", "in", f"phase {n} from the chip", pull=1)
-            self.add_pin(f"coil{n}", "out", f"phase {n} to the motor", initial=1)
-        self.held = (1, 1, 1, 1)
+            self.add_pin(f"phase{n}", "in", f"phase {n} from the chip", pull=1, active=0)
+            self.add_pin(f"coil{n}", "out", f"phase {n} to the motor", initial=1, role=f"phase{n}", active=0)
+        self._coils = [Sampled(Still(), 1, 1) for _ in range(4)]  # what the latch holds, and will
 
-    def rewired(self) -> None:
-        self.pin("pulse").net.watch(self._clocked)
-        self.pin("off").net.watch(lambda _: self._put())
+    @property
+    def held(self) -> tuple[int, ...]:
+        """What the latch holds, phases 1 to 4."""
+        if self.due:
+            return self._read()
+        return tuple(int(coil.level(self.kernel.seen)) for coil in self._coils)
 
-    def _clocked(self, net: Net) -> None:
-        if net.level == 1:
-            one, two, three, four = (int(self.high(f"phase{n}")) for n in (1, 2, 3, 4))
-            self.held = (one, two, three, four)
-            self._put()
+    def _read(self) -> tuple[int, ...]:
+        return tuple(int(self.high(f"phase{n}")) for n in (1, 2, 3, 4))
 
-    def _put(self) -> None:
-        off = self.high("off")
-        for n, level in enumerate(self.held, 1):
-            self.drivers[f"coil{n}"].drive(1 if off else level)
+    # ------------------------------------------------------------------------------------------------------- changes
+    def bring(self, ps: int) -> None:
+        self._hold(int(coil.level(ps)) for coil in self._coils)
+
+    def stepped(self) -> None:
+        self._hold(self._read())
+
+    def _hold(self, levels: Iterable[int]) -> None:
+        self._coils = [Sampled(Still(), level, level) for level in levels]
+
+    def follow(self, clock: ClockEdges) -> None:
+        off = self.shown("off")
+        for n, coil in enumerate(self._coils, 1):
+            sampled = Sampled(clock, self.shown(f"phase{n}"), coil.before)
+            self._coils[n - 1] = sampled
+            held = coil.before if isinstance(clock, Still) else sampled
+            self.put(self.drivers[f"coil{n}"], gated((held, off), OR))

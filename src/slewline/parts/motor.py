@@ -3,42 +3,92 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import sqrt
+from fractions import Fraction
 from types import MappingProxyType
-from typing import ClassVar
+from typing import TYPE_CHECKING, Any
 
+from ..core.clocking import ClockEdges, Later, Strides
+from ..core.counter import Channel, Code, Scale, StepCounter
+from ..core.course import Once
 from ..core.kernel import Kernel
-from ..core.net import Net
-from ..core.timebase import PS_PER_S, Time, picoseconds
+from ..core.option import Option
+from ..core.shaft import Shaft
+from ..core.timebase import Time, picoseconds
+from ..core.views import Repeated
 from ..errors import UsageError
-from .part import Part
+from .clocked import Clocked
+from .follower import Follower
+from .part import AXIS
+from .steps_made import Limits, Made, Pulsed
+
+if TYPE_CHECKING:
+    from ..core.table import Pin
+    from ..core.wave import Level
+
+EDGES = {"fall": 0, "rise": 1}
+EDGE = Option(
+    "edge", "choice", None, "which edge of the pulse is a step; by default what the neighbour's pin says",
+    choices=tuple(EDGES), none=True,
+)  # fmt: skip
+WINDINGS = MappingProxyType({(-1, -1): 0, (1, -1): 1, (1, 1): 2, (-1, 1): 3})  # the field by windings a and b
+FIELDS = tuple(  # by the levels of phases 1 to 4, as bits
+    WINDINGS.get(((n & 1) - (n >> 1 & 1), (n >> 2 & 1) - (n >> 3 & 1))) for n in range(16)
+)
+DETECTOR = MappingProxyType({"x": Code(0, 1, 1, 0), "y": Code(0, 0, 1, 1)})  # by the position
 
 
-class Translator(Part):
+class Translator(Clocked):
     """A translator and its motor: a step at each fall of PULSE, the way that DIRECTION says (CY525 fig. 10.4).
 
-    It knows nothing but these two lines: a PULSE that O 128 to 255 makes for a phase latch is a step to it.
+    It knows nothing but these two lines: a PULSE that O 128 to 255 makes for a phase latch is a step to it.  What sits
+    on its `shaft` turns with it: an encoder, switches, a gear.
+
+    Args:
+        axis: of the neighbour.
+        edge: "fall" or "rise": which edge of the pulse is a step; by default what the neighbour's pin says.
     """
 
-    wiring = MappingProxyType({"pulse": "pulse", "direction": "direction"})
-    edge: ClassVar[int] = 0  # the level of PULSE with which a step begins
+    wiring = MappingProxyType({"pulse": "step", "direction": "direction"})
+    options: tuple[Option, ...] = (AXIS, EDGE)
+    follows = ("pulse", "direction")
+    clock = "pulse"
+    steers = ("direction",)
 
-    def __init__(self, kernel: Kernel, name: str) -> None:
+    def __init__(self, kernel: Kernel, name: str, *, axis: int = 1, edge: str | None = None) -> None:
         super().__init__(kernel, name)
+        self.axis = axis
+        if edge is not None:
+            self.edge = EDGES[edge]
+        self._chosen = edge is not None
         self.add_pin("pulse", "in", f"step at each {'rise' if self.edge else 'fall'}", pull=1)
         self.add_pin("direction", "in", "high: clockwise", pull=1)
-        self.position = 0  # steps clockwise since the beginning
+        self.shaft = Shaft(kernel)
+        self.shaft.source = self
 
-    def rewired(self) -> None:
-        self.pin("pulse").net.watch(self._pulsed)
+    def attached(self, own: str, row: Pin) -> None:
+        """Step with the edge that the neighbour's pin means, unless a user has chosen one."""
+        if own == "pulse" and row.sense is not None and not self._chosen:
+            self.edge = row.sense
 
-    def _pulsed(self, net: Net) -> None:
-        if net.level == self.edge:
-            self.stepped(1 if self.high("direction") else -1)
+    @property
+    def position(self) -> int:
+        """Steps clockwise since the beginning."""
+        return self.shaft.place // 1 + (self.sign if self.due else 0)
 
-    def stepped(self, sign: int) -> None:
-        """The motor takes a step."""
-        self.position += sign
+    @property
+    def sign(self) -> int:
+        """Which way a step goes now: 1 clockwise, -1 back."""
+        return 1 if self.high("direction") else -1
+
+    # ------------------------------------------------------------------------------------------------------- changes
+    def bring(self, ps: int) -> None:
+        self.shaft.cut(ps)
+
+    def stepped(self) -> None:
+        self.shaft.step(self.kernel.now, self.sign)
+
+    def follow(self, clock: ClockEdges) -> None:
+        self.shaft.turn(clock, self.sign, self.kernel.now)
 
 
 class Motor(Translator):
@@ -52,13 +102,21 @@ class Motor(Translator):
         y   0 0 1 1
 
     Args:
+        axis: of the neighbour.
+        edge: "fall" or "rise": which edge of the pulse is a step; by default what the neighbour's pin says.
         lag: how long a step takes.
         pull_in: greatest rate from rest, steps/s; 0: any rate at any time.
         acceleration: steps/s^2, at most pull_in^2 / 2: from rest, too, a step takes it no further than pull_in.
         loses: numbers of pulses that it misses besides, the first one being 1.
     """
 
-    wiring = MappingProxyType({"pulse": "clock", "direction": "dir"})
+    options = (
+        *Translator.options,
+        Option("lag", "time", 0, "how long a step takes"),
+        Option("pull_in", "float", 0, "greatest rate from rest; 0: any rate at any time", low=0, unit="steps/s"),
+        Option("acceleration", "float", 0, "how fast it may become faster", low=0, unit="steps/s2"),
+        Option("loses", "ints", (), "numbers of pulses that it misses besides", low=1),
+    )
     edge = 1
 
     def __init__(
@@ -66,50 +124,88 @@ class Motor(Translator):
         kernel: Kernel,
         name: str,
         *,
+        axis: int = 1,
+        edge: str | None = None,
         lag: Time = 0,
         pull_in: float = 0,
         acceleration: float = 0,
         loses: Iterable[int] = (),
     ) -> None:
-        super().__init__(kernel, name)
+        super().__init__(kernel, name, axis=axis, edge=edge)
         if pull_in < 0 or not 0 <= acceleration <= pull_in**2 / 2:
             raise UsageError(
                 f"{name}: pull_in {pull_in}, acceleration {acceleration}; allowed 0 and more, 0 to {pull_in**2 / 2:g}"
             )
-        self.lag_ps, self.pull_in, self.acceleration = picoseconds(lag), pull_in, acceleration
-        self.loses = frozenset(loses)
+        self.limits = Limits(picoseconds(lag), pull_in, acceleration, frozenset(loses))
         for pin in "xy":
             self.add_pin(pin, "out", "detector signal", initial=0)
-        self.pulses = self.lost = 0
-        self.arrives_ps = 0  # when the step under way is made
-        self.sign, self.rate, self.pulsed_ps = 0, 0.0, -PS_PER_S
+        self._pulsed = Pulsed()
+        self._made: Made | None = None  # what comes of the clock
+        self._under_way = 0  # the sign of the step that is under way; 0: none is
+        self.shaft.on_cut.add(lambda ps: self.freeze(ps + 1))
+        self.shaft.on_turn.add(self._show)
 
-    def stepped(self, sign: int) -> None:
-        self.pulses += 1
-        if sign != self.sign:
-            self.sign, self.rate = sign, 0.0
+    @property
+    def pulses(self) -> int:
+        """How many pulses there have been."""
+        return self._now.pulses
+
+    @property
+    def lost(self) -> int:
+        """How many of them made no step."""
+        return self._now.lost
+
+    @property
+    def _now(self) -> Pulsed:
+        return self._pulsed if self._made is None else self._made.onward(self.kernel.seen)
+
+    @property
+    def position(self) -> int:
+        return self.shaft.place // 1
+
+    # ------------------------------------------------------------------------------------------------------- changes
+    def bring(self, ps: int) -> None:
+        if self._made is not None:
+            self._pulsed = self._made.onward(ps)
+            self._made = None
+            if self._pulsed.arrives_ps > ps:
+                self._under_way = self._pulsed.way
+        super().bring(ps)
+
+    def stepped(self) -> None:
+        self._arrive()
+        self._pulsed = self.limits.after(self._pulsed, self.kernel.now, self.sign)
+        if self._pulsed.follows:
+            self._under_way = self.sign
+            self._arrive()
+
+    def _arrive(self) -> None:
+        """Make the step that is under way, if it is due."""
+        if self._under_way and self._pulsed.arrives_ps <= self.kernel.now:
+            self.shaft.step(self.kernel.now, self._under_way)
+            self._under_way = 0
+
+    def follow(self, clock: ClockEdges) -> None:
         now = self.kernel.now
-        interval, self.pulsed_ps = now - self.pulsed_ps, now
-        follows = now >= self.arrives_ps and self.pulses not in self.loses and interval >= self._shortest_ps()
-        self.rate = PS_PER_S / interval if follows else 0.0
-        self.lost += not follows
-        if follows:
-            self.arrives_ps = now + self.lag_ps
-            self.kernel.call_at(self.arrives_ps, lambda: self._made(sign))
+        self._arrive()
+        self._made = Made(clock, self.limits, self._pulsed, self.sign)
+        if self._under_way:
+            self.shaft.turn(Once(self._pulsed.arrives_ps), self._under_way, now)
+            self.kernel.call_at(self._pulsed.arrives_ps, self.look)
+        elif self.limits.free:
+            self.shaft.turn(clock, self.sign, now)
+        else:
+            self.shaft.turn(Later(self._made, self.limits.lag_ps), self.sign, now)
 
-    def _shortest_ps(self) -> int:
-        """The shortest interval before the next step."""
-        if not self.pull_in:
-            return 0
-        return int(PS_PER_S / max(self.pull_in, sqrt(self.rate**2 + 2 * self.acceleration)))
-
-    def _made(self, sign: int) -> None:
-        super().stepped(sign)
-        self.drivers["x"].drive(int(self.position % 4 in (1, 2)))
-        self.drivers["y"].drive(int(self.position % 4 in (2, 3)))
+    def _show(self) -> None:
+        """Promise the detector's signals under the present course of the shaft."""
+        counter = StepCounter(self.shaft.course, Scale(Fraction(1)), 0)
+        for name, code in DETECTOR.items():
+            level = code[counter.at(self.kernel.seen)]
+            self.put(self.drivers[name], level if self.edge_driven else Repeated(Channel(counter, code)))
 
 
-class Rotor(Part):
+class Rotor(Follower):
     """A rotor between two windings, phases 1 and 2 on the ends of one, 3 and 4 on the ends of the other (CY525 s.10).
 
         winding a   -1 +1 +1 -1         the end with the low phase pin is energised
@@ -121,31 +217,95 @@ class Rotor(Part):
     """
 
     wiring = MappingProxyType({f"phase{n}": f"phase{n}" for n in (1, 2, 3, 4)})
+    follows = ("phase1", "phase2", "phase3", "phase4")
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
         for n in (1, 2, 3, 4):
-            self.add_pin(f"phase{n}", "in", f"phase {n}, low energises", pull=1)
-        self.position = 0  # steps clockwise since the beginning; at rest in the field of offset 0
+            self.add_pin(f"phase{n}", "in", f"phase {n}, low energises", pull=1, active=0)
+        self._position = 0
         self.followed: int | None = None
+        self._read_ps: int | None = None  # up to where the phases have been read; None: not yet
+        self._levels: list[Level] = []  # of the phases, up to there
+        self._strides = Strides()
 
-    def rewired(self) -> None:
-        for n in (1, 2, 3, 4):
-            self.pin(f"phase{n}").net.watch(self._follow)
+    @property
+    def position(self) -> int:
+        """Steps clockwise since the beginning; at rest in the field of offset 0."""
+        self.be_caught_up()
+        return self._position
 
     @property
     def field(self) -> int | None:
         """The direction of the field, 0 to 3; None without current in both windings."""
-        one, two, three, four = (self.high(f"phase{n}") for n in (1, 2, 3, 4))
-        return {(-1, -1): 0, (1, -1): 1, (1, 1): 2, (-1, 1): 3}.get((one - two, three - four))
+        return FIELDS[sum(self.high(name) << n for n, name in enumerate(self.follows))]
 
-    def _follow(self, _net: Net) -> None:
-        field = self.field
-        if field is None or field == self.followed:  # four pins tell of one change
+    def catch_up(self) -> None:
+        if self._read_ps is not None:
+            if self._laying:
+                self._look()
+            else:
+                self._read(self.kernel.seen)
+
+    # ------------------------------------------------------------------------------------------------------- changes
+    def cut(self, ps: int) -> None:
+        if self._read_ps is not None:
+            self._read(ps)
+            self._levels = [outlook.level(ps) for outlook in self.outlooks.values()]
+
+    def lay(self) -> None:
+        if self._read_ps is not None:
+            self._look()
+        self._read_ps = self.kernel.now
+
+    def _look(self) -> None:
+        """Follow the field, if a phase is now driven otherwise than up to now."""
+        if [self.pins[name].net.level for name in self.follows] != self._levels:
+            self._follow(self.field, self.kernel.now)
+
+    def _read(self, ps: int) -> None:
+        """Follow what the phases have shown up to an instant, a stretch at a time."""
+        assert self._read_ps is not None
+        while self._read_ps < ps:
+            stop = self._strides.stop(self._read_ps, ps)
+            edges = [outlook.edges(self._read_ps, stop) for outlook in self.outlooks.values()]
+            if count := sum(len(times) for times, _ in edges):
+                self._turn(edges)
+            self._strides.told(count)
+            self._read_ps = stop
+            if not count:
+                ahead = [time for outlook in self.outlooks.values() if (time := outlook.after(stop)) is not None]
+                self._read_ps = max(stop, min([ps, *(time - 1 for time in ahead)]))
+                self._strides.skipped(self._read_ps - stop)
+
+    def _turn(self, edges: list[tuple[Any, Any]]) -> None:
+        """Follow some edges of the phases."""
+        import numpy as np
+
+        assert self._read_ps is not None
+        times = np.unique(np.concatenate([np.asarray(own, np.int64) for own, _ in edges]))
+        number = np.zeros(len(times), np.int64)
+        for n, ((own, shown), outlook) in enumerate(zip(edges, self.outlooks.values(), strict=True)):
+            high = np.array([outlook.level(self._read_ps) != 0, *(level != 0 for level in shown)])
+            number |= high[np.searchsorted(np.asarray(own, np.int64), times, side="right")].astype(np.int64) << n
+        fields = np.array([-1 if field is None else field for field in FIELDS], np.int64)[number]
+        times, fields = times[fields >= 0], fields[fields >= 0]
+        if self.followed is not None and self.followed == self._position % 4:
+            turns = np.diff(fields, prepend=self.followed) % 4
+            if not (turns == 2).any():
+                self._position += int(np.count_nonzero(turns == 1)) - int(np.count_nonzero(turns == 3))
+                self.followed = int(fields[-1]) if len(fields) else self.followed
+                return
+        for time, field in zip(times.tolist(), fields.tolist(), strict=True):
+            self._follow(field, time)
+
+    def _follow(self, field: int | None, ps: int) -> None:
+        if field is None or field == self.followed:
             return
         self.followed = field
-        turn = (field - self.position) % 4
+        turn = (field - self._position) % 4
         if turn == 2:
-            self.finding("rotor-lost", "the field jumped to the opposite side: a real rotor would go either way")
+            text = "the field jumped to the opposite side: a real rotor would go either way"
+            self.finding("rotor-lost", text, ps)
         else:
-            self.position += {0: 0, 1: 1, 3: -1}[turn]
+            self._position += {0: 0, 1: 1, 3: -1}[turn]

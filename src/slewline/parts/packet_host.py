@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ..core.hook import Hook
 from ..core.kernel import Kernel
 from ..core.timebase import Time, picoseconds
 from ..core.waits import until
@@ -61,7 +62,7 @@ class PacketHost(Caller):
         self.port = next(iter(self.ports.values()))
         self.received: list[int] = []
         self.results: list[Result] = []
-        self.on_event: Callable[[str], object] | None = None  # a transcript
+        self.on_event: Hook[[str]] = Hook()  # what it does, in words: a line of a script, an answer
 
     @property
     def chip(self) -> Chip:
@@ -103,7 +104,7 @@ class PacketHost(Caller):
         row = packets.row(self.port.sheet, name)
         numbers = packets.numbers(self.port.sheet, row, values, self.port.crystal_hz)
         found = self.fetch(self._queue(packet_of(row, numbers), axis), timeout)
-        return packets.values(row.reads, found)[0] if row.reads else None
+        return packets.values(row.reads, found)[0] if row.reads and found is not None else None
 
     def query(self, name: str, axis: int = UNKNOWN, timeout: Time = "5 s") -> int:
         """Send a command and return the number that it reads, in the units of the command.

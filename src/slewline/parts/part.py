@@ -1,21 +1,28 @@
 """What every part has: a name, pins of its own, findings.  A part sees a chip through nets only.
 
-`wiring` is the standard wiring: pins of the part, and the pins of the neighbour to which `bench.part(..., to=...)`
-joins them.  What a user tells a part (a text, a key) goes through `input`, so that a journal can repeat it; `verbs` are
-the methods by which a run script tells it something, with a whole number or nothing.
+`wiring` is the standard wiring: pins of the part, and the roles (core/table.py, ROLES) of the neighbour's pins to which
+`bench.part(..., to=...)` joins them, on the part's option `axis`, if it has one; those in `optional` stay open where no
+pin has that role.  Pins of parts have roles themselves, so that a part attaches to a part.
+
+What a user tells a part (a text, a key) goes through `input`, so that a journal can repeat it; `verbs` are the methods
+by which a run script tells it something, with a whole number or nothing.  `options` are the rows of what its
+constructor takes: it gets all of them, checked.
 """
 
 from __future__ import annotations
 
 from bisect import insort
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from dataclasses import replace
 from operator import attrgetter
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar
 
 from ..core.chip import Finding
+from ..core.hook import Hook
 from ..core.kernel import Kernel
 from ..core.net import Bus, Driver, Net
+from ..core.option import Option
 from ..core.pin import Terminal
 from ..core.table import Pin
 from ..errors import UnknownName
@@ -25,6 +32,8 @@ if TYPE_CHECKING:
     from ..core.table import Way
 
 T = TypeVar("T")
+LEVELS = ("low", "high")
+AXIS = Option("axis", "int", 1, "of the neighbour", low=1, high=4)  # of a part that is wired to pins of an axis
 
 
 def served(host: str, chips: Mapping[str, T], chip: object) -> T:
@@ -39,7 +48,10 @@ class Part:
     """A part on a bench.  Subclasses make their pins in the constructor and react to nets by observers or tasks."""
 
     wiring: Mapping[str, str] = MappingProxyType({})
+    optional: frozenset[str] = frozenset()
     verbs: tuple[str, ...] = ()
+    sits: ClassVar[Literal["", "may", "must"]] = ""  # on the shaft of another part (`bench.part(..., on=...)`)
+    options: tuple[Option, ...] = ()
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         self.kernel, self.name = kernel, name
@@ -47,14 +59,27 @@ class Part:
         self.drivers: dict[str, Driver] = {}
         self._findings: list[Finding] = []
         self._catching_up = False
-        self.on_finding: Callable[[Finding], object] | None = None
-        self.on_input: Callable[[str, list[Any]], object] | None = None  # the journal
+        self.on_finding: Hook[[Finding]] = Hook()
 
     def add_pin(
-        self, name: str, way: Way, says: str, *, pull: int | None = None, initial: int | None = None
+        self,
+        name: str,
+        way: Way,
+        says: str,
+        *,
+        pull: int | None = None,
+        initial: int | None = None,
+        role: str = "",
+        axis: int = 1,
+        active: int | None = None,
     ) -> Terminal:
-        """Make a pin; an output drives `initial` from the beginning."""
-        row = Pin(len(self.pins) + 1, name, way, says, pull=pull)
+        """Make a pin; an output drives `initial` from the beginning.
+
+        Args:
+            role, axis: what it is for, where other parts attach to it.
+            active: the level that counts; None: the part takes it from the neighbour, or it has none.
+        """
+        row = Pin(len(self.pins) + 1, name, way, says, active=active, pull=pull, role=role, axis=axis)
         terminal = Terminal(self.name, row, Net(self.kernel, f"{self.name}.{name}", pull))
         self.pins[name] = terminal
         if way in ("out", "both"):
@@ -63,13 +88,18 @@ class Part:
                 driver.drive(initial)
         return terminal
 
-    def add_bus(self, name: str, says: str) -> Terminal:
+    def add_bus(self, name: str, says: str, *, role: str = "") -> Terminal:
         """Make an eight-wire bus pin; its driver takes (mask, value) or None."""
         terminal = Terminal(
-            self.name, Pin(len(self.pins) + 1, name, "both", says), Bus(self.kernel, f"{self.name}.{name}")
+            self.name, Pin(len(self.pins) + 1, name, "both", says, role=role), Bus(self.kernel, f"{self.name}.{name}")
         )
         self.pins[name] = terminal
         self.drivers[name] = Driver(terminal.net, self.name)
+        return terminal
+
+    def take_pin(self, name: str, inner: Terminal) -> Terminal:
+        """Make a pin of a part that this one contains its own, by another name."""
+        terminal = self.pins[name] = Terminal(self.name, replace(inner.row, name=name), inner.net)
         return terminal
 
     def pin(self, name: str) -> Terminal:
@@ -88,9 +118,9 @@ class Part:
         return self.pins[name].net.byte  # type: ignore[attr-defined,no-any-return]
 
     def input(self, verb: str, *args: Any) -> None:
-        """A user told the part something: let the journal know, as plain data."""
-        if self.on_input is not None:
-            self.on_input(verb, [list(arg) if isinstance(arg, bytes) else arg for arg in args])
+        """Tell the outside that a user has told the part something by one of its methods, as plain data."""
+        plain = [list(arg) if isinstance(arg, bytes) else arg for arg in args]
+        self.kernel.outside.tell("input", part=self.name, verb=verb, args=plain)
 
     # ------------------------------------------------------------------------------------------------ what it tells
     def quantities(self) -> tuple[Quantity, ...]:
@@ -125,8 +155,17 @@ class Part:
         """Keep something that went wrong around the chip, now or at an instant of the past (ps)."""
         found = Finding(self.kernel.now if at is None else at, self.name, code, text)
         insort(self._findings, found, key=attrgetter("time_ps"))
-        if self.on_finding is not None:
-            self.on_finding(found)
+        self.on_finding(found)
+
+    def objection(self, own: str, row: Pin) -> str:
+        """Return what makes a neighbour's pin unfit for a pin of this part, though it has the right role, or ""."""
+        wanted, found = self.pins[own].row.sense, row.sense
+        if wanted is None or found is None or wanted == found:
+            return ""
+        return f"is active {LEVELS[found]}, and {own} means {LEVELS[wanted]}: bench.wire(..., invert=True) may help"
+
+    def attached(self, own: str, row: Pin) -> None:
+        """Take notice that `to` has joined a pin with a neighbour's, whose role holds at the level `row.active`."""
 
     def rewired(self) -> None:
         """The part is wired, and time is about to pass: subclasses put their observers on here; called once."""

@@ -10,41 +10,48 @@ carry the address past the end.
 
 from __future__ import annotations
 
+from collections.abc import Sized
 from types import MappingProxyType
 
 from ..core.kernel import Kernel
 from ..core.net import Net
-from ..errors import UsageError
+from ..core.option import Option
 from .part import Part
 from .worker import Data, as_bytes
 
 ADDRESSES = 256
 STOPPER = 0xFF
+STOPS = ("data", "address")
+
+
+def _fits(image: Sized) -> str:
+    size = len(image)
+    return f"an image of {size} bytes; eight address lines reach {ADDRESSES}" if size > ADDRESSES else ""
 
 
 class Prom(Part):
-    """A PROM of 256 bytes with its address counter.
+    """A PROM of 256 bytes with its address counter."""
 
-    Args:
-        image: what it holds from address 0 on; the rest is FF, as in an erased PROM.
-        start: preset of the address inputs p0 to p7; switches on these pins override it.
-        stop: "data": the byte FF ends the program; "address": address FF does, for binary programs that contain FF.
-    """
+    wiring = MappingProxyType({"db": "data", "request": "request", "ready": "ready", "load": "reset"})
 
-    wiring = MappingProxyType({"db": "db", "request": "io_request", "ready": "ready", "load": "reset"})
+    options = (
+        Option(
+            "image", "bytes", ..., "what it holds from address 0 on; the rest is FF, as in an erased PROM", check=_fits
+        ),
+        Option("start", "int", 0, "preset of the address inputs; switches on p0 to p7 override it", low=0, high=255),
+        Option(
+            "stop", "choice", "data", "what ends a program: the byte FF, or (binary programs) address FF", choices=STOPS
+        ),
+    )
 
-    def __init__(self, kernel: Kernel, name: str, *, image: Data, start: int = 0, stop: str = "data") -> None:
+    def __init__(self, kernel: Kernel, name: str, *, image: Data, start: int, stop: str) -> None:
         super().__init__(kernel, name)
         data = as_bytes(name, image)
-        if len(data) > ADDRESSES:
-            raise UsageError(f"{name}: an image of {len(data)} bytes; eight address lines reach {ADDRESSES}")
-        if not 0 <= start < ADDRESSES or stop not in ("data", "address"):
-            raise UsageError(f"{name}: start {start!r}, stop {stop!r}; allowed 0 to 255, and 'data' or 'address'")
         self.image = data.ljust(ADDRESSES, bytes([STOPPER]))
         self.by_address = stop == "address"
         self.add_bus("db", "the byte at the address")
         self.add_pin("ready", "in", "high: the chip takes a byte", pull=1)
-        self.add_pin("load", "in", "low: the counter takes p0 to p7", pull=1)
+        self.add_pin("load", "in", "low: the counter takes p0 to p7", pull=1, active=0)
         self.add_pin("request", "out", "I/O REQUEST", initial=1)
         for bit in range(8):
             self.add_pin(f"p{bit}", "in", f"preset of the counter, bit {bit}", pull=start >> bit & 1)

@@ -11,10 +11,12 @@ from collections.abc import Callable, Sequence
 from types import MappingProxyType
 from typing import Any
 
+from ..core.hook import Hook
 from ..core.kernel import Kernel, Task
 from ..core.net import Driver, Net
+from ..core.option import Option
 from ..core.pin import Condition, GotCondition, strapped
-from ..core.serial import RS232, TTL, Character, LinePartner, Receiver, Word, bit_clock, transmit
+from ..core.serial import BAUD, RS232, TTL, Character, LinePartner, Receiver, Word, bit_clock, transmit, word_options
 from ..core.table import Port
 from ..core.timebase import Time
 from ..core.waits import first_of, until
@@ -33,35 +35,32 @@ POWER_UP_PS = 10**9  # a host gives a module a millisecond after power-up, whose
 class SerialPort(Worker):
     """A serial connector: characters out on txd, characters in on rxd, at the speed of the line.
 
-    Args:
-        baud, bits, parity, stop: the line; `set_line` changes it later.
-        ttl: TTL levels (mark is 1) instead of RS-232 ones.
+    `set_line` changes the line later.
     """
 
-    wiring = MappingProxyType({"txd": "rxd", "rxd": "txd"})
+    wiring = MappingProxyType({"txd": "serial_in", "rxd": "serial_out"})
+    optional = frozenset({"rxd"})  # of a receiver
+    options = (
+        BAUD,
+        *word_options(7, "odd", 2),
+        Option("ttl", "bool", False, "TTL levels (mark is 1) instead of RS-232 ones"),
+    )
 
     def __init__(
-        self,
-        kernel: Kernel,
-        name: str,
-        *,
-        baud: int | str = 9600,
-        bits: int = 7,
-        parity: str = "odd",
-        stop: int | str = 2,
-        ttl: bool = False,
+        self, kernel: Kernel, name: str, *, baud: int | str, bits: int, parity: str, stop: int | str, ttl: bool
     ) -> None:
         super().__init__(kernel, name)
         self.mark = TTL if ttl else RS232
         self.receiver: Receiver | None = None
         self.set_line(baud, Word(bits, parity, stop))
-        self.add_pin("txd", "out", "serial data out", initial=self.mark)
-        self.add_pin("rxd", "in", "serial data in", pull=self.mark)
+        space = 1 - self.mark
+        self.add_pin("txd", "out", "serial data out", initial=self.mark, role="computer_out", active=space)
+        self.add_pin("rxd", "in", "serial data in", pull=self.mark, role="computer_in", active=space)
         self.outgoing: deque[tuple[bytes, str]] = deque()  # bursts of characters, each with its fault
         self.sender: Task | None = None
         self.received = bytearray()  # the data bits of every character, good or not
         self.faulty = 0  # characters with a parity or framing fault
-        self.on_character: Callable[[Character], object] | None = None
+        self.on_character: Hook[[Character]] = Hook()  # one has come in
 
     def set_line(self, baud: int | str, word: Word) -> None:
         """Take another rate or format, from the next character on."""
@@ -143,8 +142,7 @@ class SerialPort(Worker):
         """A character has come in."""
         self.received.append(character.byte)
         self.faulty += not character.good
-        if self.on_character is not None:
-            self.on_character(character)
+        self.on_character(character)
 
     def got(self, data: bytes) -> Condition:
         """Condition: these bytes have been received."""
@@ -163,7 +161,8 @@ class SerialHost(SerialPort):
     def __init__(self, kernel: Kernel, name: str, chips: Sequence[LinePartner], *, baud: int | None = None) -> None:
         port = chips[0].sheet.port
         assert port is not None  # the bench chooses the host by the sheet
-        super().__init__(kernel, name, bits=port.bits, parity=port.parity, stop=port.stop)
+        bits, parity, stop = port.bits, port.parity, port.stop
+        super().__init__(kernel, name, baud=9600, bits=bits, parity=parity, stop=stop, ttl=False)
         self.port = port
         self.fixed_baud: int | str | None = baud
         self.chips: dict[str, Any] = {chip.name: chip for chip in chips}
@@ -171,8 +170,7 @@ class SerialHost(SerialPort):
         self.answers: list[str] = []
         self.line = bytearray()
         self.line_end = Driver(Net(kernel, f"{name}.(line end)"), name)  # changes with every complete line
-        self.wait_for: Callable[[Callable[[], bool], str, Time], None] | None = None  # the bench lets time pass
-        self.on_event: Callable[[str], object] | None = None  # a transcript
+        self.on_event: Hook[[str]] = Hook()  # what it does, in words: a line of a script, an answer
 
     def to(self, chip: str | LinePartner) -> SerialHost:
         """From now on, speak to this module."""
@@ -253,9 +251,8 @@ class SerialHost(SerialPort):
         """
         self.answers.clear()
         self.line.clear()
-        kept, self.on_input = self.on_input, None  # the journal has the whole script that asks
-        self.send(command if isinstance(command, bytes) else self.framed(command))
-        self.on_input = kept
+        with self.kernel.outside.nested():  # in the script that asks
+            self.send(command if isinstance(command, bytes) else self.framed(command))
         while not self._answered(command if isinstance(command, str) else ""):
             limit = self.kernel.now + self.backlog * self.clock.ps(self.word.ticks) + SILENCE_PS
             if await first_of(self.kernel, limit, (self.line_end.net, None)) is None:
@@ -268,10 +265,8 @@ class SerialHost(SerialPort):
         return command != "Q" or self.answers[-1].startswith(("END", "B", "E1", "E2", "E4"))
 
     def _let_pass(self, met: Callable[[], bool], what: str, timeout: Time) -> None:
-        if self.wait_for is None:
-            return
         try:
-            self.wait_for(met, f"{self.name}: {what}", timeout)
+            self.kernel.outside.wait(met, f"{self.name}: {what}", timeout)
         except Timeout as error:
             self.drop()
             heard = self.chip.baud

@@ -19,7 +19,7 @@ from types import MappingProxyType
 from ..core.kernel import Kernel
 from ..core.net import Driver, Net
 from ..core.pin import Terminal
-from ..core.serial import OVERSAMPLING, RS232, Word, bit_clock
+from ..core.serial import BAUD, OVERSAMPLING, RS232, Word, bit_clock, word_options
 from ..core.timebase import Clock, Time, picoseconds
 from ..errors import UsageError
 from .noise import Noise
@@ -86,31 +86,20 @@ class Rs232Line(Part):
 
     bench.host(x, line=line) puts it between a host and its modules; `to` wires it to another connector, and
     bench.connect(line, [x]) to the modules.
-
-    Args:
-        baud, bits, parity, stop: the characters on it.
     """
 
-    wiring = MappingProxyType({"host_txd": "txd", "host_rxd": "rxd"})
+    wiring = MappingProxyType({"host_txd": "computer_out", "host_rxd": "computer_in"})
+    options = (BAUD, *word_options(7, "odd", 2))
 
-    def __init__(
-        self,
-        kernel: Kernel,
-        name: str,
-        *,
-        baud: int | str = 9600,
-        bits: int = 7,
-        parity: str = "odd",
-        stop: int | str = 2,
-    ) -> None:
+    def __init__(self, kernel: Kernel, name: str, *, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
         super().__init__(kernel, name)
         self.word, self.clock = Word(bits, parity, stop).checked(name), bit_clock(baud, name)
         ends = (
-            self.add_pin("host_txd", "in", "from the host", pull=MARK),
-            self.add_pin("rxd", "in", "from the module", pull=MARK),
+            self.add_pin("host_txd", "in", "from the host", pull=MARK, role="serial_in", active=SPACE),
+            self.add_pin("rxd", "in", "from the module", pull=MARK, role="computer_in", active=SPACE),
         )
-        self.add_pin("txd", "out", "to the module", initial=MARK)
-        self.add_pin("host_rxd", "out", "to the host", initial=MARK)
+        self.add_pin("txd", "out", "to the module", initial=MARK, role="computer_out", active=SPACE)
+        self.add_pin("host_rxd", "out", "to the host", initial=MARK, role="serial_out", active=SPACE)
         self.ways = {
             way: Way(end, self.drivers[out], self.clock, self.word)
             for way, end, out in zip(WAYS, ends, ("txd", "host_rxd"), strict=True)

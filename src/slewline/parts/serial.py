@@ -16,10 +16,10 @@ from fractions import Fraction
 from types import MappingProxyType
 
 from ..core.kernel import Kernel
-from ..core.serial import OVERSAMPLING, TTL, Character, Receiver, Word, bit_clock, transmit
+from ..core.option import Option
+from ..core.serial import BAUD, OVERSAMPLING, TTL, Character, Receiver, Word, bit_clock, transmit, word_options
 from ..core.timebase import Clock, Time, picoseconds
 from ..core.waits import until
-from ..errors import UsageError
 from .part import Part
 from .worker import Data, Worker, as_bytes
 
@@ -27,42 +27,34 @@ GENERATOR_HZ = 2_457_600
 STAGES = 12  # of the CD4040 behind the oscillator
 
 
-def _text(baud: Fraction) -> str:
-    return str(baud.numerator) if baud.denominator == 1 else f"{float(baud):g}"
+def _spelled(baud: Fraction) -> int | str:
+    return baud.numerator if baud.denominator == 1 else f"{float(baud):g}"
 
 
 # baud rate: clock of the UART in hertz, at the outputs of the counter
 GENERATOR = MappingProxyType(
-    {_text(Fraction(GENERATOR_HZ, OVERSAMPLING << stage)): GENERATOR_HZ >> stage for stage in range(1, STAGES + 1)}
+    {_spelled(Fraction(GENERATOR_HZ, OVERSAMPLING << stage)): GENERATOR_HZ >> stage for stage in range(1, STAGES + 1)}
 )
 
 
 class SerialSender(Worker):
-    """The serial output of a host: it sends without asking anybody.
+    """The serial output of a host: it sends without asking anybody."""
 
-    Args:
-        baud: any rate of which sixteen times is whole hertz, for example 9600 or "37.5".
-        gap: what the host pauses after each character.
-    """
-
-    wiring = MappingProxyType({"txd": "rxd"})
+    wiring = MappingProxyType({"txd": "serial_in"})
+    options = (
+        BAUD,
+        *word_options(8, "none", 1),
+        Option("gap", "time", 0, "what the host pauses after each character"),
+    )
 
     def __init__(
-        self,
-        kernel: Kernel,
-        name: str,
-        *,
-        baud: int | str = 9600,
-        bits: int = 8,
-        parity: str = "none",
-        stop: int | str = 1,
-        gap: Time = 0,
+        self, kernel: Kernel, name: str, *, baud: int | str, bits: int, parity: str, stop: int | str, gap: Time
     ) -> None:
         super().__init__(kernel, name)
         self.word = Word(bits, parity, stop).checked(name)
         self.clock = bit_clock(baud, name)
         self.gap_ps = picoseconds(gap)
-        self.add_pin("txd", "out", "serial data, TTL level", initial=1)
+        self.add_pin("txd", "out", "serial data, TTL level", initial=1, role="computer_out", active=0)
 
     def send(self, data: Data) -> None:
         """Queue characters; they go out one behind the other."""
@@ -89,30 +81,21 @@ class SerialSender(Worker):
 class Uart(Part):
     """Receive-only UART whose mode is strapped (no command word), with its baud rate generator.
 
-    Args:
-        baud: an output of the generator: 76800, 38400, 19200, 9600 ... 150, 75 or "37.5".
-        bits, parity, stop: the straps; they must match the host.
+    The straps (bits, parity, stop) must match the host.
     """
 
-    wiring = MappingProxyType({"db": "db", "request": "io_request", "rde": "instrobe", "rdav": "ready"})
+    wiring = MappingProxyType({"db": "data", "request": "request", "rde": "in_strobe", "rdav": "ready"})
+    options = (
+        Option("baud", "choice", 9600, "output of the baud rate generator", choices=tuple(GENERATOR)),
+        *word_options(8, "none", 1),
+    )
 
-    def __init__(
-        self,
-        kernel: Kernel,
-        name: str,
-        *,
-        baud: int | str = 9600,
-        bits: int = 8,
-        parity: str = "none",
-        stop: int | str = 1,
-    ) -> None:
+    def __init__(self, kernel: Kernel, name: str, *, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
         super().__init__(kernel, name)
         self.word = Word(bits, parity, stop).checked(name)
-        if str(baud) not in GENERATOR:
-            raise UsageError(f"{name}: baud {baud!r}; the generator has {', '.join(GENERATOR)}")
-        self.clock = Clock(GENERATOR[str(baud)])
-        self.add_bus("db", "received data, driven while RDE is low")
-        self.add_pin("rxd", "in", "serial data, TTL level", pull=1)
+        self.clock = Clock(GENERATOR[baud])
+        self.add_bus("db", "received data, driven while RDE is low", role="data")
+        self.add_pin("rxd", "in", "serial data, TTL level", pull=1, role="serial_in", active=0)
         self.add_pin("rde", "in", "low: received data on the bus", pull=1)
         self.add_pin("rdav", "in", "low: clears DAV and holds it clear", pull=1)
         self.add_pin("dav", "out", "high: a character is available", initial=0)

@@ -7,8 +7,9 @@ from types import MappingProxyType
 
 from ..core.kernel import Kernel
 from ..core.net import Net
+from ..core.option import Option
 from ..core.timebase import Time, picoseconds, readable
-from ..errors import UsageError
+from .held import Held
 from .motor import Translator
 from .part import Part
 
@@ -17,19 +18,18 @@ class Workpieces(Part):
     """Workpieces come to the machine one by one and leave after their last weld.
 
     `in_place` is high while one lies ready; `last` is low as long as another one is to come.
-
-    Args:
-        pieces: how many there are.
-        welds: falls of `torch` that a workpiece needs.
-        change: from the beginning, or from the leaving of one workpiece, to the arrival of the next.
     """
 
-    wiring = MappingProxyType({"in_place": "wait", "last": "dowhile", "torch": "programmable_output"})
+    wiring = MappingProxyType({"in_place": "input1", "last": "input2", "torch": "output1"})
 
-    def __init__(self, kernel: Kernel, name: str, *, pieces: int = 3, welds: int = 6, change: Time = "1 s") -> None:
+    options = (
+        Option("pieces", "int", 3, "how many workpieces there are", low=0),
+        Option("welds", "int", 6, "falls of `torch` that a workpiece needs", low=1),
+        Option("change", "time", "1 s", "from the beginning, or the leaving of one workpiece, to the next one"),
+    )
+
+    def __init__(self, kernel: Kernel, name: str, *, pieces: int, welds: int, change: Time) -> None:
         super().__init__(kernel, name)
-        if pieces < 0 or welds < 1:
-            raise UsageError(f"{name}: {pieces} pieces of {welds} welds; allowed 0 or more, 1 or more")
         self.pieces, self.welds, self.change_ps = pieces, welds, picoseconds(change)
         self.add_pin("in_place", "out", "high: a workpiece lies ready", initial=0)
         self.add_pin("last", "out", "low: another one is to come", initial=int(pieces == 0))
@@ -78,13 +78,15 @@ class Spot:
 class Welder(Translator):
     """A carriage that PULSE and DIRECTION move, with a torch that burns while `torch` is high."""
 
-    wiring = MappingProxyType({"torch": "programmable_output", "pulse": "pulse", "direction": "direction"})
+    wiring = MappingProxyType({**Translator.wiring, "torch": "output1"})
+    options = ()
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
         self.add_pin("torch", "in", "high: on", pull=0)
         self.spots: list[Spot] = []
         self.lit: tuple[int, int] | None = None  # position and instant
+        self._held = Held(self)
 
     def rewired(self) -> None:
         super().rewired()
@@ -93,6 +95,7 @@ class Welder(Translator):
 
     def _torch(self, net: Net) -> None:
         now = self.kernel.now
+        self._held.hold(net.level == 1)
         if net.level == 1:
             self.lit = (self.position, now)
         elif self.lit is not None:
@@ -100,7 +103,6 @@ class Welder(Translator):
             self.spots.append(Spot(position, start, now - start))
             self.lit = None
 
-    def stepped(self, sign: int) -> None:
-        if self.lit is not None:
-            self.finding("smeared", f"the carriage leaves {self.position} with the torch on")
-        super().stepped(sign)
+    def catch_up(self) -> None:
+        for ps, place, _ in self._held.steps():
+            self.finding("smeared", f"the carriage leaves {place} with the torch on", ps)

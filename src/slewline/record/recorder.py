@@ -18,6 +18,8 @@ from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
+from ..core.hook import Hook
+from ..core.kernel import Kernel
 from ..core.net import Bus, Net
 from ..core.pin import Terminal
 from ..core.timebase import readable
@@ -76,6 +78,27 @@ class Log(list[tuple[int, Any]]):
         if self.keep_ps is not None:
             del self[: max(bisect_left(self, (now - self.keep_ps,)) - 1, 0)]
             self.full = max(2 * len(self), TRIM_FROM)
+
+
+class TextLog:
+    """What a hook says from now on, with its instants; of one instant the last word."""
+
+    def __init__(self, kernel: Kernel, hook: Hook[[str]], keep_ps: int | None) -> None:
+        self.kernel, self.log = kernel, Log(keep_ps)
+        self.log.append((kernel.now, ""))
+        hook.add(self.told)
+
+    def told(self, text: str) -> None:
+        """Keep a text of this instant."""
+        now = self.kernel.now
+        if self.log[-1][0] == now:
+            self.log[-1] = now, text
+        elif self.log[-1][1] != text:
+            self.log.append((now, text))
+
+    def between(self, start: int, stop: int) -> list[tuple[int, str]]:
+        """Return what was said at start <= t <= stop, in ps."""
+        return self.log[bisect_left(self.log, (start,)) : bisect_left(self.log, (stop + 1,))]
 
 
 class Recorder:

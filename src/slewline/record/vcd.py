@@ -4,7 +4,7 @@
     0!                     one wire: level and identifier
     b1010 "                a bus as a whole
     r5978.26 #             a real: a velocity
-    sP\\x20300 $            a string: the command that began a motion
+    sP\\x20300 $            a string: the command in work
 
 Times are rounded down to the timescale.  Of several changes of a variable inside one unit the last one counts; a glitch
 that is over within its unit is not in the file, and is counted as lost.  Changes of one instant stand under one time.
@@ -155,7 +155,7 @@ class VcdStream:
         for source, (times, values) in zip(self._sources, changes, strict=True):
             for column in source.split(values):
                 number = len(settled)
-                if self.variables[number].kind == "string":
+                if self.variables[number].all:
                     units, column = _joined(times // self.unit, column)
                 else:
                     units, column, lost = self._last(times, column, number, len(source.variables) > 1)

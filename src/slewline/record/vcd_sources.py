@@ -5,7 +5,8 @@ A source is expanded once a chunk and may feed several variables: a bus feeds it
     net "x.slew"         x.slew                   wire      0, 1, z
     bus "x.db"           x.db0 ... x.db7          wires     0, 1, z where nothing drives
     quantity             x.velocity               real      exact; a staircase
-    texts                x.command, x.finding     string    from its instant to the next
+    texts                x.finding                string    from its instant to the next
+    states               x.command, x.motion      string    empty while there is none
 """
 
 from __future__ import annotations
@@ -30,12 +31,16 @@ BUSES = ("bits", "whole", "both")
 
 
 class Variable(NamedTuple):
-    """A variable of the file.  Dots in the name make scopes.  A wire of a bus knows the name of that."""
+    """A variable of the file.  Dots in the name make scopes.  A wire of a bus knows the name of that.
+
+    Of several values within a unit of time the last one counts; `all` of a string's stand there together.
+    """
 
     name: str
     kind: Kind = "wire"
     size: int = 1
     bus: str = ""
+    all: bool = False
 
 
 class Curve(Protocol):
@@ -133,10 +138,12 @@ class TextSource:
     Args:
         name: of the variable.
         texts: (ps, text) of what came at start <= t <= stop, in order.
+        all: none is lost, even of those that come within a unit of the file's time; else they are states, of which the
+            last one counts.
     """
 
-    def __init__(self, name: str, texts: Callable[[int, int], Sequence[tuple[int, str]]]) -> None:
-        self.texts, self.variables = texts, [Variable(name, "string")]
+    def __init__(self, name: str, texts: Callable[[int, int], Sequence[tuple[int, str]]], all: bool = True) -> None:
+        self.texts, self.variables = texts, [Variable(name, "string", all=all)]
 
     def values_at(self, ps: int) -> list[str]:
         """The last text."""
@@ -150,6 +157,8 @@ class TextSource:
         told = self.texts(start, stop)
         return np.array([ps for ps, _ in told], np.int64), [text for _, text in told]
 
-    def split(self, values: list[str]) -> list[list[str]]:
+    def split(self, values: list[str]) -> list[NDArray[Any]]:
         """As they are."""
-        return [values]
+        import numpy as np
+
+        return [np.array([*values, None], object)[:-1]]

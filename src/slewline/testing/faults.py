@@ -15,6 +15,7 @@ from random import Random
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
+from ..core.table import ROLES, Pin
 from ..core.timebase import Time, picoseconds, readable
 from ..errors import UsageError
 from ..links.line import BLIND, SerialLine
@@ -149,7 +150,17 @@ class Faults(Part):
 
     def enable_held_low(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
         """ENABLE is low: the next step is held until it is high again."""
-        return self._stuck("ENABLE held low", "enable", 0, at, lasting)
+        row = self._row("enable")
+        level = 1 - (row.sense or 0)
+        return self._stuck(f"{row.name.upper()} held {'high' if level else 'low'}", row.name, level, at, lasting)
+
+    def _row(self, *roles: str) -> Pin:
+        """The pin of the chip that has one of some roles."""
+        sheet = self.chip.sheet
+        for role in roles:
+            if row := sheet.role(role):
+                return row
+        raise UsageError(f"{self.chip.name}, a {sheet.part}, has no pin that {ROLES[roles[0]]}")
 
     def _stuck(self, name: str, pin: str, level: int, at: Time | None, lasting: Time | None) -> Fault:
         terminal = self.chip.pin(pin)
@@ -162,8 +173,8 @@ class Faults(Part):
 
     def bouncing_limit(
         self,
-        pin: str = "eot",
-        level: int = 0,
+        pin: str | None = None,
+        level: int | None = None,
         bounces: int = 5,
         within: Time = "2 ms",
         at: Time | None = None,
@@ -172,18 +183,22 @@ class Faults(Part):
         """A contact closes, opens again some times at instants that the seed says, and stays closed.
 
         Args:
+            pin: by default the input that is told of an end of the travel.
+            level: of the closed contact; by default the active one.
             bounces: how often it opens again.
             within: all of it happens in this time.
         """
-        terminal = self.chip.pin(pin)
+        row = self._row("end", "end_plus") if pin is None else self.chip.pin(pin).row
+        closed = (row.sense or 0) if level is None else level
+        terminal = self.chip.pin(row.name)
 
         def begin() -> str:
             now = self.kernel.now
             times = sorted(self.random.sample(range(1, picoseconds(within)), 2 * bounces))
-            terminal.drive(level)
+            terminal.drive(closed)
             for n, time in enumerate(times):
-                terminal.drive(level if n % 2 else 1 - level, at=now + time)
-            return f"{pin}={level}, bounces at {', '.join(readable(now + time) for time in times[::2])}"
+                terminal.drive(closed if n % 2 else 1 - closed, at=now + time)
+            return f"{row.name}={closed}, bounces at {', '.join(readable(now + time) for time in times[::2])}"
 
         return self._made("bouncing limit", begin, terminal.release, at, lasting)
 

@@ -5,7 +5,8 @@
     slewline://gs-c200s?name=left                the same module whenever it is opened under this name
     slewline://gs-c200s?store=left.eeprom        a file keeps the EEPROM
     slewline://gs-c200s?rate=1.0                 virtual time follows the wall clock
-    slewline://gs-c200s?eeprom_time=20 ms        any option of the part; also seed=..., log=FILE for a transcript
+    slewline://gs-c200s?eeprom_time=20 ms        any option of the part, load.v5_20=80 in a table; also seed=...,
+                                                 log=FILE for a transcript
 
 Virtual time passes while the program waits: a read lets it pass until the characters are there or its timeout is over,
 however long that is, at once.  Whoever only looks (in_waiting, timeout=0) pays a character's time for it, so that a

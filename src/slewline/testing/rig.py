@@ -19,6 +19,7 @@ from urllib.parse import parse_qsl, urlsplit
 from ..bench import Bench
 from ..chips import sheet_of
 from ..core.net import Net
+from ..core.option import Option, read
 from ..core.timebase import PS_PER_S
 from ..errors import UnknownName, UsageError
 from ..links.line import SerialLine
@@ -30,6 +31,14 @@ from ..parts.rs232 import SerialHost
 Result = TypeVar("Result")
 SCHEME = "slewline"
 BREATH_S = 1e-4  # of the wall clock: who lets time pass lets others in between two slices
+STRAP = Option("strap", "int", None, "level of an input")
+OWN = (  # what a URL says of the module besides its straps and options
+    Option("name", "text", None, "the module is the same one whenever it is opened under this name"),
+    Option("store", "text", None, "a file that keeps the EEPROM"),
+    Option("seed", "int", 0, "of what is left to chance"),
+    Option("rate", "text", None, "virtual seconds per second of the wall clock"),
+    Option("log", "text", None, "a file for the transcript"),
+)
 NAMED: dict[str, Rig] = {}  # modules that stay while nobody has them open, as long as the process lives
 
 
@@ -199,18 +208,9 @@ def _query(url: str, text: str) -> dict[str, str]:
 
 def settings(part: str, query: Mapping[str, str]) -> dict[str, Any]:
     """What the query of a URL says, as arguments of a Rig."""
-    inputs = {row.name for row in sheet_of(part).pins if row.way == "in"}
-    found: dict[str, Any] = {"straps": {}}
-    for key, text in query.items():
-        value = _value(text)
-        if key in inputs:
-            found["straps"][key] = value
-        else:
-            found[key] = value if key not in ("name", "store", "rate", "log", "firmware") else text
-    return found
-
-
-def _value(text: str) -> Any:
-    if text in ("true", "false"):
-        return text == "true"
-    return int(text) if text.lstrip("-").isdecimal() else text
+    sheet = sheet_of(part)
+    inputs = {row.name for row in sheet.pins if row.way == "in"}
+    straps = {key: STRAP.read(text) for key, text in query.items() if key in inputs}
+    own = {row.name for row in OWN}
+    rows = [*OWN, *(row for row in sheet.options if row.name not in own)]  # what both have is ours: a store is a file
+    return {"straps": straps, **read(rows, ((key, text) for key, text in query.items() if key not in inputs))}

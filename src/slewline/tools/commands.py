@@ -39,7 +39,9 @@ class Guided(click.Command):
 @CHIP
 @click.option("--crystal", type=Frequency(), help="Such as '11 MHz'; the chip's own by default.")
 @click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=1. May be repeated.")
-@click.option("--until", type=TimeWithUnit(), help="Run to this instant, such as '2 s'; else until all is idle.")
+@click.option(
+    "--until", type=TimeWithUnit(), help="Run or replay to this instant, such as '2 s'; else until all is idle."
+)
 @click.option("--timeout", type=TimeWithUnit(), help="When to give up waiting for that; 60 s by default.")
 @click.option("--drive", type=Drive(), multiple=True, help="Drive a pin: 'abort=0@12 ms', 'x.wait=1'. May be repeated.")
 @click.option("--strict", is_flag=True, help="Exit status 1 if there are findings.")
@@ -233,7 +235,12 @@ def chips_command(**options: Any) -> int:
 @click.option("--journal", metavar="F", help="Write every input from outside, for slewline run --replay.")
 @click.option("--anywhere", is_flag=True, help="The bench file may name files outside its own folder.")
 @click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=0. May be repeated.")
-@click.option("--option", type=Setting(), multiple=True, help="An option of the chip, such as 'eeprom_time=20 ms'.")
+@click.option(
+    "--option",
+    type=Setting(),
+    multiple=True,
+    help="Option of the chip (`describe` lists them), as 'eeprom_time=20 ms'.",
+)
 @click.option("--allow-remote", is_flag=True, help="Other machines may connect; to the control port with --token only.")
 @click.option("--status", is_flag=True, help="Show a status line every second; else SIGUSR1 asks for one.")
 def serve_command(**options: Any) -> int:

@@ -88,17 +88,16 @@ class Strap(click.ParamType[tuple[str, int]]):
         return match[1], int(match[2])
 
 
-class Setting(click.ParamType[tuple[str, Any]]):
-    """name=value, the value a number, true, false, or text."""
+class Setting(click.ParamType[tuple[str, str]]):
+    """name=value, or table.name=value; the part says what the text stands for."""
 
     name = "name=value"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, Any]:
-        """(name, value)."""
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, str]:
+        """(name, text)."""
         if isinstance(value, tuple):
             return value
         name, equals, text = (part.strip() for part in value.partition("="))
-        if not equals or not name.isidentifier():
+        if not equals or not all(map(str.isidentifier, name.split("."))):
             self.fail(f"{value!r}: give an option and its value, such as 'eeprom_time=20 ms'", param, ctx)
-        plain = {"true": True, "false": False}
-        return name, int(text) if re.fullmatch(r"-?\d+", text) else plain.get(text, text)
+        return name, text

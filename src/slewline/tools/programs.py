@@ -284,6 +284,7 @@ def sheet_object(sheet: Sheet, command: str | None) -> dict[str, Any]:
     if command is None:
         found["pins"] = [dataclasses.asdict(pin) for pin in sheet.pins]
         found["registers"] = [dataclasses.asdict(register) for register in sheet.registers]
+        found["options"] = [option.data() for option in sheet.options]
         found["times"] = {name: dataclasses.asdict(time) for name, time in sheet.times.items()}
     return found
 
@@ -291,8 +292,8 @@ def sheet_object(sheet: Sheet, command: str | None) -> dict[str, Any]:
 def chips(as_json: bool) -> int:
     """Print the parts."""
     if as_json:
-        print_json([{"chip": part, "title": title} for part, (*_, title) in PARTS.items()])
+        print_json([{"chip": part, "title": row.says} for part, row in PARTS.items()])
     else:
-        for part, (*_, title) in PARTS.items():
-            click.echo(f"{part:<12}{title}")
+        for part, row in PARTS.items():
+            click.echo(f"{part:<12}{row.says}")
     return 0

@@ -29,7 +29,9 @@ if TYPE_CHECKING:
     from ..record.vcd_sources import Buses
 
 TIMEOUT = "60 s"
-PLOTTED = ("run", "programmable_output", "slew", "motion_complete", "mov", "ramp", "uo1", "uo2", "uo3", "hostintrpt")
+PLOTTED = (  # pins in these roles, beside the curves
+    *("running", "slewing", "motion_complete", "moving", "ramping", "output1", "output2", "output3", "interrupt"),
+)
 DEFAULT_BUSES: Buses = "bits"
 OF_VCD = ("pins", "timescale", "vcd_buses", "vcd_values", "layout")
 COLOURS = {"finding": "red", "motion": "green", "host": "cyan"}
@@ -104,7 +106,7 @@ class Run:
                 raise click.UsageError(f"{', '.join(given)}: goes with --vcd FILE")
         elif self.timescale is not None:
             unit_of(self.timescale)
-        names = ("chip", "crystal", "strap", "until", "timeout", "drive", "journal")
+        names = ("chip", "crystal", "strap", "timeout", "drive", "journal")
         given = [name for name in names if getattr(self, name) not in (None, ())]
         if self.replay is not None and given:
             raise click.UsageError(f"--replay repeats a run as it was; leave out --{' --'.join(given)}")
@@ -182,17 +184,17 @@ class Run:
     def plotted(self, bench: Bench) -> list[str]:
         """The pins below a plot: those of the first chip."""
         name, chip = next(iter(bench.chips.items()))
-        return [f"{name}.{pin}" for pin in PLOTTED if pin in chip.pins]
+        return [f"{name}.{row.name}" for role in PLOTTED for row in chip.sheet.pins if row.role == role]
 
     # --------------------------------------------------------------------------------------------------------- running
     def replayed(self) -> Bench:
         """A journal played again; what it warns of is told on the standard error."""
-        from ..bench.journal import replay
+        from ..bench import replay
 
         assert self.replay is not None
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always")
-            bench = replay(self.replay, prepare=self.prepare, other_laws=self.other_laws)
+            bench = replay(self.replay, until=self.until, prepare=self.prepare, other_laws=self.other_laws)
         for warning in told:
             click.echo(f"slewline: {warning.message}", err=True)
         self.torn = any(issubclass(warning.category, TornJournal) for warning in told)
@@ -202,7 +204,7 @@ class Run:
         """Run; returns how it ended: idle, until or timeout."""
         if self.replay:
             owners: list[Chip | Part] = [*bench.chips.values(), *bench.parts.values()]
-            return "idle" if all(owner.idle for owner in owners) else "until"
+            return "idle" if self.until is None and all(owner.idle for owner in owners) else "until"
         timeout = picoseconds(TIMEOUT) if self.timeout is None else self.timeout
         with progress(bench, timeout if self.until is None else self.until, self.quiet):
             if self.until is not None:

@@ -8,14 +8,14 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from ..bench import Bench
-from ..chips import chip_class, sheet_of
+from ..chips import sheet_of
+from ..core.option import read
 from ..errors import SlewlineError, UsageError
 from .files import say_replaced
 
@@ -61,7 +61,7 @@ class Serve:
     journal: str | None
     anywhere: bool
     strap: tuple[tuple[str, int], ...]
-    option: tuple[tuple[str, Any], ...]
+    option: tuple[tuple[str, str], ...]
     allow_remote: bool
     status: bool
 
@@ -128,9 +128,9 @@ class Serve:
             return self.file.load(journal=self.journal, stores=stores)
         assert self.chip is not None
         bench = Bench(journal=self.journal, stores=stores)
-        port = sheet_of(self.chip).port
-        fastest = port.fastest if port is not None else {}  # nothing strapped is the slowest
-        bench.add(self.chip, straps=fastest | dict(self.strap), **dict(self.option))
+        sheet = sheet_of(self.chip)
+        fastest = sheet.port.fastest if sheet.port is not None else {}  # nothing strapped is the slowest
+        bench.add(self.chip, straps=fastest | dict(self.strap), **read(sheet.options, self.option))
         return bench
 
     def server(self, bench: Bench) -> Server:
@@ -162,7 +162,7 @@ class Serve:
 
 def keeps(part: str) -> bool:
     """Does a part keep anything without power?"""
-    return "store" in signature(chip_class(part)).parameters
+    return sheet_of(part).keeps
 
 
 def titled(line: Line) -> str:

@@ -1,8 +1,7 @@
 """The transcript: what happened when, a line an event, while it happens.
 
-It looks at a bench from outside, as a logic analyser does, and changes nothing: pins are watched, a motion begins with
-the first low of PULSE and is over when MOTION COMPLETE falls while PULSE is high, or it lasts as long as MOV is high.
-Steps in between cost nothing.
+It listens, and changes nothing: to findings, to hosts, to pins of which their sheet says what they tell, and to the
+axes, which say when a motion begins and ends.  Steps in between cost nothing.
 """
 
 from __future__ import annotations
@@ -13,39 +12,15 @@ from functools import partial
 
 from ..bench import Bench
 from ..bench.stage import Computer
-from ..core.chip import Chip, Finding
+from ..core.chip import Chip, Finding, OneAxis
+from ..core.kernel import Task
+from ..core.motions import MotionEnd, MotionStart
 from ..core.net import Net
+from ..core.table import Pin
 from ..core.timebase import PS_PER_S, readable
-from ..core.waits import first_of, level
+from ..core.waits import level
 
 MOST = 100  # lines about the same pin; an endless program would never come to an end
-ON_BUS = {  # pin: what it means when it is (low, high)
-    "reset": ("the chip is held in reset", "the chip starts anew"),
-    "prog": ("program entry, or live commands", ""),
-    "run": ("the program runs", "the program has ended"),
-    "slew": ("at a steady rate", ""),
-    "programmable_output": ("", ""),
-    "wait": ("", ""),
-    "dowhile": ("", ""),
-    "abort": ("stop the motion", ""),
-    "step_inhibit": ("", "no further step"),
-    "ascii_binary": ("binary commands", "ASCII commands"),
-}
-ON_LINE = {
-    "reset": ("the driver is reset", ""),
-    "enable": ("no further step", ""),
-    "home": ("at the home position", ""),
-    "eot": ("at the end of travel", ""),
-    **dict.fromkeys((f"u{way}{n}" for way in "io" for n in (1, 2, 3)), ("", "")),
-}
-IN_PACKETS = {
-    "reset": ("the chipset is held in reset", "the chipset starts anew"),
-    "hostintrpt": ("an axis has an event for the host", ""),
-    **{f"home{n}": (f"axis {n} at its home position", "") for n in range(1, 5)},
-    **{f"{way}limit{n}": ("", "") for n in range(1, 5) for way in ("pos", "neg")},
-}
-# when one of these changes, what the chip waited for is worth a word
-INPUTS = ("wait", "abort", "step_inhibit", "dowhile", "enable", "ui1", "ui2", "ui3")
 
 Say = Callable[[int, str, str, str], object]  # picoseconds, who, what kind of event, text
 
@@ -66,23 +41,16 @@ class Transcript:
         """Watch everything from now on."""
         for found in self.bench.findings:
             self.finding(found)
-        self.bench.on_finding = self.finding
+        self.bench.on_finding.add(self.finding)
         for part in self.bench.parts.values():
             if isinstance(part, Computer):
-                part.on_event = partial(self.tell, part.name, "host")
+                part.on_event.add(partial(self.tell, part.name, "host"))
         for chip in self.bench.chips.values():
-            told = ON_LINE if chip.sheet.in_lines else IN_PACKETS if chip.sheet.in_packets else ON_BUS
-            for pin, meanings in told.items():
-                if pin in chip.pins:
-                    self.watch(chip, pin, meanings)
-            if "pulse" in chip.pins and "ready" in chip.pins:
-                self.bench.kernel.spawn(self.motions(chip), f"transcript of {chip.name}")
-            if "mov" in chip.pins:
-                self.bench.kernel.spawn(self.movements(chip, "mov", 1), f"transcript of {chip.name}")
-            for number in range(1, 1 + chip.sheet.axes if chip.sheet.in_packets else 1):
-                self.bench.kernel.spawn(
-                    self.movements(chip, f"atrest{number}", 0, number), f"transcript of {chip.name}"
-                )
+            for row in chip.sheet.pins:
+                if row.told is not None:
+                    self.watch(chip, row, row.told)
+            for number in range(1, chip.sheet.axes + 1):
+                MotionsTold(self, chip, number).attach()
 
     @property
     def now(self) -> int:
@@ -97,9 +65,10 @@ class Transcript:
         """Something that a host did wrong."""
         self.say(found.time_ps, found.source, "finding", f"{found.code}: {found.text}")
 
-    def watch(self, chip: Chip, pin: str, meanings: tuple[str, str]) -> None:
+    def watch(self, chip: Chip, row: Pin, meanings: tuple[str, str]) -> None:
         """Tell the changes of a pin."""
-        name = pin.upper().replace("_", " ")
+        pin = row.name
+        name = spoken(row)
 
         def changed(net: Net) -> None:
             if net.level is None:
@@ -107,7 +76,7 @@ class Transcript:
             else:
                 meaning = meanings[net.level]
                 text = f"{name} {'high' if net.level else 'low'}{': ' if meaning else ''}{meaning}"
-            if pin in INPUTS and not chip.idle and f"{pin}=" in chip.waiting:
+            if not chip.idle and f"{pin}=" in chip.waiting:
                 text += f" ({chip.waiting.removeprefix(f'{chip.name}: ')})"
             self.seldom(chip.name, "pin", text, f"{chip.name}.{pin}")
 
@@ -121,37 +90,78 @@ class Transcript:
         elif self.lines[about] == MOST + 1:
             self.tell(who, kind, f"{about} goes on like this; no more of it is shown")
 
-    async def motions(self, chip: Chip) -> None:
-        """Tell the begin and the end of every motion."""
-        pulse, ready, complete = (chip.pins[name].net for name in ("pulse", "ready", "motion_complete"))
-        kernel, axis = self.bench.kernel, chip.axes[0]
-        about = f"{chip.name}, motions"
-        while True:
-            before = chip.travel
-            await level(pulse, 0)
-            steps = chip.travel - before
-            if steps:
-                begun, way = self.now, "cw" if steps > 0 else "ccw"
-                self.seldom(chip.name, "motion", f"steps {way} from {(chip.position - steps) % axis.modulus}", about)
-                while await first_of(kernel, None, (ready, 1), (complete, 0)) is complete and pulse.level == 0:
-                    await level(complete, 1)  # a read-out on the fly
-                ended = "MOTION COMPLETE" if complete.level == 0 else "cut off"
-                taken = f"{counted(abs(chip.travel - before), 'step')} {way} in {readable(self.now - begun)}"
-                self.seldom(chip.name, "motion", f"{ended} at {chip.position}: {taken}", about)
-            await level(pulse, 1)
 
-    async def movements(self, chip: Chip, pin: str, moving: int, number: int = 1) -> None:
-        """Tell when a pin says that an axis begins to move, and when it is at rest again."""
-        net, axis = chip.pins[pin].net, chip.axes[number - 1]
-        who, about = f"axis {number} " if len(chip.axes) > 1 else "", f"{chip.name}.{pin}, motions"
-        while True:
-            await level(net, moving)
-            before, begun = axis.travel, self.now
-            way = f" {'cw' if chip.pins['dir'].level else 'ccw'}" if "dir" in chip.pins else ""
-            self.seldom(chip.name, "motion", f"{who}moves{way} from {axis.position}", about)
-            await level(net, 1 - moving)
-            taken = f"{counted(abs(axis.travel - before), 'step')} in {readable(self.now - begun)}"
-            self.seldom(chip.name, "motion", f"{who}at rest at {axis.position}: {taken}", about)
+class MotionsTold:
+    """The motions of an axis: each is told when it begins, and when it is over.
+
+    A part that has a pin for it moves from then on; of another one the first step is told.  A motion that another one
+    replaces without a rest goes on as that.
+    """
+
+    def __init__(self, transcript: Transcript, chip: Chip, number: int) -> None:
+        self.transcript, self.chip = transcript, chip
+        self.axis: OneAxis = chip.axis(number)
+        self.who = f"axis {number} " if chip.sheet.axes > 1 else ""
+        self.about = f"{self.axis.name}, motions"
+        complete = chip.sheet.role("motion_complete", number)
+        self.over = "at rest" if complete is None else spoken(complete)
+        self.step = None if chip.sheet.role("moving", number) else chip.sheet.role("step", number)
+        self.first: Task | None = None  # waits for the first step
+        self.begun: int | None = None  # since when the axis moves; None: it is at rest
+        self.steps = 0  # of the motions before, one of which replaced the other
+
+    def attach(self) -> None:
+        """Listen from now on."""
+        self.axis.on_motion_begin.add(self.begin)
+        self.axis.on_motion_end.add(self.end)
+
+    def begin(self, motion: MotionStart) -> None:
+        """A motion begins."""
+        if self.begun is not None:
+            return
+        if self.step is None:
+            self.moves("moves", motion)
+        else:
+            self.first = self.chip.kernel.spawn(self.first_step(motion, self.step), f"transcript of {self.chip.name}")
+
+    async def first_step(self, motion: MotionStart, step: Pin) -> None:
+        """Wait for the first step."""
+        assert step.sense is not None
+        await level(self.chip.pins[step.name].net, step.sense)
+        self.moves("steps", motion)
+
+    def moves(self, verb: str, motion: MotionStart) -> None:
+        """The axis moves from now on."""
+        self.begun, self.steps = self.transcript.now, 0
+        self.tell(f"{verb}{way(motion.direction)} from {motion.position}")
+
+    def end(self, motion: MotionEnd) -> None:
+        """A motion ends."""
+        if self.first is not None:
+            self.first.kill()
+            self.first = None
+        self.steps += motion.steps
+        if motion.why == "changed" or self.begun is None:
+            return
+        taken = readable(motion.time_ps - self.begun)
+        self.begun = None
+        ended = "cut off" if motion.why == "cut" else self.over
+        steps = counted(abs(self.steps), "step") + (way(self.steps) if self.step is not None else "")
+        self.tell(f"{ended} at {motion.position}: {steps} in {taken}")
+
+    def tell(self, text: str) -> None:
+        """An event of this instant."""
+        self.transcript.seldom(self.chip.name, "motion", self.who + text, self.about)
+
+
+def spoken(row: Pin) -> str:
+    """The name of a pin as the manuals write it."""
+    return row.name.upper().replace("_", " ")
+
+
+def way(direction: int) -> str:
+    """A direction as a word, with a blank before it; nothing for 0."""
+    return "" if not direction else " cw" if direction > 0 else " ccw"
 
 
 def counted(number: int, noun: str) -> str:

@@ -7,11 +7,11 @@ Where the manual is silent see quirks.py.
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable
+from typing import Any
 
 from ...core.kernel import Kernel
 from ...core.table import Row
-from ...errors import UsageError
 from ...language.dialects import Command, Label
 from . import sheet
 from .instructions import Instructions
@@ -29,53 +29,16 @@ def lead(row: Row) -> int:
     return T["step_lead"] if row.motion else 0
 
 
-def ramp_law(name: str, unit: object, jumps: object) -> Law:
-    """Return the law of the ramps that the options of a chip ask for.
-
-    Raises:
-        UsageError: a unit that is not a whole number of clocks from 1 to 65535, or jumps that are not a bool.
-    """
-    arg = sheet.RAMP_UNIT
-    if type(unit) is not int or not arg.allows(unit):
-        allowed = f"{arg.low}..{arg.high} {arg.unit}, {sheet.RAMP_UNIT_TICKS} by default"
-        raise UsageError(f"{name}: {arg.name} {unit!r}; allowed {allowed}")
-    if type(jumps) is not bool:
-        raise UsageError(f"{name}: ramp_jumps {jumps!r}; allowed True, False")
-    return Law(unit, jumps)
-
-
 class Cy525(Instructions):
-    """A CY525 on a bench.
+    """A CY525 on a bench."""
 
-    Args:
-        stepwise: play every motion step by step instead of whole; slow, and the same to the last edge.
-        cold: begin without supply; `power(True)` and RESET low for 10 ms bring the chip up.
-        ramp_unit: clocks that one rate unit takes at S 255 and Z 1, 1 to 65535 (quirk UND-RAMP-LAW); 479 follows the
-            formula of s.8 with the D of the low rates.
-        ramp_jumps: take all rate units that are due when a step begins, not one.
-        registers: position, number, slope, rate, firstrate, divisor: what they hold at power-up (random in the part).
-    """
-
-    def __init__(
-        self,
-        kernel: Kernel,
-        name: str,
-        crystal_hz: int | None = None,
-        *,
-        bare: bool = False,
-        straps: Mapping[str, int] | None = None,
-        stepwise: bool = False,
-        cold: bool = False,
-        ramp_unit: int = sheet.RAMP_UNIT_TICKS,
-        ramp_jumps: bool = False,
-        **registers: int,
-    ) -> None:
-        super().__init__(kernel, name, crystal_hz, bare, straps, registers, cold)
-        self.law = ramp_law(name, ramp_unit, ramp_jumps)
+    def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, **given: Any) -> None:
+        super().__init__(kernel, name, crystal_hz, **given)
+        self.law = Law(self.options.ramp_unit, self.options.ramp_jumps)
         self.handlers: dict[int, Callable[..., Awaitable[None] | None]] = {
             row.code: getattr(self, row.handler) for row in sheet.COMMANDS if row.stored
         }
-        if stepwise:
+        if self.options.stepwise:
             from .stepwise import Stepwise
 
             self.motion = Stepwise(self)
@@ -110,8 +73,10 @@ class Cy525(Instructions):
             if type(found) is Command:
                 if not self.entering or found.row.form == "Q":
                     return found
+                self.on_command(found.text)
                 self.store(found)
                 await self.finish(self.busy_from + T["store"] + found.digits * T["digit"])
+                self.on_command("")
                 continue
             if type(found) is Label:
                 self.mark(found.letter)
@@ -122,6 +87,7 @@ class Cy525(Instructions):
         row = command.row
         end = self.busy_from + row.time_us * TICKS_PER_US + command.digits * T["digit"]
         self.waits(f"{command.text} in work")
+        self.on_command(command.text)
         if row.form == "Q":
             await self.at_tick(end - T["effect_lead"])
             self.do_quit()
@@ -133,6 +99,7 @@ class Cy525(Instructions):
             await self.at_tick(end - T["effect_lead"])
             await self.perform(row.code, command.values)
         await self.finish(end)
+        self.on_command("")
 
     async def perform(self, code: int, values: tuple[int, ...]) -> None:
         """Call the handler of a command, and wait for it if it takes time."""
@@ -166,6 +133,7 @@ class Cy525(Instructions):
         due = self.run_fell + T["first_instruction"]
         self.sync()
         while self.pc is not None:
+            self.at = self.pc
             if self.prog_in.level == 0:
                 await self.live_commands()
                 due = self.tick
@@ -179,6 +147,7 @@ class Cy525(Instructions):
 
     def _no_instruction(self) -> None:
         assert self.pc is not None
+        self.on_command("")
         if self.pc >= sheet.BUFFER_BYTES and self.pc != self.following:
             self.finding(
                 "bad-target", f"byte {self.pc} is outside the program buffer (0 to 59): run mode, nothing to execute"
@@ -191,6 +160,7 @@ class Cy525(Instructions):
         """One instruction: its time passes first, then it acts.  The first one acts 60 us after RUN fell."""
         assert self.pc is not None
         at = self.pc
+        self.instruction_begins()
         code = self.buffer[at]
         row = LETTERS.get(code)
         first = due > self.tick
@@ -202,7 +172,6 @@ class Cy525(Instructions):
             return
         values = row.unpack(bytes(self.buffer[at + 1 : at + row.size]))
         self.pc = self.following = at + row.size
-        self.at = at
         self.waits(f"{row.form} at byte {at} in work")
         await self.at_tick((due if first else self.tick + row.program_us * TICKS_PER_US) - lead(row))
         await self.perform(code, values)
@@ -210,6 +179,7 @@ class Cy525(Instructions):
     async def live_commands(self) -> None:
         """PROG/LIVE is low: take commands from the host until it is high after one of them."""
         self.live = True
+        self.on_command("")
         try:
             while self.pc is not None:
                 command = await self.next_command()

@@ -170,7 +170,7 @@ class Instructions(Port):
         if self.pc is None or self.live:
             self.loop = None
         if self.pc is None:
-            self.run_fell = self.tick
+            self.run_fell, self.at = self.tick, target
             self.run_pin.drive(0)
             self.request.watch(self.on_request)
         self.pc, self.following = target, 0

@@ -79,7 +79,7 @@ class Motion:
         self.served = self.pending = self.told_held = False
         self.request_changes = chip.request.changes  # by the latest look
         self.made = chip.made(number)
-        chip.axis1.log.begin(text, self.made.parameters)
+        chip.axis1.log.begin(text, self.made.parameters, sign)
         chip.ready.drive(0)
         chip.motion_complete.drive(1)
 
@@ -123,6 +123,7 @@ class Motion:
         chip.pulse.drive(1)
         chip.slew.drive(1)
         chip.motion_complete.drive(0)
+        chip.axis1.log.end()
         self.moving = False
         chip.waits(f"READY after {self.text}")
         await chip.ticks(T["ready_after_motion"])
@@ -136,8 +137,7 @@ class Motion:
             if self.playing.until is None or bound < self.playing.until:
                 self.playing.until = bound
             self.settle()
-        if self.moving:
-            self.chip.axis1.log.depart()
+        self.chip.axis1.log.end("cut")
         self.moving = False
 
     # ------------------------------------------------------------------------------------------------- playing a plan
@@ -151,6 +151,8 @@ class Motion:
                 if changed is not plan:
                     plan, step, fresh = changed, 0, True
             if step >= plan.steps:
+                if plan is STOP:
+                    chip.axis1.log.stop()
                 return
             leg = plan.leg(step)
             chip.slew.drive(0 if leg.name == "slew" else 1)

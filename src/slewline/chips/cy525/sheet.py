@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
+from ...core.option import Option
 from ...core.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing
 
 BUFFER_BYTES = 60  # s.5; the 48 of s.6 belongs to the CY512
@@ -17,35 +18,35 @@ LABELS = "ABCDE"  # s.3
 HANDSHAKE = "T.I; s.7"
 # fmt: off
 PINS = (
-    Pin(1, "io_request", "in", "byte strobe; rate request while slewing; ends W and U", active=0, tie=1, seen="level; once per step in motion", where=HANDSHAKE),
+    Pin(1, "io_request", "in", "byte strobe; rate request while slewing; ends W and U", active=0, tie=1, seen="level; once per step in motion", where=HANDSHAKE, role="request"),
     Pin(2, "xtal1", "power", "crystal, LC or external clock", where="T.I; s.9"),
     Pin(3, "xtal2", "power", "crystal, LC or external clock", where="T.I; s.9"),
-    Pin(4, "reset", "in", "power-up state", active=0, pull=1, tie=1, seen="level, low for 15 us at 6 MHz", where="T.I; s.9"),
+    Pin(4, "reset", "in", "power-up state", active=0, pull=1, tie=1, seen="level, low for 15 us at 6 MHz", where="T.I; s.9", role="reset", told=("the chip is held in reset", "the chip starts anew")),
     Pin(5, "nc5", "none", "leave open", where="T.I"),
-    Pin(6, "abort", "in", "ramp down to the first rate, then stop if still low", active=0, tie=1, seen="once per step, at its start", where="T.I; s.7"),
+    Pin(6, "abort", "in", "ramp down to the first rate, then stop if still low", active=0, tie=1, seen="once per step, at its start", where="T.I; s.7", role="abort", told=("stop the motion", "")),
     Pin(7, "vss7", "power", "ground", where="T.I"),
-    Pin(8, "instrobe", "out", "low while a byte is read from the bus", active=0, reset=1, where=HANDSHAKE),
+    Pin(8, "instrobe", "out", "low while a byte is read from the bus", active=0, reset=1, where=HANDSHAKE, role="in_strobe"),
     Pin(9, "nc9", "none", "leave open", where="T.I"),
-    Pin(10, "outstrobe", "out", "rises when a byte on the bus is valid", active=0, reset=1, where=HANDSHAKE),
-    Pin(11, "clk15", "out", "crystal frequency divided by 15", where="T.I; s.13"),
-    *(Pin(12 + bit, f"db{bit}", "both", f"data bus, bit {bit}", active=1, where="T.I") for bit in range(8)),
+    Pin(10, "outstrobe", "out", "rises when a byte on the bus is valid", active=0, reset=1, where=HANDSHAKE, role="out_strobe"),
+    Pin(11, "clk15", "out", "crystal frequency divided by 15", where="T.I; s.13", role="clock"),
+    *(Pin(12 + bit, f"db{bit}", "both", f"data bus, bit {bit}", active=1, where="T.I", role="data") for bit in range(8)),
     Pin(20, "vss20", "power", "ground", where="T.I"),
-    *(Pin(21 + n, f"phase{n + 1}", "out", f"stepper drive, phase {n + 1}: low energises", active=0, reset=1, where="T.I; s.7") for n in range(4)),
+    *(Pin(21 + n, f"phase{n + 1}", "out", f"stepper drive, phase {n + 1}: low energises", active=0, reset=1, where="T.I; s.7", role=f"phase{n + 1}") for n in range(4)),
     Pin(25, "nc25", "none", "leave open", where="T.I"),
     Pin(26, "vdd", "power", "+5 V", where="T.I"),
-    Pin(27, "ready", "out", "high: ready for a byte; low while a byte or a motion is in work", active=1, reset=1, where="T.I; s.2"),
-    Pin(28, "dowhile", "in", "tested by T: low branches", active=0, pull=1, seen="by T", where="T.I"),
-    Pin(29, "slew", "out", "low at a steady rate", active=0, reset=1, where="T.I; s.7"),
-    Pin(30, "step_inhibit", "in", "high holds the next step", active=1, pull=1, tie=0, seen="in the time-out of every step", where="T.I; s.7"),
-    Pin(31, "prog", "both", "low during program entry; pulled low it admits live commands", active=0, pull=1, reset=1, seen="between instructions", where="T.I; s.7"),
-    Pin(32, "run", "out", "low while a program runs (Int Req 2)", active=0, reset=1, where="T.I"),
-    Pin(33, "direction", "out", "high: CW, low: CCW", active=1, reset=1, where="T.I; s.7"),
-    Pin(34, "programmable_output", "out", "set by B, cleared by C", active=1, reset=1, where="T.I"),
-    Pin(35, "pulse", "out", "low for the duration of a step", active=0, reset=1, where="T.I; s.8"),
-    Pin(36, "ascii_binary", "in", "high: ASCII decimal, low: binary", active=1, pull=1, seen="with each command letter", where="T.I; s.5"),
-    Pin(37, "motion_complete", "out", "falls after the last step (Int Req 1)", active=0, reset=1, where="T.I; s.2"),
-    Pin(38, "wait", "in", "tested by W (high) and U (low)", active=1, pull=1, seen="polled every 8 us by W and U", where="T.I"),
-    Pin(39, "io_select", "in", "low: host writes, high: chip writes; position read-out while stepping", active=1, tie=0, seen="level; once per step in motion", where="T.I; s.7"),
+    Pin(27, "ready", "out", "high: ready for a byte; low while a byte or a motion is in work", active=1, reset=1, where="T.I; s.2", role="ready"),
+    Pin(28, "dowhile", "in", "tested by T: low branches", active=0, pull=1, seen="by T", where="T.I", role="input2", told=("", "")),
+    Pin(29, "slew", "out", "low at a steady rate", active=0, reset=1, where="T.I; s.7", role="slewing", told=("at a steady rate", "")),
+    Pin(30, "step_inhibit", "in", "high holds the next step", active=1, pull=1, tie=0, seen="in the time-out of every step", where="T.I; s.7", role="enable", sense=0, told=("", "no further step")),
+    Pin(31, "prog", "both", "low during program entry; pulled low it admits live commands", active=0, pull=1, reset=1, seen="between instructions", where="T.I; s.7", role="program_entry", told=("program entry, or live commands", "")),
+    Pin(32, "run", "out", "low while a program runs (Int Req 2)", active=0, reset=1, where="T.I", role="running", told=("the program runs", "the program has ended")),
+    Pin(33, "direction", "out", "high: CW, low: CCW", active=1, reset=1, where="T.I; s.7", role="direction"),
+    Pin(34, "programmable_output", "out", "set by B, cleared by C", active=1, reset=1, where="T.I", role="output1", told=("", "")),
+    Pin(35, "pulse", "out", "low for the duration of a step", active=0, reset=1, where="T.I; s.8", role="step"),
+    Pin(36, "ascii_binary", "in", "high: ASCII decimal, low: binary", active=1, pull=1, seen="with each command letter", where="T.I; s.5", role="text", told=("binary commands", "ASCII commands")),
+    Pin(37, "motion_complete", "out", "falls after the last step (Int Req 1)", active=0, reset=1, where="T.I; s.2", role="motion_complete"),
+    Pin(38, "wait", "in", "tested by W (high) and U (low)", active=1, pull=1, seen="polled every 8 us by W and U", where="T.I", role="input1", told=("", "")),
+    Pin(39, "io_select", "in", "low: host writes, high: chip writes; position read-out while stepping", active=1, tie=0, seen="level; once per step in motion", where="T.I; s.7", role="select"),
     Pin(40, "vcc", "power", "+5 V", where="T.I"),
 )
 # fmt: on
@@ -95,12 +96,12 @@ COMMANDS = Table(
 
 # --------------------------------------------------------------------------------------------------------- registers
 REGISTERS = (
-    Register("number", 16, 0, "steps of a relative move", "N", "s.1; s.6"),
-    Register("slope", 8, 255, "acceleration", "S", "s.6"),
-    Register("rate", 8, 3, "maximum rate", "R", "s.6"),
-    Register("firstrate", 8, 3, "initial rate", "F", "s.6"),
-    Register("divisor", 8, 1, "slope divisor", "Z", "s.6"),
-    Register("position", 16, 0xA55A, "absolute position", "A", "s.1; s.6"),
+    Register("number", 16, 0, "steps of a relative move", "N", "s.1; s.6", unit="steps"),
+    Register("slope", 8, 255, "acceleration", "S", "s.6", unit="slope index"),
+    Register("rate", 8, 3, "maximum rate", "R", "s.6", unit="rate index"),
+    Register("firstrate", 8, 3, "initial rate", "F", "s.6", unit="rate index"),
+    Register("divisor", 8, 1, "slope divisor", "Z", "s.6", unit="times"),
+    Register("position", 16, 0xA55A, "absolute position", "A", "s.1; s.6", unit="steps"),
 )
 
 # ------------------------------------------------------------------------------------------------------------- times
@@ -171,8 +172,19 @@ STEP_TICKS = tuple((2 * REFERENCE_HZ + rate) // (2 * rate) for rate in STEPS_PER
 # One rate unit takes Z*(256-S) times this (s.8): the manual takes 9375/(22988*80/(256-S)) s for the 124 units from R 3 to
 # R 127, 452.22 clocks a unit at 11 MHz.  Where D is 100, at R 3 to 40, its formula says 478.51: quirk UND-RAMP-LAW.
 RAMP_UNIT_TICKS = 452
-RAMP_UNIT = Arg("ramp_unit", 2, 1, 65535, unit="clocks")  # other readings; an option of the chip
+RAMP_UNIT = Arg("ramp_unit", 2, 1, 65535, unit="clocks")  # other readings; an option of the chip, too
 SHORT_SLEW_STEPS = 256  # fewer slew steps than this are not slewed (s.8, special case)
+
+# ----------------------------------------------------------------------------------------------------------- options
+# fmt: off
+OPTIONS = (
+    Option("stepwise", "bool", False, "play every motion step by step instead of whole; slow, and the same to the last edge"),
+    Option("cold", "bool", False, "begin without supply; `power(True)` and RESET low for 10 ms bring the chip up"),
+    Option(RAMP_UNIT.name, "int", RAMP_UNIT_TICKS, "what one rate unit takes at S 255 and Z 1 (quirk UND-RAMP-LAW); 479 follows the formula of s.8 with the D of the low rates", low=RAMP_UNIT.low, high=RAMP_UNIT.high, unit=RAMP_UNIT.unit, where="s.8"),
+    Option("ramp_jumps", "bool", False, "take all rate units that are due when a step begins, not one"),
+    *(Option(row.name, "int", row.default, f"at power-up: {row.says}; random in the part", low=0, high=(1 << row.bits) - 1, where=row.where) for row in REGISTERS),
+)
+# fmt: on
 
 # phi1, phi2, phi3, phi4 by offset (s.7); clockwise goes up
 PHASES = ((0, 1, 0, 1), (1, 0, 0, 1), (1, 0, 1, 0), (0, 1, 1, 0))
@@ -214,6 +226,8 @@ SHEET = Sheet(
     pins=PINS,
     commands=COMMANDS,
     registers=REGISTERS,
+    options=OPTIONS,
+    rates=STEPS_PER_SECOND,
     times=TIMES,
     limits=LIMITS,
     buffer_bytes=BUFFER_BYTES,

@@ -13,20 +13,20 @@ and motion.py plays what profile.py plans.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 from ...core.axis import Axis
 from ...core.chip import Chip
 from ...core.kernel import Kernel
 from ...core.net import Net
 from ...core.train import OPEN, Playing, PulseView, StepTrain
-from ...errors import UsageError
 from ...language.dialects import Decoder
 from . import sheet
 from .ideal import Made
 
 if TYPE_CHECKING:
+    from ...core.program import ProgramRow
     from .motion import Motion
     from .profile import Law
     from .stepwise import Stepwise
@@ -42,20 +42,9 @@ class State(Chip):
     motion: Motion | Stepwise
     law: Law  # of the ramps
 
-    def __init__(
-        self,
-        kernel: Kernel,
-        name: str,
-        crystal_hz: int | None,
-        bare: bool,
-        straps: Mapping[str, int] | None,
-        registers: Mapping[str, int],
-    ) -> None:
-        super().__init__(kernel, name, crystal_hz, bare=bare, straps=straps)
-        self.defaults = {register.name: register.default for register in sheet.REGISTERS}
-        for key, value in registers.items():
-            self._check_register(key, value)
-            self.defaults[key] = value
+    def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, **given: Any) -> None:
+        super().__init__(kernel, name, crystal_hz, **given)
+        self.defaults: dict[str, int] = {row.name: getattr(self.options, row.name) for row in sheet.REGISTERS}
         self.reg = dict(self.defaults)
         self.axis1 = Axis(kernel, range(1 << 16), self.reg.pop("position"))
         self.axes = (self.axis1,)
@@ -71,14 +60,6 @@ class State(Chip):
         self.ascii = True  # pin 36, as it was with the command letter
         self._name_pins()
         self.reset_registers()
-
-    def _check_register(self, key: str, value: object) -> None:
-        row = next((row for row in sheet.REGISTERS if row.name == key), None)
-        if row is None:
-            raise UsageError(f"{self.name}: no option or register {key!r}; registers: {', '.join(self.defaults)}")
-        top = (1 << row.bits) - 1
-        if not isinstance(value, int) or not 0 <= value <= top:
-            raise UsageError(f"{self.name}: {key} {value!r}; allowed 0..{top}")
 
     def _name_pins(self) -> None:
         net: Callable[[str], Net] = lambda name: self.pins[name].net  # noqa: E731
@@ -96,6 +77,7 @@ class State(Chip):
         """The program, if one runs, is over."""
         if self.pc is not None:
             self.pc = None
+            self.on_command("")
             self.run_pin.drive(1)
             self.request.observers.remove(self.on_request)
 
@@ -162,19 +144,35 @@ class State(Chip):
         """The program buffer in use, as stored."""
         return bytes(self.buffer)
 
+    @property
+    def program_counter(self) -> int | None:
+        """The byte of the buffer at which the instruction in work begins, or the next one while live commands come."""
+        return self.pc if self.pc is None or self.live else self.at
+
+    def program_rows(self) -> list[ProgramRow]:
+        """Return the program buffer, an instruction a row: address, bytes and text."""
+        from ...language.disassemble import program_rows
+
+        return program_rows(bytes(self.buffer), self.sheet)
+
     def listing(self) -> str:
         """The stored program as text, with addresses."""
         from ...language.disassemble import listing
 
         return listing(bytes(self.buffer), self.sheet)
 
+    def instruction_begins(self) -> None:
+        """Tell of the instruction that is in work from now on."""
+        if self.on_instruction:
+            self.on_instruction(self.at)
+        if self.on_command:
+            from ...language.disassemble import text_at
+
+            self.on_command(text_at(bytes(self.buffer), self.at, self.sheet))
+
     def in_program(self) -> bool:
         """Is the running instruction one of the program (not a command of the host)?"""
         return self.pc is not None and not self.live
-
-    def step_nets(self) -> list[Net]:
-        """PULSE: it falls with every step."""
-        return [self.pulse.net]
 
     def renew_outputs(self) -> None:
         """The bound of the train has moved: whoever watches PULSE or a phase must hear of it."""

@@ -62,8 +62,7 @@ class Stepwise:
 
     def killed(self) -> None:
         """Reset in mid-motion: whatever has begun by now stands, nothing follows."""
-        if self.moving:
-            self.chip.axis1.log.depart()
+        self.chip.axis1.log.end("cut")
         self.moving = False
 
     def departs(self, kind: str, text: str) -> None:
@@ -79,7 +78,7 @@ class Stepwise:
         chip.waits(f"{text} in motion")
         made = chip.made(number)
         self.rates = made.rates
-        chip.axis1.log.begin(text, made.parameters)
+        chip.axis1.log.begin(text, made.parameters, sign)
         chip.ready.drive(0)
         chip.motion_complete.drive(1)
         chip.set_direction(sign > 0)
@@ -96,6 +95,7 @@ class Stepwise:
         chip.pulse.drive(1)
         chip.slew.drive(1)
         chip.motion_complete.drive(0)
+        chip.axis1.log.end()
         chip.continuous = False
         self.moving = False
         await chip.ticks(T["ready_after_motion"])
@@ -109,6 +109,8 @@ class Stepwise:
                 self.plan.popleft()
             await self.step(step)
             if not await self.goes_on(step):
+                if self.coming() is not None:
+                    self.chip.axis1.log.stop()
                 return
 
     # ------------------------------------------------------------------------------------------------------- the plan

@@ -6,7 +6,7 @@ whose RESET nobody drives.  The reset acts through an inner net, so it is the la
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from typing import Any
 
 from ...core.kernel import Kernel
 from ...core.net import Driver, Net
@@ -18,17 +18,9 @@ from .state import State, T
 class Supply(State):
     """The supply pins and RESET."""
 
-    def __init__(
-        self,
-        kernel: Kernel,
-        name: str,
-        crystal_hz: int | None,
-        bare: bool,
-        straps: Mapping[str, int] | None,
-        registers: Mapping[str, int],
-        cold: bool,
-    ) -> None:
-        super().__init__(kernel, name, crystal_hz, bare, straps, registers)
+    def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, **given: Any) -> None:
+        super().__init__(kernel, name, crystal_hz, **given)
+        cold: bool = self.options.cold
         self.powered, self.cold = not cold, cold
         self.reset_valid = False
         self.reset_fell = self.powered_at = 0
@@ -52,8 +44,7 @@ class Supply(State):
         self.check_switch(on)
         if on == self.powered:
             return
-        if self.on_power is not None:
-            self.on_power(self, on)
+        self.switched(on)
         self.powered, self.cold, self.reset_valid = on, True, False
         self.inner_reset.drive(0)
         if on:
@@ -125,6 +116,7 @@ class Supply(State):
             return
         self.end_run()
         self.motion.killed()
+        self.on_command("")
         self.accepted = self.ended_wait = -1
         self.decoder.reset()
         self.reset_registers()

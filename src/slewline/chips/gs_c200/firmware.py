@@ -6,11 +6,10 @@ Checks of a line, in this order: how it was received (E1), is it a command (E4),
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from ...core.kernel import Kernel
-from ...core.store import Store
 from ...core.table import Sheet
 from ...core.waits import until
 from ...errors import UsageError
@@ -25,29 +24,13 @@ INVALID = b"\xff"  # no opcode; the first byte that a failed write leaves
 
 
 class GsC(Instructions):
-    """A GS-C module on a bench.
-
-    Args:
-        store: what keeps the EEPROM's program: an object with read() and write(data); in memory without it.
-        options: see `slewline.chips.gs_c200.state.Options`.
-    """
+    """A GS-C module on a bench."""
 
     homing_erases: bool  # a homing sent by the host erases the program
     answer_checked = False  # the answer to the line in work carries a checksum
 
-    def __init__(
-        self,
-        kernel: Kernel,
-        name: str,
-        crystal_hz: int | None = None,
-        *,
-        bare: bool = False,
-        straps: Mapping[str, int] | None = None,
-        store: Store | None = None,
-        cold: bool = False,
-        **options: Any,
-    ) -> None:
-        super().__init__(kernel, name, crystal_hz, bare, straps, store, options)
+    def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, **given: Any) -> None:
+        super().__init__(kernel, name, crystal_hz, **given)
         if self.options.stepwise:
             from .stepwise import Stepwise
 
@@ -55,7 +38,7 @@ class GsC(Instructions):
         else:
             self.motion = Motion(self)
         self.handlers = {row.form: getattr(self, row.handler) for row in self.sheet.commands}
-        if cold:
+        if self.options.cold:
             self.idle = True
         else:
             self.power(True)
@@ -64,10 +47,9 @@ class GsC(Instructions):
     def power(self, on: bool) -> None:
         """Switch the supply: program memory, speeds, counter and outputs are lost without it; the EEPROM stays."""
         self.check_switch(on)
-        if self.on_power is not None:
-            self.on_power(self, on)
         if on == self.powered:
             return
+        self.switched(on)
         self.powered = on
         # what else belongs to this instant is done first, its steps among it
         self.kernel.call_at(self.kernel.now, self._power_up if on else self._power_off)
@@ -87,6 +69,7 @@ class GsC(Instructions):
         self.motion.cut()
         self.tear()
         self.stop()
+        self.on_command("")
         for driver in self.drivers.values():
             driver.drive(None)
         self.forget()
@@ -146,19 +129,22 @@ class GsC(Instructions):
     async def obey(self, line: Line) -> Sequence[bytes]:
         """Check a line and do what it says; returns the answers as they go over the line."""
         text, checked = line.text, line.checked
-        if not text:
+        body = self.meant(line)
+        if body is None:
             return ()
-        if self.address:
-            if line.first_faulty or text[:1] != b"%d" % self.address:
-                return ()
-            if len(text) == 1:
-                return ()
         fault = self._reception_fault(line)
         if fault:
             return self.spoken(self.mistake("E1", f"{text!r}: {fault}"), checked)
-        body = text[bool(self.address) : len(text) - checked].decode("ascii")
         self.answer_checked = checked
-        return self.spoken(await self.answer(body), checked)
+        return self.spoken(await self.answer(body.decode("ascii")), checked)
+
+    def meant(self, line: Line) -> bytes | None:
+        text = line.text
+        if not text:
+            return None
+        if self.address and (line.first_faulty or text[:1] != b"%d" % self.address or len(text) == 1):
+            return None
+        return text[bool(self.address) : len(text) - line.checked]
 
     def _reception_fault(self, line: Line) -> str:
         if line.faulty:
@@ -217,6 +203,7 @@ class GsC(Instructions):
     def _run_directly(self, command: Command) -> str:
         async def once() -> None:
             self.begin_run()
+            self.works_on(command.text)
             await self.handlers[command.row.form](*command.values)
 
         self.run_program(once())
@@ -261,13 +248,14 @@ class GsC(Instructions):
     async def do_zero_speed(self) -> None:
         self._ends("Z")
         if self.motion.moving and not self.homing:
+            self.axis1.log.stop()
             self.ending = True
             self.motion.stop.drive(1)
         elif self.running:
             await self.end_now()
 
     async def do_query(self) -> str:
-        return "\r".join([*self.instructions().values(), "END"])
+        return "\r".join([*(row.text for row in self.program_rows()), "END"])
 
     async def do_verify(self, what: int) -> str:
         if what == 2:
@@ -297,10 +285,13 @@ class GsC(Instructions):
     async def _home(self, direction: int, speed: int) -> None:
         """The counter is not kept on the way, and cleared at the end."""
         self.homing, text = True, "H+" if direction > 0 else "H-"
-        self.begins(text, speed)
+        self.works_on(text)
+        self.begins(text, direction, homing=speed)
         await self.motion.home(direction, speed, text)
         self.homing = False
         self.axis1.load(0)
+        self.axis1.log.end()
+        self.works_on("")
 
     # --------------------------------------------------------------------------------------------------------- EEPROM
     async def do_memorize(self) -> str:
@@ -312,6 +303,7 @@ class GsC(Instructions):
     async def _write(self, program: bytes, checked: bool) -> None:
         """Write byte after byte, a check byte behind them, and answer when all of it is verified."""
         self.waits("the EEPROM")
+        self.works_on("M")
         self.saving = program, self.kernel.now
         await until(self.kernel, self.kernel.now + self.eeprom_ps * (len(program) + 1) // sheet.WRITTEN)
         self.spoiled = self._programmed(program)
@@ -319,6 +311,7 @@ class GsC(Instructions):
         if not good:
             self.finding("E6", f"the EEPROM was not written: {self.spoiled}")
         self.writing, self.saving = False, None
+        self.works_on("")
         self.busy(self.in_work)
         self.waits("a command")
         if self.options.early_y:

@@ -9,7 +9,6 @@ from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING
 
 from ...core.table import Row
-from ...core.train import OPEN
 from ...core.waits import polled, until
 from .sheet import TENTH_PS
 from .state import State
@@ -28,7 +27,6 @@ class Instructions(State):
     motion: Motion | Stepwise
     handlers: dict[str, Handler]
     in_work = False  # a line is in work
-    wraps: bool  # past its ends the position counter wraps; else a motion that would leave it is E5
 
     # ---------------------------------------------------------------------------------------------------- the program
     def run_program(self, work: Awaitable[None] | None = None) -> None:
@@ -53,6 +51,8 @@ class Instructions(State):
     def end_program(self) -> None:
         """Nothing runs any more."""
         self.program_task = None
+        self.at, self.other_work = None, ""
+        self.on_command("")
         self.tasks = [task for task in self.tasks if task.alive]
         self.running = self.homing = False
         if not self.in_work:
@@ -64,27 +64,32 @@ class Instructions(State):
         """Instruction after instruction, to the end of the program."""
         self.begin_run()
         program = bytes(self.memory)
-        starts = {at: self._fetch(program, at) for at in self.instructions()}
+        starts = {each.address: self._fetch(program, each.address) for each in self.program_rows()}
         while not self.ending:
-            at = self.program_counter
+            at = self.pc
             if at >= len(program):
                 if self.until_input is None or self.inputs[self.until_input - 1].level == 0:
                     return
-                self.program_counter = 0
+                self.pc = 0
                 await self._instruction_time()
                 continue
             if at not in starts:
                 self.finding("jump-inside", f"a jump to location {at}, inside an instruction: the program stops")
                 return
             row, values = starts[at]
+            self.at = at
+            if self.on_instruction:
+                self.on_instruction(at)
+            if self.on_command:
+                self.on_command(self.under_way)
             self.waits(f"{row.form} at location {at} in work")
             await self._instruction_time()
-            self.program_counter = at + row.size
+            self.pc = at + row.size
             await self.handlers[row.form](*values)
 
     def begin_run(self) -> None:
         """What a run starts with."""
-        self.program_counter = 0
+        self.pc = 0
         self.loops: list[list[int]] = []  # [where it begins, passes made]
         self.loop_told = False  # a loop end without a start has been told of
         self.until_input: int | None = None  # U at location 0 repeats the program while this input is 1
@@ -125,16 +130,16 @@ class Instructions(State):
 
     async def do_until(self, number: int) -> None:
         high = self.inputs[number - 1].level != 0
-        if self.program_counter == self.rows[ord("U")].size and not self.options.plain_u:
+        if self.pc == self.rows[ord("U")].size and not self.options.plain_u:
             self.until_input = number if high else None  # at the head of the program it is tested again at the end
         elif high:
-            self.program_counter = 0
+            self.pc = 0
 
     # ---------------------------------------------------------------------------------------------- loops and jumps
     async def do_loop_start(self) -> None:
-        outside = self.program_counter if self.options.nested_loops else 0
+        outside = self.pc if self.options.nested_loops else 0
         self.loops = [loop for loop in self.loops if loop[0] < outside]
-        self.loops.append([self.program_counter, 0])
+        self.loops.append([self.pc, 0])
 
     async def do_loop(self, passes: int) -> None:
         if not self.loops:
@@ -143,24 +148,24 @@ class Instructions(State):
         loop = self.loops[-1]
         loop[1] += 1
         if loop[1] < passes:
-            self.program_counter = loop[0]
+            self.pc = loop[0]
         else:
             self.loops.pop()
 
     def _check_start(self, passes: int) -> None:
         """Tell once of a loop end that stands behind another one, without a start of its own."""
-        here = self.program_counter - self.rows[ord("L")].size
-        before = [text for at, text in self.instructions().items() if at < here and text.startswith("L")]
+        here = self.pc - self.rows[ord("L")].size
+        before = [row.text for row in self.program_rows() if row.address < here and row.text.startswith("L")]
         if not self.loop_told and before and before[-1] != "L0":
             self.loop_told = True
             self.finding("loop-without-start", f"L{passes} has no L0 of its own: it repeats from location 0")
 
     async def do_jump(self, target: int) -> None:
-        self.program_counter = target
+        self.pc = target
 
     async def do_jump_on(self, inputs: int, target: int) -> None:
         if self.read_inputs() == inputs:
-            self.program_counter = target
+            self.pc = target
 
     # ------------------------------------------------------------------------------------------------------- motion
     async def do_start_stop(self, speed: int) -> None:
@@ -180,11 +185,12 @@ class Instructions(State):
 
     async def _move_by(self, steps: int, text: str) -> None:
         if steps and self._may_move():
-            if self._limit(steps) < abs(steps):
+            if self.room(steps) < abs(steps):
                 self._overflow(f"{text} from {self.position} leaves the position counter")
                 return
-            self.begins(text)
-            await self.motion.move(abs(steps), 1 if steps > 0 else -1, text)
+            direction = 1 if steps > 0 else -1
+            self.begins(text, direction)
+            await self.motion.move(abs(steps), direction, text)
 
     async def do_velocity(self, direction: int) -> None:
         await self._run_endless(direction, None)
@@ -198,19 +204,14 @@ class Instructions(State):
         watched = None if number is None else self.inputs[number - 1]
         if watched is not None and watched.level == 0:
             return
-        limit = self._limit(direction)
+        limit = self.room(direction)
         text = "a run" + (f" until ui{number}=0" if number else " until K or Z")
         if limit:
-            self.begins(f"{self.rows[ord('g')].head}{'+' if direction > 0 else '-'}{number or ''}")
+            spelled = f"{self.rows[ord('g')].head}{'+' if direction > 0 else '-'}{number or ''}"
+            self.begins(spelled, direction, endless=True)
             await self.motion.run(limit, direction, text, watched)
-        if not limit or (self._limit(direction) == 0 and not self.motion.stopped):
+        if not limit or self.full(direction, self.motion.stopped):
             self._overflow("an endless motion has reached the end of the position counter")
-
-    def _limit(self, steps: int) -> int:
-        """Steps to the end of the counter in a direction; without end where it wraps."""
-        if self.wraps:
-            return OPEN
-        return self.axis1.positions[-1] - self.position if steps > 0 else self.position
 
     def _overflow(self, text: str) -> None:
         self.finding("E5", text)

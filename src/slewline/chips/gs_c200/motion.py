@@ -53,6 +53,7 @@ class Motion:
         self.begin(text)
         end = await self.play(plan, sign)
         self.rest()
+        self.chip.motion_over(self.stopped)
         await until(self.kernel, end)
         if self.chip.options.mov_hold:
             self.outputs_rest()
@@ -116,6 +117,7 @@ class Motion:
             end = max(now, train.begin(begun - 1) + self.chip.clock_ps) if begun else now
             self.end_by(end + 1)
             await until(self.kernel, end)
+        self.chip.axis1.log.end("cut")
         self.moving = False
         self.outputs_rest()
 
@@ -123,6 +125,7 @@ class Motion:
         """The supply is gone: steps of this instant stand, later ones do not."""
         self.end_by(self.kernel.now + 1)
         self.chip.departs()
+        self.chip.axis1.log.end("cut")
         self.moving = False
 
     def end_by(self, ps: int) -> None:

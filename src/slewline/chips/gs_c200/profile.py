@@ -25,7 +25,7 @@ from ...core.plan import Plan, Runs, head, mirrored, plan
 from ...core.timebase import PS_PER_S
 from ...core.train import OPEN
 from ...errors import UsageError
-from .sheet import RATE_UNIT
+from .sheet import RAMP_LAWS, RATE_UNIT
 
 Law = Callable[[float, float, int, int], float]
 """A ramp law: steps/s at step k (0 to `ramp`) of a ramp from `start` to `top`: law(start, top, ramp, k)."""
@@ -41,7 +41,7 @@ def linear_in_steps(start: float, top: float, ramp: int, k: int) -> float:
     return start + (top - start) * k / ramp
 
 
-LAWS = MappingProxyType({"constant acceleration": constant_acceleration, "linear in steps": linear_in_steps})
+LAWS = MappingProxyType(dict(zip(RAMP_LAWS, (constant_acceleration, linear_in_steps), strict=True)))
 
 
 def period(speed: int) -> int:

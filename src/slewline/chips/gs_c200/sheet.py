@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 from types import MappingProxyType
 
+from ...core.option import Option
+from ...core.store import STORE
 from ...core.table import Arg, Limit, Pin, Port, Register, Row, Sheet, Table, Timing
 
 LOCATIONS = 119
@@ -31,10 +33,10 @@ PINS = (
     Pin(8, "gnd8", "power", "ground", where=_PD),
     Pin(9, "rec", "in", "low: recall the program and run it at power-up", active=0, pull=1, seen="at power-up", where=_PD),
     Pin(10, "test", "in", "for testing; wire it to pin 8", pull=1, tie=0, where=_PD),
-    Pin(11, "rxd", "in", "received data, RS-232: high is space", active=1, pull=0, seen="level", where=_PD),
-    Pin(12, "txd", "out", "transmitted data, RS-232: high is space", active=1, where=_PD),
-    Pin(13, "txpd", "in", "pull-down for txd: on one module of a line", pull=0, where=_PD),
-    Pin(14, "rdy", "out", "open collector; low while a command or a program is in work", active=0, tie=1, where=_PD),
+    Pin(11, "rxd", "in", "received data, RS-232: high is space", active=1, pull=0, seen="level", where=_PD, role="serial_in"),
+    Pin(12, "txd", "out", "transmitted data, RS-232: high is space", active=1, where=_PD, role="serial_out"),
+    Pin(13, "txpd", "in", "pull-down for txd: on one module of a line", pull=0, where=_PD, role="serial_pull_down"),
+    Pin(14, "rdy", "out", "open collector; low while a command or a program is in work", active=0, tie=1, where=_PD, role="ready"),
     Pin(15, "vsl_minus", "power", "-12 V out, unregulated, 10 mA", where=_PD),
     Pin(16, "vsl_plus", "power", "+12 V out, unregulated, 10 mA", where=_PD),
     Pin(17, "vs17", "power", "supply, 12 to 40 V", where=_PD),
@@ -42,22 +44,22 @@ PINS = (
     Pin(19, "gnd19", "power", "ground", where=_PD),
     Pin(20, "v5_20", "power", "+5 V out, 100 mA", where=_PD),
     Pin(21, "v5_21", "power", "+5 V out, 100 mA", where=_PD),
-    Pin(22, "mov", "out", "high while a movement is executed", active=1, reset=0, where=_PD),
-    Pin(23, "ramp", "out", "high while a ramp is executed", active=1, reset=0, where=_PD),
-    Pin(24, "enable", "in", "low holds the next step", active=1, pull=1, seen="just before each step", where=_PD),
+    Pin(22, "mov", "out", "high while a movement is executed", active=1, reset=0, where=_PD, role="moving"),
+    Pin(23, "ramp", "out", "high while a ramp is executed", active=1, reset=0, where=_PD, role="ramping"),
+    Pin(24, "enable", "in", "low holds the next step", active=1, pull=1, seen="just before each step", where=_PD, role="enable", told=("no further step", "")),
     Pin(25, "nc25", "none", "not connected", where=_PD),
-    Pin(26, "dir", "out", "high: clockwise", active=1, reset=1, where=_PD),
-    Pin(27, "reset", "out", "resets the driver: low for 400 us", active=0, reset=1, where=_PD),
-    Pin(28, "clock", "out", "a low pulse of 1.7 us per step", active=0, reset=1, where=_PD),
+    Pin(26, "dir", "out", "high: clockwise", active=1, reset=1, where=_PD, role="direction"),
+    Pin(27, "reset", "out", "resets the driver: low for 400 us", active=0, reset=1, where=_PD, role="driver_reset", told=("the driver is reset", "")),
+    Pin(28, "clock", "out", "a low pulse of 1.7 us per step", active=0, reset=1, where=_PD, role="step", sense=1),
     Pin(29, "nc29", "none", "not connected", where=_PD),
-    Pin(30, "home", "in", "low: at the home position", active=0, pull=1, seen="just before each step of a homing", where=_PD),
-    Pin(31, "uo1", "out", "user output 1", active=1, reset=0, where=_PD),
-    Pin(32, "eot", "in", "low: at the end of travel", active=0, pull=1, seen="just before each step of a homing", where=_PD),
-    Pin(33, "uo2", "out", "user output 2", active=1, reset=0, where=_PD),
-    Pin(34, "ui1", "in", "user input 1", pull=1, seen="by W, U, jc, G or g, V2", where=_PD),
-    Pin(35, "uo3", "out", "user output 3", active=1, reset=0, where=_PD),
-    Pin(36, "ui2", "in", "user input 2", pull=1, seen="by W, U, jc, G or g, V2", where=_PD),
-    Pin(37, "ui3", "in", "user input 3", pull=1, seen="by W, U, jc, G or g, V2", where=_PD),
+    Pin(30, "home", "in", "low: at the home position", active=0, pull=1, seen="just before each step of a homing", where=_PD, role="home", told=("at the home position", "")),
+    Pin(31, "uo1", "out", "user output 1", active=1, reset=0, where=_PD, role="output1", told=("", "")),
+    Pin(32, "eot", "in", "low: at the end of travel", active=0, pull=1, seen="just before each step of a homing", where=_PD, role="end", told=("at the end of travel", "")),
+    Pin(33, "uo2", "out", "user output 2", active=1, reset=0, where=_PD, role="output2", told=("", "")),
+    Pin(34, "ui1", "in", "user input 1", pull=1, seen="by W, U, jc, G or g, V2", where=_PD, role="input1", told=("", "")),
+    Pin(35, "uo3", "out", "user output 3", active=1, reset=0, where=_PD, role="output3", told=("", "")),
+    Pin(36, "ui2", "in", "user input 2", pull=1, seen="by W, U, jc, G or g, V2", where=_PD, role="input2", told=("", "")),
+    Pin(37, "ui3", "in", "user input 3", pull=1, seen="by W, U, jc, G or g, V2", where=_PD, role="input3", told=("", "")),
     Pin(38, "gnd38", "power", "ground", where=_PD),
 )
 PRIMARY = ("reset", "clock", "dir", "enable")  # what a driver needs; the others of its interface are utilities
@@ -148,12 +150,12 @@ C200_ONLY, C200S_ONLY = ("P",), ("f", "g", "j", "jc", "Po", "P0", "Px")  # what 
 
 # ------------------------------------------------------------------------------------------------ registers and times
 REGISTERS = (
-    Register("start_stop", 10, 0, "start-stop speed, 10 steps/s; 0: never set", "S", _CD),
-    Register("top_speed", 10, 0, "slew speed, 10 steps/s; 0: never set", "T", _CD),
-    Register("ramp", 10, 0, "ramp length, steps; 0: never set", "R", _CD),
-    Register("position", 24, 0, "position counter", "", "position counter"),
-    Register("user_inputs", 3, 7, "levels of UI3, UI2, UI1", "", "command V"),
-    Register("user_outputs", 3, 0, "levels of UO3, UO2, UO1", "A", "commands A, V"),
+    Register("start_stop", 10, 0, "start-stop speed; 0: never set", "S", _CD, unit="10 steps/s"),
+    Register("top_speed", 10, 0, "slew speed; 0: never set", "T", _CD, unit="10 steps/s"),
+    Register("ramp", 10, 0, "ramp length; 0: never set", "R", _CD, unit="steps"),
+    Register("position", 24, 0, "position counter", "", "position counter", unit="steps"),
+    Register("user_inputs", 3, 7, "levels of UI3, UI2, UI1", "", "command V", unit="bits"),
+    Register("user_outputs", 3, 0, "levels of UO3, UO2, UO1", "A", "commands A, V", unit="bits"),
 )
 PICOSECONDS = 1_000_000  # MHz: the model counts picoseconds
 _T = Timing
@@ -178,6 +180,46 @@ TENTH_PS = 10**11  # the unit of D
 
 SUPPLY_VOLTS = (12, 40)
 LOADS_MA = MappingProxyType({("v5_20", "v5_21"): 100, ("vsl_plus",): 10, ("vsl_minus",): 10})
+RAMP_LAWS = ("constant acceleration", "linear in steps")
+
+
+def _version(text: str) -> str:
+    version = text.split(".")
+    return "" if len(version) == 2 and all(map(str.isdigit, version)) else "a version is two numbers, such as '2.1'"
+
+
+def _ramp_law(law: object) -> str:
+    return "" if callable(law) else f"allowed {', '.join(RAMP_LAWS)}, or a function"
+
+
+# ---------------------------------------------------------------------------------------------------------- options
+# Where the data sheet leaves a choice, or a module differs; the defaults are the choices of quirks.py.  A supply or a load
+# beyond the limits of the sheet is a finding.
+# fmt: off
+OPTIONS = (
+    STORE,
+    Option("cold", "bool", False, "begin without supply; `power(True)` brings the module up"),
+    Option("firmware", "text", "2.2", "GS-C200 below 2.2: checksums without the bit that is always set", check=_version, like="'2.1'"),
+    Option("address", "int", None, "in place of the SEL straps; 0: point-to-point", low=0, high=7, none=True),
+    Option("pin_order", "bool", False, "SEL as the pin description orders it"),
+    Option("law", "object", RAMP_LAWS[0], "of the ramps; as an object, a function", choices=RAMP_LAWS, check=_ramp_law),
+    Option("turnround", "time", TIMES["turnround"].ticks, "carriage return to answer"),
+    Option("instruction_time", "time", TIMES["instruction"].ticks, "of a program, before its effect", low=1),
+    Option("dir_setup", "time", TIMES["dir_setup"].ticks, "DIR and MOV to the first step"),
+    Option("eeprom_time", "time", TIMES["eeprom"].ticks, "what M takes with a full memory; less with less"),
+    Option("eeprom_fault", "bool", False, "programming the EEPROM fails"),
+    Option("lenient", "bool", False, "forgives LF between lines, and P0 for Po"),
+    Option("direct", "bool", False, "delayed commands act at once outside programming"),
+    Option("early_y", "bool", False, "M answers before it writes"),
+    Option("pad7", "bool", False, "GS-C200: V1 with leading zeros"),
+    Option("mov_hold", "bool", False, "MOV and RAMP high until the last interval is over"),
+    Option("plain_u", "bool", False, "U at location 0 is a plain test, too"),
+    Option("nested_loops", "bool", False, "an L0 inside a loop begins a loop of its own"),
+    Option("supply", "float", 24, "the supply voltage", unit="V"),
+    Option("load", "table", {}, "what is drawn from pins that supply something", table=tuple(Option(pin, "float", 0, f"from pin {pin}", unit="mA") for pins in LOADS_MA for pin in pins)),
+    Option("stepwise", "bool", False, "every motion step by step instead of whole; slow, and the same to the last edge"),
+)
+# fmt: on
 NOTES = MappingProxyType(
     {
         "logic levels": "inputs: low up to 0.8 V, high 2 to 5 V; outputs: low at most 0.8 V, high 2 to 5 V",
@@ -197,6 +239,7 @@ def _sheet(part: str, rows: tuple[Row, ...], foreign: tuple[str, ...]) -> Sheet:
         pins=PINS,
         commands=Table(*ROWS, *rows),
         registers=REGISTERS,
+        options=OPTIONS,
         times=TIMES,
         limits=LIMITS,
         buffer_bytes=LOCATIONS,

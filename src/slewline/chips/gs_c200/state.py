@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
 from functools import partial
 from typing import Any
 
 from ...core.axis import Axis
 from ...core.kernel import Kernel, Task
-from ...core.net import Driver, Net
+from ...core.net import Driver
 from ...core.pin import strapped
+from ...core.program import ProgramRow
 from ...core.store import Memory, Store
 from ...core.table import Row
-from ...core.timebase import Time, picoseconds
+from ...core.timebase import picoseconds
 from ...core.train import OPEN
 from ...errors import UsageError
-from ...language.lines import KEPT, spell
+from ...language.lines import KEPT
 from ..line import LineChip
 from . import sheet
 from .ideal import Made
@@ -27,88 +26,15 @@ OR_SINCE = (2, 2)  # GS-C200 firmware that sets a bit of every checksum
 PULL_DOWN = "txpd"  # the name of its driver on a line
 
 
-@dataclass(slots=True)
-class Options:
-    """Where the data sheet leaves a choice, or a module differs; the defaults are the choices of `quirks`.
-
-    Times are text such as "1 ms".  A supply or a load beyond the limits of the sheet is a finding.
-    """
-
-    firmware: str = "2.2"  # GS-C200 below 2.2: checksums without the bit that is always set
-    address: int | None = None  # in place of the SEL straps; 0: point-to-point
-    pin_order: bool = False  # SEL as the pin description orders it
-    law: str | Law = "constant acceleration"  # of the ramps; or "linear in steps", or a function
-    turnround: Time = TIMES["turnround"]  # carriage return to answer
-    instruction_time: Time = TIMES["instruction"]  # of a program, before its effect
-    dir_setup: Time = TIMES["dir_setup"]  # DIR and MOV to the first step
-    eeprom_time: Time = TIMES["eeprom"]  # what M takes with a full memory; less with less
-    eeprom_fault: bool = False  # programming the EEPROM fails
-    lenient: bool = False  # forgives LF between lines, and P0 for Po
-    direct: bool = False  # delayed commands act at once outside programming
-    early_y: bool = False  # M answers before it writes
-    pad7: bool = False  # GS-C200: V1 with leading zeros
-    mov_hold: bool = False  # MOV and RAMP high until the last interval is over
-    plain_u: bool = False  # U at location 0 is a plain test, too
-    nested_loops: bool = False  # an L0 inside a loop begins a loop of its own
-    supply: float = 24  # volts
-    load: Mapping[str, float] = field(default_factory=dict)  # milliamperes drawn from pins: {"v5_20": 80}
-    stepwise: bool = False  # every motion step by step instead of whole; slow, and the same to the last edge
-
-    def checked(self, name: str) -> Options:
-        """The options themselves, if they make sense."""
-        version = self.firmware.split(".") if isinstance(self.firmware, str) else []
-        if len(version) != 2 or not all(part.isdigit() for part in version):
-            raise UsageError(f"{name}: firmware {self.firmware!r}; expected a version such as '2.1'")
-        for option in fields(self):
-            if isinstance(option.default, bool) and not isinstance(getattr(self, option.name), bool):
-                raise UsageError(f"{name}: {option.name} {getattr(self, option.name)!r}; allowed True, False")
-        if self.address is not None and self.address not in range(8):
-            raise UsageError(f"{name}: address {self.address!r}; allowed 1 to 7, and 0 for point-to-point")
-        if not callable(self.law) and self.law not in LAWS:
-            raise UsageError(f"{name}: law {self.law!r}; allowed {', '.join(LAWS)}, or a function")
-        if picoseconds(self.instruction_time) < 1:
-            raise UsageError(f"{name}: instruction_time {self.instruction_time!r}; allowed more than 0")
-        if not isinstance(self.supply, (int, float)):
-            raise UsageError(f"{name}: supply {self.supply!r}; expected volts, a number")
-        self._check_load(name)
-        return self
-
-    def _check_load(self, name: str) -> None:
-        loaded = [pin for pins in sheet.LOADS_MA for pin in pins]
-        if not isinstance(self.load, Mapping) or not all(
-            isinstance(drawn, (int, float)) for drawn in self.load.values()
-        ):
-            raise UsageError(f'{name}: load {self.load!r}; expected milliamperes, such as {{"{loaded[0]}": 80}}')
-        for pin in self.load:
-            if pin not in loaded:
-                raise UsageError(f"{name}: load of {pin!r}; pins that supply something: {', '.join(loaded)}")
-
-
 class State(LineChip):
     """Registers, memories and pins; what they do is in the chapters built on this one."""
 
-    def __init__(
-        self,
-        kernel: Kernel,
-        name: str,
-        crystal_hz: int | None,
-        bare: bool,
-        straps: Mapping[str, int] | None,
-        store: Store | None,
-        options: Mapping[str, Any],
-    ) -> None:
-        known = [field.name for field in fields(Options)]
-        for option in options:
-            if option not in known:
-                raise UsageError(f"{name}: no option {option!r}; options: store, {', '.join(known)}")
-        self.options = Options(**options).checked(name)
-        if store is not None and not (
-            callable(getattr(store, "read", None)) and callable(getattr(store, "write", None))
-        ):
-            raise UsageError(f"{name}: store {store!r}; expected an object with read() and write(data)")
-        super().__init__(kernel, name, bare=bare, straps=straps)
-        self.store: Store = store if store is not None else Memory()
-        self.eeprom_fails = self.options.eeprom_fault
+    wraps: bool  # past its ends the position counter wraps; else a motion that would leave it is E5
+
+    def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, **given: Any) -> None:
+        super().__init__(kernel, name, crystal_hz, **given)
+        self.store: Store = self.options.store if self.options.store is not None else Memory()
+        self.eeprom_fails: bool = self.options.eeprom_fault
         self.spoiled = ""  # why the last write failed: until one succeeds, the EEPROM is not valid
         self.saving: tuple[bytes, int] | None = None  # what is being written, since when
         self.axis1 = Axis(kernel, sheet.POSITIONS[self.sheet.part], 0)
@@ -116,7 +42,7 @@ class State(LineChip):
         self._take_options()
         self._name_pins()
         self.pull_down = Driver(self.pins["txpd"].net, PULL_DOWN)  # drives nothing, but shows where the pull-down is
-        if not bare and self.strapped_address() == 0:
+        if not self.bare and self.strapped_address() == 0:
             self._tie_pull_down()
         self.powered = False
         self.tasks: list[Task] = []
@@ -155,8 +81,9 @@ class State(LineChip):
 
     def strapped_address(self) -> int:
         """The address that the SEL pins say; 0: point-to-point."""
-        if self.options.address is not None:
-            return self.options.address
+        address: int | None = self.options.address
+        if address is not None:
+            return address
         order = self.port.address_pins[:: -1 if self.options.pin_order else 1]
         return self.port.addresses[strapped(self.pins, order)]
 
@@ -177,7 +104,7 @@ class State(LineChip):
         if not low <= self.options.supply <= high:
             self.finding("supply", f"{self.options.supply:g} V; the module wants {low} to {high} V")
         for pins, limit in sheet.LOADS_MA.items():
-            drawn = sum(self.options.load.get(pin, 0) for pin in pins)
+            drawn = sum(self.options.load[pin] for pin in pins)
             if drawn > limit:
                 self.finding("load", f"{drawn:g} mA from {' and '.join(pins)}; allowed {limit} mA")
 
@@ -199,8 +126,7 @@ class State(LineChip):
         """
         if not isinstance(on, bool):
             raise UsageError(f"{self.name}: eeprom_fault {on!r}; allowed True, False")
-        if self.on_input is not None:
-            self.on_input("fail_eeprom", [on])
+        self.input("fail_eeprom", on)
         self.eeprom_fails = on
 
     def forget(self) -> None:
@@ -215,26 +141,42 @@ class State(LineChip):
         self.ending = False  # Z: the program ends when the motion has come to rest
         self.address = 0
         self.running = False
+        self.heading = 0  # the direction of an endless motion
         self.homing = False  # a homing runs: its steps are not counted
-        self.program_counter = 0
+        self.pc = 0  # location of the next instruction
+        self.at: int | None = None  # of the one in work; None: no program runs
+        self.other_work = ""  # a homing, a write, an instruction without a program
 
     @property
     def program(self) -> bytes:
         """The program memory in use; the codes are the model's own, since the sheet gives none."""
         return bytes(self.memory)
 
+    @property
+    def program_counter(self) -> int | None:
+        """The location at which the instruction in work begins."""
+        return self.at
+
+    def program_rows(self) -> list[ProgramRow]:
+        """Return the program memory, an instruction a row: location, bytes (codes of the model) and text."""
+        from ...language.disassemble import program_rows
+
+        return program_rows(bytes(self.memory), self.sheet)
+
     def listing(self) -> str:
         """The stored program as text, with addresses."""
-        return "\n".join(f"{at:3}  {text}" for at, text in self.instructions().items())
+        return "\n".join(f"{row.address:3}  {row.text}" for row in self.program_rows())
 
-    def instructions(self) -> dict[int, str]:
-        """The stored instructions, as they are written, by their locations."""
-        found, at = {}, 0
-        while at < len(self.memory):
-            row = self.rows[self.memory[at]]
-            found[at] = spell(row, row.unpack(bytes(self.memory[at + 1 : at + row.size]), self.memory[at]))
-            at += row.size
-        return found
+    @property
+    def under_way(self) -> str:
+        from ...language.disassemble import text_at
+
+        return self.other_work if self.at is None else text_at(bytes(self.memory), self.at, self.sheet)
+
+    def works_on(self, text: str) -> None:
+        """Something has begun that is no instruction of the program; or, empty, is over."""
+        self.other_work = text
+        self.on_command(text)
 
     @property
     def registers(self) -> dict[str, int]:
@@ -251,16 +193,31 @@ class State(LineChip):
         """S, T and R."""
         return self.speeds["start_stop"], self.speeds["top_speed"], self.speeds["ramp"]
 
-    def begins(self, text: str, homing: int = 0) -> None:
-        """A motion begins, or a homing at a speed."""
+    def begins(self, text: str, direction: int, *, homing: int = 0, endless: bool = False) -> None:
+        """A motion begins in a direction; with a speed, a homing."""
+        self.heading = direction if endless else 0
         self.made = Made(homing, 0, 0, self.law) if homing else Made(*self.speeds_in_force(), self.law)
-        self.axis1.log.begin(text, self.made.homing if homing else self.made.parameters)
+        self.axis1.log.begin(text, self.made.homing if homing else self.made.parameters, direction)
 
     def first_step(self, sign: int, number: int | None, limit: int = OPEN) -> None:
         """The first step of a motion begins."""
         if not self.homing:
             ideal = partial(self.made.ideal, self.kernel.now, self.position, sign, number, limit)
             self.axis1.log.expect(ideal)
+
+    def room(self, steps: int) -> int:
+        """Steps to the end of the counter in a direction; without end where it wraps."""
+        if self.wraps:
+            return OPEN
+        return self.axis1.positions[-1] - self.position if steps > 0 else self.position
+
+    def full(self, direction: int, stopped: bool) -> bool:
+        """Has an endless motion come to the end of the counter, and not been stopped there?"""
+        return self.room(direction) == 0 and not stopped
+
+    def motion_over(self, stopped: bool) -> None:
+        """The last pulse of a motion is over; `stopped`: it has come to rest as it was told to."""
+        self.axis1.log.end("limit" if self.heading and self.full(self.heading, stopped) else None)
 
     def departs(self, kind: str = "", text: str = "") -> None:
         """The motion becomes another one than it was to be."""
@@ -275,7 +232,3 @@ class State(LineChip):
     def read_outputs(self) -> int:
         """UO1 + 2 UO2 + 4 UO3."""
         return sum((driver.net.level == 1) << n for n, driver in enumerate(self.outputs))
-
-    def step_nets(self) -> list[Net]:
-        """CLOCK: it falls with every step."""
-        return [self.clock_pin.net]

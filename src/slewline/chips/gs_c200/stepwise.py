@@ -91,6 +91,7 @@ class Stepwise:
                 chip.first_step(sign, self.number, limit)
             await self.step(self.period(self.index(self.made)), sign, self.made + 1 in (self.number, limit))
         self.rest()
+        chip.motion_over(self.stopped)
 
     async def home(self, sign: int, speed: int, text: str) -> None:
         """To the end of travel, and back to the home position."""
@@ -115,11 +116,13 @@ class Stepwise:
         if self.moving:
             await until(self.kernel, self.begun_ps + self.chip.clock_ps)
             self.chip.clock_pin.drive(1)
+        self.chip.axis1.log.end("cut")
         self.rest()
 
     def cut(self) -> None:
         """The supply is gone."""
         self.chip.departs()
+        self.chip.axis1.log.end("cut")
         self.moving = False
 
     # --------------------------------------------------------------------------------------------------------- steps
@@ -143,6 +146,7 @@ class Stepwise:
         chip.clock_pin.drive(1)
         if last:
             self.moving = False
+            chip.motion_over(self.stopped)
             if not chip.options.mov_hold:
                 self.rest()
         await until(self.kernel, begin + period)

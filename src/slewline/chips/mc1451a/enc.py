@@ -113,7 +113,8 @@ class QuadratureCounter:
 
     def watch(self, told: Callable[[], object]) -> None:
         """Call a function when a driver of A or B is told something: who sleeps while all is quiet must wake."""
-        self.a.reading.on_change = self.b.reading.on_change = told
+        self.a.reading.on_change.add(told)
+        self.b.reading.on_change.add(told)
 
     @property
     def quiet(self) -> bool:

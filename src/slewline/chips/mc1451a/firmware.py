@@ -7,59 +7,37 @@ HostRdy  ‾‾\\______________________________/‾‾‾‾‾‾‾‾‾‾  
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from typing import Any
 
 from ...core.kernel import Kernel
 from ...core.net import Net
 from ...core.table import Row, Sheet
 from ...core.timebase import readable
 from ...core.train import OPEN, Playing, PulseView, StepTrain
-from ...errors import UsageError
 from . import sheet
 from .instructions import Instructions
 from .motion import Motion
 from .port import Port
-from .sheet import CLKOUT_TICKS, CYCLE_TICKS, POWER_UP_RESET_PS, RESET_CYCLES, SLICE_TICKS, TIMES
+from .sheet import CLKOUT_TICKS, CYCLE_TICKS, POWER_UP_RESET_PS, TIMES
 
 RESET_TICKS = TIMES["reset"].ticks
 SELECTS = ("SET_1", "SET_2", "SET_3", "SET_4", "SET_I")  # like every GET, they change nothing that a cycle looks at
 
 
 class Chipset(Instructions):
-    """An MC1151A, MC1251A or MC1451A on a bench, or one of their -E versions.
+    """An MC1151A, MC1251A or MC1451A on a bench, or one of their -E versions."""
 
-    Args:
-        stepwise: work every cycle instead of those in which something is decided; slow, and the same to the last edge.
-        cold: begin without supply; `power(True)` brings the chipset up.
-        busy_ticks: clocks for which HostRdy is low after a command or a word; a slice by default.
-        reset_cycles: cycles for which it is low after reset.
-    """
-
-    def __init__(
-        self,
-        kernel: Kernel,
-        name: str,
-        crystal_hz: int | None = None,
-        *,
-        bare: bool = False,
-        straps: Mapping[str, int] | None = None,
-        stepwise: bool = False,
-        cold: bool = False,
-        busy_ticks: int = SLICE_TICKS,
-        reset_cycles: int = RESET_CYCLES,
-    ) -> None:
-        super().__init__(kernel, name, crystal_hz, bare, straps)
-        for option, value in (("busy_ticks", busy_ticks), ("reset_cycles", reset_cycles)):
-            if not isinstance(value, int) or value < 1:
-                raise UsageError(f"{name}: {option}={value!r}; allowed 1 and more")
-        self.busy_ticks, self.ready_ticks = busy_ticks, reset_cycles * CYCLE_TICKS
+    def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, **given: Any) -> None:
+        super().__init__(kernel, name, crystal_hz, **given)
+        self.busy_ticks: int = self.options.busy_ticks
+        self.ready_ticks: int = self.options.reset_cycles * CYCLE_TICKS
         self.handlers = {row.code: getattr(self, row.handler) for row in self.sheet.commands}
         self.powered = False
         self.unheeded = False  # a command has written what no cycle has seen yet
         self.starts = 0  # counts resets: what was due before one is not done
         self.up_ps = 0
         self.started = False  # the first command may come: reset is over
-        if stepwise:
+        if self.options.stepwise:
             from .stepwise import Stepwise
 
             self.motion = Stepwise(self)
@@ -69,7 +47,7 @@ class Chipset(Instructions):
         self.pins["reset"].net.watch(self._reset_changed)
         if not self.sheet.crystal_low_hz <= self.crystal_hz <= self.sheet.crystal_high_hz:
             self.finding("crystal", f"{self.crystal_hz / 1e6:g} MHz is outside the 6.7 to 25.6 MHz of the manual")
-        if cold:
+        if self.options.cold:
             self.idle = True
             self.waits("its supply")
         else:
@@ -79,9 +57,8 @@ class Chipset(Instructions):
     def power(self, on: bool) -> None:
         """Switch the supply.  A bare part comes up with the end of a power-up reset; else RESET says when."""
         self.check_switch(on)
-        if self.on_power is not None:
-            self.on_power(self, on)
         if on != self.powered:
+            self.switched(on)
             self.kernel.call_at(self.kernel.now, self._power_up if on else self._power_off)
             self.kernel.settle()
 
@@ -130,7 +107,7 @@ class Chipset(Instructions):
         self.starts += 1
         self.motion.stop()
         for axis in self.axes:
-            axis.log.depart()
+            axis.log.end("cut")
         self.forget()
         self.port.begin()
         self.outputs_reset()

@@ -38,7 +38,7 @@ class Motion:
             n = trajectory.state.number
             for name in (f"poslimit{n}", f"neglimit{n}"):
                 chip.pins[name].net.watch(lambda net, name=name: self._limit(name, net))  # type: ignore[misc]
-            trajectory.home.reading.on_change = self.attend_soon
+            trajectory.home.reading.on_change.add(self.attend_soon)
             if trajectory.encoder is not None:
                 trajectory.encoder.watch(self.attend_soon)
 

@@ -46,6 +46,7 @@ class Port:
     def begin(self) -> None:
         """Reset: not ready, no packet."""
         self.generation += 1
+        self.chip.on_command("")
         self.ready = False
         self.bytes: list[int] = []  # first byte of a word that is written
         self.row: Row | None = None  # the command that waits for words, or has been done
@@ -138,6 +139,8 @@ class Port:
         if not self.ready:
             self._early(f"command {byte:02x} written")
             return
+        if self.chip.on_command:
+            self.chip.on_command(self.rows[byte].name if byte in self.rows else f"{byte:02X}")
         self._busy(lambda: self._begin_packet(byte))
 
     def data(self, byte: int) -> None:
@@ -190,6 +193,8 @@ class Port:
                 self.chip.motion.catch_up()
                 self.ready = True
                 then()
+                if not self.wanted:
+                    self.chip.on_command("")
                 if self.ready:  # unless that was a reset
                     self.ready_driver.drive(1)
                     self.chip.refresh_idle()

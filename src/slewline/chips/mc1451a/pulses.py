@@ -68,7 +68,7 @@ class Pulses:
         self.offsets = History()  # actual position minus counts
         self.past: list[Past] = []
         self.waiting: list[Callable[[], object]] = []  # for the next round
-        self.axis.forgetters.append(self.forget)
+        self.axis.on_forget.add(self.forget)
 
     def begin(self, state: AxisState) -> None:
         """Reset is over: cycle 0 is due."""

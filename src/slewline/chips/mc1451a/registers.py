@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from ...core.axis import Axis
 from ...core.chip import Chip
@@ -44,15 +43,8 @@ class Registers(Chip):
 
     motion: Moves
 
-    def __init__(
-        self,
-        kernel: Kernel,
-        name: str,
-        crystal_hz: int | None,
-        bare: bool,
-        straps: Mapping[str, int] | None,
-    ) -> None:
-        super().__init__(kernel, name, crystal_hz, bare=bare, straps=straps)
+    def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, **given: Any) -> None:
+        super().__init__(kernel, name, crystal_hz, **given)
         self.encoder = self.sheet.encoder
         self.axes = tuple(Axis(kernel, POSITIONS, 0) for _ in range(self.sheet.axes))
         self.origin = 0  # tick at which cycle 0 began

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
+from ...core.option import Option
 from ...core.table import Arg, Bits, Limit, Packets, Pin, Register, Row, Sheet, Table, Timing, Way
 
 CRYSTAL_HZ = 25_000_000
@@ -43,16 +44,16 @@ def _supply(where: str, package: str, vcc: Sequence[int], gnd: Sequence[int]) ->
 
 # fmt: off
 PINS = (
-    *(Pin(number, f"pulse{n}", "out", f"axis {n}: a step at every falling edge; a square wave", active=0, reset=0, where=_IO) for n, number in enumerate((28, 26, 40, 39), 1)),
-    *(Pin(number, f"dir{n}", "out", f"axis {n}: high: positive direction", active=1, reset=1, where=_IO) for n, number in enumerate((42, 30, 35, 34), 1)),
-    *(Pin(number, f"home{n}", "in", f"axis {n}: low satisfies the external breakpoint", active=0, tie=1, seen=_FILTERED, where=_IO) for n, number in enumerate((13, 23, 11, 10), 1)),
-    Pin(41, "hostcmd", "in", "high: a command is written; low: data", active=1, tie=0, seen=_STROBE, where=_IO),
-    Pin(37, "hostrdy", "out", "high: ready; low after reset, a command or a word", active=1, reset=0, where=_IO),
-    Pin(51, "hostread", "in", "low: the chip puts a byte on the host bus", active=0, tie=1, seen="both edges", where=_IO),
-    Pin(47, "hostwrite", "in", "its rising edge takes a byte from the host bus", active=0, tie=1, seen="rising edge", where=_IO),
-    Pin(48, "hostslct", "in", "low selects the port; high while it is not used", active=0, tie=1, seen=_STROBE, where=_IO),
-    Pin(44, "hostintrpt", "out", "low: an axis has an event that its mask lets through", active=0, reset=1, where=_IO),
-    *(Pin(number, f"hostdata{bit}", "both", f"host bus, bit {bit}", active=1, where=_IO) for bit, number in enumerate((50, 61, 53, 65, 67, 62, 64, 60))),
+    *(Pin(number, f"pulse{n}", "out", f"axis {n}: a step at every falling edge; a square wave", active=0, reset=0, where=_IO, axis=n, role="step") for n, number in enumerate((28, 26, 40, 39), 1)),
+    *(Pin(number, f"dir{n}", "out", f"axis {n}: high: positive direction", active=1, reset=1, where=_IO, axis=n, role="direction") for n, number in enumerate((42, 30, 35, 34), 1)),
+    *(Pin(number, f"home{n}", "in", f"axis {n}: low satisfies the external breakpoint", active=0, tie=1, seen=_FILTERED, where=_IO, axis=n, role="home", told=(f"axis {n} at its home position", "")) for n, number in enumerate((13, 23, 11, 10), 1)),
+    Pin(41, "hostcmd", "in", "high: a command is written; low: data", active=1, tie=0, seen=_STROBE, where=_IO, role="command"),
+    Pin(37, "hostrdy", "out", "high: ready; low after reset, a command or a word", active=1, reset=0, where=_IO, role="ready"),
+    Pin(51, "hostread", "in", "low: the chip puts a byte on the host bus", active=0, tie=1, seen="both edges", where=_IO, role="read"),
+    Pin(47, "hostwrite", "in", "its rising edge takes a byte from the host bus", active=0, tie=1, seen="rising edge", where=_IO, role="write"),
+    Pin(48, "hostslct", "in", "low selects the port; high while it is not used", active=0, tie=1, seen=_STROBE, where=_IO, role="chip_select"),
+    Pin(44, "hostintrpt", "out", "low: an axis has an event that its mask lets through", active=0, reset=1, where=_IO, role="interrupt", told=("an axis has an event for the host", "")),
+    *(Pin(number, f"hostdata{bit}", "both", f"host bus, bit {bit}", active=1, where=_IO, role="data") for bit, number in enumerate((50, 61, 53, 65, 67, 62, 64, 60))),
     Pin(46, "io_cpclk", "none", "clock from CLKOUT", where=_IO),
     Pin(52, "io_ioclkin", "none", "shifted clock; wire it to IOCLKOUT", where=_IO),
     Pin(45, "io_ioclkout", "none", "shifted clock", where=_IO),
@@ -62,19 +63,19 @@ PINS = (
     *_wires(_IO, (18, 5, 6, 7, 8, 17, 3, 1), "io_cpdata", "none", "data between I/O and CP chip", first=4),
     Pin(43, "io_cpreset", "none", "wire it to RESET", active=0, where=_IO),
     *_supply(_IO, "io", (4, 21, 25, 38, 55), (14, 15, 32, 49, 54, 66)),
-    *(Pin(number, f"atrest{n}", "out", f"axis {n}: high at rest, low in motion", active=1, reset=1, where=_CP) for n, number in enumerate((56, 55, 54, 53), 1)),
-    *(Pin(number, f"poslimit{n}", "in", f"axis {n}: end of travel in positive direction; SET_LMT_SENSE turns its level", active=1, tie=0, seen=_CYCLE, where=_CP) for n, number in enumerate((52, 45, 42, 38), 1)),
-    *(Pin(number, f"neglimit{n}", "in", f"axis {n}: end of travel in negative direction; SET_LMT_SENSE turns its level", active=1, tie=0, seen=_CYCLE, where=_CP) for n, number in enumerate((51, 44, 41, 37), 1)),
+    *(Pin(number, f"atrest{n}", "out", f"axis {n}: high at rest, low in motion", active=1, reset=1, where=_CP, axis=n, role="moving", sense=0) for n, number in enumerate((56, 55, 54, 53), 1)),
+    *(Pin(number, f"poslimit{n}", "in", f"axis {n}: end of travel in positive direction; SET_LMT_SENSE turns its level", active=1, tie=0, seen=_CYCLE, where=_CP, axis=n, role="end_plus", told=("", "")) for n, number in enumerate((52, 45, 42, 38), 1)),
+    *(Pin(number, f"neglimit{n}", "in", f"axis {n}: end of travel in negative direction; SET_LMT_SENSE turns its level", active=1, tie=0, seen=_CYCLE, where=_CP, axis=n, role="end_minus", told=("", "")) for n, number in enumerate((51, 44, 41, 37), 1)),
     Pin(24, "clkin", "power", "master clock", where=_CP),
-    Pin(19, "clkout", "out", "a quarter of the master clock, for the other chips", where=_CP),
-    Pin(17, "reset", "in", "low resets the chipset; the first time 0.25 s after power at the earliest", active=0, tie=1, seen="level, low for 1 us", where=_CP),
+    Pin(19, "clkout", "out", "a quarter of the master clock, for the other chips", where=_CP, role="clock"),
+    Pin(17, "reset", "in", "low resets the chipset; the first time 0.25 s after power at the earliest", active=0, tie=1, seen="level, low for 1 us", where=_CP, role="reset", told=("the chipset is held in reset", "the chipset starts anew")),
     *_wires(_CP, (16, 18, 68, 67), "cp_iocntrl", "none", "control between the chips"),
     *_wires(_CP, (58, 57, 50, 49, 46, 43, 40, 39, 36, 35), "cp_data", "none", "data between the chips", first=2),
     *_wires(_CP, (28, 9, 6, 5), "cp_ioaddr", "none", "address to the other chips"),
     Pin(15, "cp_iowrite", "none", "write strobe to the other chips", active=0, where=_CP),
     *_supply(_CP, "cp", (4, 22, 33), (3, 34)),
-    *(Pin(number, f"quada{n}", "in", f"axis {n}: encoder channel A, ahead of B in positive direction", tie=0, seen=_FILTERED, where=_ENC) for n, number in enumerate((30, 17, 27, 5), 1)),
-    *(Pin(number, f"quadb{n}", "in", f"axis {n}: encoder channel B", tie=0, seen=_FILTERED, where=_ENC) for n, number in enumerate((36, 18, 28, 29), 1)),
+    *(Pin(number, f"quada{n}", "in", f"axis {n}: encoder channel A, ahead of B in positive direction", tie=0, seen=_FILTERED, where=_ENC, axis=n, role="encoder_a") for n, number in enumerate((30, 17, 27, 5), 1)),
+    *(Pin(number, f"quadb{n}", "in", f"axis {n}: encoder channel B", tie=0, seen=_FILTERED, where=_ENC, axis=n, role="encoder_b") for n, number in enumerate((36, 18, 28, 29), 1)),
     Pin(7, "enc_cpclk", "none", "clock from CLKOUT", where=_ENC),
     Pin(33, "enc_encclkin", "none", "shifted clock; wire it to ENCCLKOUT", where=_ENC),
     Pin(6, "enc_encclkout", "none", "shifted clock", where=_ENC),
@@ -279,25 +280,25 @@ SLIPS = MappingProxyType({
 # ------------------------------------------------------------------------------------------------ registers and times
 _RT = "command reference, reset"
 REGISTERS = (  # named like the commands that write and read them
-    Register("pos", 31, 0, "destination position, steps", "SET_POS", _RT),
-    Register("vel", 30, 0, "maximum velocity, 2^-16 steps/cycle", "SET_VEL", _RT),
-    Register("acc", 31, 0, "acceleration, 2^-16 steps/cycle^2", "SET_ACC", _RT),
-    Register("max_acc", 15, 0, "greatest acceleration of the S-curve, 2^-16 steps/cycle^2", "SET_MAX_ACC", _RT),
-    Register("jerk", 31, 0, "jerk, 2^-32 steps/cycle^3", "SET_JERK", _RT),
-    Register("ratio", 31, 0, "gear ratio, 2^-16 steps/count", "SET_RATIO", _RT),
-    Register("start_vel", 30, 0, "start velocity, 2^-16 steps/cycle", "SET_START_VEL", _RT),
-    Register("brk_pnt", 32, 0, "comparison value of breakpoints", "SET_BRK_PNT", _RT),
-    Register("intrpt_mask", 8, 0, "events that interrupt the host", "SET_INTRPT_MASK", _RT),
-    Register("step_ratio", 15, 0, "2^-8 encoder counts per step; 0: no stall detection", "SET_STEP_RATIO", _RT),
-    Register("pos_err", 15, 32767, "limit of the position error, counts", "SET_POS_ERR", _RT),
-    Register("trgt_pos", 31, 0, "target position, steps", "SET_ACTL_POS", _RT),
-    Register("trgt_vel", 31, 0, "target velocity, 2^-16 steps/cycle", "", _RT),
-    Register("actl_pos", 31, 0, "actual position, counts", "SET_ACTL_POS", _RT),
-    Register("actl_pos_err", 16, 0, "position error, counts", "", _RT),
-    Register("capt", 31, 0, "captured position, counts", "", _RT),
-    Register("status", 16, 0x0300, "status word; axis 2 to 4 have their number in bits 12 and 13", "", _RT),
-    Register("mode", 16, 0, "mode word", "", _RT),
-    Register("time", 32, 0, "cycles since reset", "", _RT),
+    Register("pos", 31, 0, "destination position", "SET_POS", _RT, unit="steps"),
+    Register("vel", 30, 0, "maximum velocity", "SET_VEL", _RT, unit="1/65536 steps/cycle"),
+    Register("acc", 31, 0, "acceleration", "SET_ACC", _RT, unit="1/65536 steps/cycle^2"),
+    Register("max_acc", 15, 0, "greatest acceleration of the S-curve", "SET_MAX_ACC", _RT, unit="1/65536 steps/cycle^2"),
+    Register("jerk", 31, 0, "jerk", "SET_JERK", _RT, unit="2^-32 steps/cycle^3"),
+    Register("ratio", 31, 0, "gear ratio", "SET_RATIO", _RT, unit="1/65536 steps/count"),
+    Register("start_vel", 30, 0, "start velocity", "SET_START_VEL", _RT, unit="1/65536 steps/cycle"),
+    Register("brk_pnt", 32, 0, "comparison value of breakpoints", "SET_BRK_PNT", _RT, unit="cycles, steps or counts"),
+    Register("intrpt_mask", 8, 0, "events that interrupt the host", "SET_INTRPT_MASK", _RT, unit="bits of the events"),
+    Register("step_ratio", 15, 0, "encoder counts per step; 0: no stall detection", "SET_STEP_RATIO", _RT, unit="1/256 counts/step"),
+    Register("pos_err", 15, 32767, "limit of the position error", "SET_POS_ERR", _RT, unit="counts"),
+    Register("trgt_pos", 31, 0, "target position", "SET_ACTL_POS", _RT, unit="steps"),
+    Register("trgt_vel", 31, 0, "target velocity", "", _RT, unit="1/65536 steps/cycle"),
+    Register("actl_pos", 31, 0, "actual position", "SET_ACTL_POS", _RT, unit="counts"),
+    Register("actl_pos_err", 16, 0, "position error", "", _RT, unit="counts"),
+    Register("capt", 31, 0, "captured position", "", _RT, unit="counts"),
+    Register("status", 16, 0x0300, "status word; axis 2 to 4 have their number in bits 12 and 13", "", _RT, unit="bits"),
+    Register("mode", 16, 0, "mode word", "", _RT, unit="bits"),
+    Register("time", 32, 0, "cycles since reset", "", _RT, unit="cycles"),
 )
 MHZ = 25
 _AC = "AC electrical characteristics"
@@ -347,6 +348,14 @@ LIMITS = (
     *(Limit(f"home{n} changes", f"home{n} changes", f"axis {n}: a level of ~HOME that is seen", "encoder position feedback", least=480 * NS, keeper="host") for n in range(1, 5)),
 )
 # fmt: on
+# fmt: off
+OPTIONS = (
+    Option("stepwise", "bool", False, "work every cycle instead of those in which something is decided; slow, and the same to the last edge"),
+    Option("cold", "bool", False, "begin without supply; `power(True)` brings the chipset up"),
+    Option("busy_ticks", "int", SLICE_TICKS, "how long HostRdy is low after a command or a word; a slice by default", low=1, unit="clocks"),
+    Option("reset_cycles", "int", RESET_CYCLES, "how long it is low after reset", low=1, unit="cycles"),
+)
+# fmt: on
 POWER_UP_RESET_PS = 250_000_000_000  # 0.25 s of stable power before the end of reset, whatever the clock
 NOTES = MappingProxyType(
     {
@@ -381,6 +390,7 @@ def _sheet(axes: int, encoder: bool) -> Sheet:
         wires=_wired(pins),
         commands=rows,
         registers=REGISTERS,
+        options=OPTIONS,
         times=TIMES,
         limits=_limits(pins),
         suffix=f".{part}",

@@ -128,6 +128,7 @@ class Course:
 
     def rest(self, complete: bool) -> None:
         """The motion is over."""
+        self.axis.log.end()
         state = self.state
         self.displacement = state.velocity = state.phase = 0
         state.in_motion = self.landing = self.stopping = False
@@ -141,6 +142,7 @@ class Course:
         if self.was_off or not state.motor_on:
             if state.in_motion:
                 departs(self.chip, state, "event", "motor off")
+            self.axis.log.end("cut")
             self.rest(complete=False)
             self.suspended = True
         self.was_off = False
@@ -155,12 +157,14 @@ class Course:
         state = self.state
         if state.in_motion:
             departs(self.chip, state, "command", PROFILE_COMMANDS[state.mode])
+        if state.mode != VELOCITY or self.mode == GEAR:
+            self.axis.log.stop()
         if self.mode == GEAR or state.mode == GEAR:
             self.rest(complete=False)
             self.counts_used, self.owed = self.count, 0
             self.suspended = state.held or self.switches.flagged
             if state.mode == GEAR:
-                begins(self.chip, state, PROFILE_COMMANDS[GEAR], 0, self.pulse_range())
+                self.gear_begins(PROFILE_COMMANDS[GEAR])
         elif state.in_motion and state.mode != VELOCITY:
             self.rest(complete=True)
             self.finding("mode-in-motion", "profile mode changed in motion: it stops at once")
@@ -180,11 +184,12 @@ class Course:
         if taken.stop:
             if state.in_motion or state.mode == GEAR:
                 departs(self.chip, state, "command", "STOP")
+                self.axis.log.stop()
             self.rest(complete=True)
             self.suspended = True
         elif state.mode == GEAR:
-            begins(self.chip, state, taken.cause, 0, self.pulse_range())
             self.engage()
+            self.gear_begins(taken.cause)
         elif taken.smooth_stop:
             self.stop_smoothly()
         elif state.in_motion:
@@ -218,6 +223,12 @@ class Course:
             if name not in fixed:
                 setattr(active, name, getattr(new, name))
 
+    def gear_begins(self, cause: str) -> None:
+        """The gear is told to follow; where it may not, that is over at once."""
+        begins(self.chip, self.state, cause, 0, self.pulse_range())
+        if self.suspended:
+            self.axis.log.end("limit" if self.switches.flagged else "cut")
+
     def engage(self) -> None:
         """The gear follows (again), from the counts of now on."""
         if self.suspended and not self.state.held and not self.switches.flagged:
@@ -230,6 +241,7 @@ class Course:
             self.rest(complete=True)
             return
         departs(self.chip, self.state, "command", "SMOOTH_STOP")
+        self.axis.log.stop()
         if self.mode == S_CURVE and self.curve is not None:
             self.curve.smooth_stop()
         else:
@@ -284,6 +296,7 @@ class Course:
         for way in self.switches.tripped():
             self.event(LIMITS[way])
             departs(self.chip, self.state, "limit", "PosLimit" if way > 0 else "NegLimit")
+            self.axis.log.end("limit")
             self.rest(complete=True)
             self.suspended = True
 

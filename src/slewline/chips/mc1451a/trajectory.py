@@ -75,6 +75,7 @@ class Trajectory(Horizon):
                 self.armed[limit] = False
                 state.events |= limit
                 departs(self.chip, state, "limit", LIMIT_NAMES[limit])
+                self.axis.log.end("limit")
                 self.halt(n)
                 self.suspended = True
 

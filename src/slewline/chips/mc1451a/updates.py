@@ -35,6 +35,7 @@ class Updates(Pulses):
             self.was_off = False
             if state.in_motion:
                 departs(self.chip, state, "event", "motor off")
+            self.axis.log.end("cut")
             if state.in_motion or self.law is not None:
                 self.halt(n, complete=False)
             self.suspended = True
@@ -49,6 +50,8 @@ class Updates(Pulses):
         state, before = self.state, self.mode
         if state.in_motion:
             departs(self.chip, state, "command", PROFILE_COMMANDS[mode])
+        if mode != VELOCITY or before == GEAR:
+            self.axis.log.stop()
         if mode in (TRAPEZOIDAL, S_CURVE) and before != GEAR and state.in_motion:
             self.chip.finding("mode-in-motion", f"axis {state.number}: profile mode changed in motion: stopped at once")
             self.halt(n)
@@ -58,7 +61,7 @@ class Updates(Pulses):
         if mode == GEAR:
             self.followed, self.backlog = self.counts, 0
             self.suspended = state.held or self.flagged
-            begins(self.chip, state, PROFILE_COMMANDS[mode], 0, self.range)
+            self.begin_gear(PROFILE_COMMANDS[mode])
         elif mode == VELOCITY and state.in_motion and self.aim != "stop":
             self.aim, self.fresh = "contour", True
 
@@ -72,11 +75,12 @@ class Updates(Pulses):
         if taken.stop:
             if state.in_motion or self.mode == GEAR:
                 departs(self.chip, state, "command", "STOP")
+                self.axis.log.stop()
             self.halt(n)
             self.suspended = True
         elif self.mode == GEAR:
-            begins(self.chip, state, taken.cause, 0, self.range)
             self.engage()
+            self.begin_gear(taken.cause)
         elif taken.smooth_stop:
             self.slow_down(n)
         elif not state.held:
@@ -107,6 +111,12 @@ class Updates(Pulses):
         else:
             state.active = replace(new, **kept)
 
+    def begin_gear(self, cause: str) -> None:
+        """The gear follows from now on, unless a limit switch or the motor forbids it."""
+        begins(self.chip, self.state, cause, 0, self.range)
+        if self.suspended:
+            self.axis.log.end("limit" if self.flagged else "cut")
+
     def engage(self) -> None:
         """The gear follows again, from the counts of now on."""
         if self.suspended and not self.state.held and not self.flagged:
@@ -119,6 +129,7 @@ class Updates(Pulses):
             self.complete()
             return
         departs(self.chip, self.state, "command", "SMOOTH_STOP")
+        self.axis.log.stop()
         if self.aim == "curve":
             done = self.done + (n - self.since if self.law is not None else 0)
             stopped = self.phases.stopped(done)
@@ -214,6 +225,7 @@ class Updates(Pulses):
 
     def rest(self) -> None:
         """Speed zero from now on."""
+        self.axis.log.end()
         self.state.velocity = self.state.phase = 0
         self.state.in_motion = False
         self.aim = ""

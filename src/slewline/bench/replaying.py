@@ -1,0 +1,174 @@
+"""Playing a journal again: its entries are read, checked against the laws of today, and done at their instants.
+
+`journal.py` says what stands in it.
+"""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Callable, Iterable
+from os import PathLike
+from typing import Any
+
+from ..chips import PARTS, sheet_of
+from ..core.store import Memory
+from ..core.timebase import Time, moment
+from ..errors import BenchFileError, OtherLaws, TornJournal
+from ..version import __version__
+from .bench import Bench
+from .journal import VERSION
+from .script import run_script
+from .text import read_file
+
+
+def entries(path: str | PathLike[str]) -> list[dict[str, Any]]:
+    """Return the entries of a journal file; a last line that was cut off is left out, with the warning TornJournal.
+
+    Raises:
+        BenchFileError: not readable, or not a journal.
+    """
+    try:
+        lines = read_file(path, None).decode("ascii").split("\n")
+    except (BenchFileError, UnicodeDecodeError) as error:
+        raise BenchFileError(f"journal {error if isinstance(error, BenchFileError) else f'{path}: no text'}") from None
+    found = []
+    for number, line in enumerate(lines, 1):
+        if not line:
+            continue
+        try:
+            entry = json.loads(line)
+            entry["do"], entry["t"]
+        except (ValueError, KeyError, TypeError):
+            if number == len(lines):
+                torn = f"journal {path}, line {number}: cut off; the replay ends before it"
+                warnings.warn(torn, TornJournal, stacklevel=3)
+                break
+            raise BenchFileError(f"journal {path}, line {number}: not a journal entry: {line[:60]}") from None
+        found.append(entry)
+    if not found or found[0]["do"] != "journal" or found[0].get("version") != VERSION:
+        raise BenchFileError(f"journal {path}: does not begin as a journal of version {VERSION}")
+    return found
+
+
+def differing(found: Iterable[dict[str, Any]]) -> str:
+    """Which parts of a journal behaved by other laws than here; empty: none."""
+    added = {entry["part"]: entry.get("behaviour", 1) for entry in found if entry["do"] == "add"}
+    here = {part: sheet_of(part).behaviour for part in added if part in PARTS}
+    different = [part for part in here if here[part] != added[part]]
+    return ", ".join(f"{part} had behaviour {added[part]} and has {here[part]}" for part in different)
+
+
+def replay(
+    path: str | PathLike[str],
+    *,
+    until: Time | None = None,
+    shuffle: int | None = None,
+    prepare: Callable[[Bench], object] | None = None,
+    other_laws: bool = False,
+) -> Bench:
+    """Run a journal again; return the bench as the recorded run left it, or as it was at an instant.
+
+    Args:
+        until: the instant at which to stop: everything that the run did at it is done, and all inputs at it are put in,
+            those of its first round and those behind it.  To leave them out, stop a picosecond earlier.  Behind the end
+            of the journal time passes without inputs.  The bench runs on by hand from there.
+        prepare: called with the furnished bench, before time passes: to record pins, for example.
+        other_laws: replay it also if its parts have another behaviour now; the run may then be another one, which the
+            warning OtherLaws says.
+
+    Raises:
+        BenchFileError: not a journal, or one whose parts behaved by other laws.
+        TimeError: `until` is no instant.
+    """
+    found = entries(path)
+    stop = found[-1]["t"] if until is None else moment(until)
+    _check_laws(path, found, other_laws)
+    bench = Bench(seed=found[0]["seed"], shuffle=shuffle)
+    for number, entry in enumerate(found[1:], 2):
+        try:
+            if entry["t"] > stop:
+                break
+            if prepare is not None and (entry["do"] == "run" or entry["t"] > 0):
+                prepare(bench)
+                prepare = None
+            if entry.get("round") == 1:
+                bench.at(f"{entry['t']} ps", lambda entry=entry: apply(bench, entry))  # type: ignore[misc]
+            else:
+                if entry["t"] > bench.now_ps:
+                    bench.run_to(f"{entry['t']} ps")
+                apply(bench, entry)
+        except (KeyError, TypeError, ValueError) as error:
+            raise BenchFileError(f"journal {path}, line {number}: {error}") from error
+    if prepare is not None:
+        prepare(bench)
+    bench.run_to(f"{stop} ps")  # an input that stands last takes effect
+    bench.catch_up()
+    return bench
+
+
+def _check_laws(path: str | PathLike[str], found: list[dict[str, Any]], allowed: bool) -> None:
+    """Refuse a journal that was made by other laws, or warn of it."""
+    different = differing(found)
+    if not different:
+        return
+    maker = found[0].get("slewline", "up to 0.1.0")
+    made = f"journal {path}: made by slewline {maker}, this is {__version__}: {different}"
+    if not allowed:
+        raise BenchFileError(
+            f"{made}; the run would be another one: replay it with that version, "
+            "or all the same (other_laws=True, --other-laws)"
+        )
+    warnings.warn(f"{made}; the run may be another one", OtherLaws, stacklevel=3)
+
+
+def apply(bench: Bench, entry: dict[str, Any]) -> None:
+    """Do again what an entry says."""
+    do = entry["do"]
+    if do == "add":
+        options = entry["options"]
+        if options.get("store") is not None:
+            options["store"] = Memory(bytes(options["store"]))
+        bench.add(entry["part"], entry["name"], entry["crystal_hz"], entry["straps"], entry["bare"], **options)
+    elif do == "host":
+        chips = [bench.chips[name] for name in entry["chips"]]
+        line = bench[entry["line"]] if entry.get("line") else None
+        bench.host(*chips, name=entry["name"], delay=f"{entry['delay_ps']} ps", baud=entry.get("baud"), line=line)
+    elif do == "connect":
+        bench.connect(bench[entry["part"]], [bench.chips[name] for name in entry["chips"]])
+    elif do == "part":
+        bench.part(entry["kind"], entry["name"], entry.get("to"), entry.get("on"), **entry["options"])
+    elif do == "input":
+        getattr(bench[entry["part"]], entry["verb"])(*entry["args"])
+    elif do == "wire":
+        bench.wire(entry["a"], entry["b"], entry["invert"])
+    elif do == "drive":
+        terminal = bench.pin(entry["pin"])
+        terminal.release() if entry["level"] is None else terminal.drive(entry["level"])
+    elif do == "power":
+        bench.chips[entry["chip"]].power(entry["on"])
+    elif do == "run":
+        if entry["to"] >= bench.now_ps:
+            bench.run_to(f"{entry['to']} ps")
+    elif "host" in entry:
+        tell(bench, bench[entry["host"]], do, entry["args"])
+    else:
+        raise BenchFileError(f"unknown entry {do!r}")
+
+
+def tell(bench: Bench, host: Any, do: str, args: list[Any]) -> None:
+    """Tell a host again what it was told."""
+    if do == "send":
+        chip, data = args
+        host.to(chip).send(bytes.fromhex(data))
+    elif do in ("clear", "drop", "give_up"):
+        getattr(host, do)()
+    elif do == "call":
+        verb, chip, *more = args
+        with bench.outside.queued():  # the journal itself says how time passed
+            getattr(host.to(chip), verb)(*more)
+    elif do == "script":
+        chip, text, where = args
+        run_script(bench, host.to(chip), text, where)
+    else:
+        raise BenchFileError(f"unknown entry {do!r}")

@@ -1,0 +1,86 @@
+"""The standard wiring: which pins of a part meet which pins of a neighbour.
+
+A part names, for each of its pins, the role of the pin that it needs (Part.wiring); what has a pin in that role is a
+neighbour for it, chip or part.  A pin that drives meets one that does not; a pin that listens also shares the wire of
+another one that does.
+
+    translator      wiring         cy525          gs-c200        mc1451a, axis 2
+    pulse           step           pulse (fall)   clock (rise)   pulse2 (fall)
+    direction       direction      direction      dir            dir2
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ..core.chip import Chip
+from ..core.net import Bus
+from ..core.pin import Terminal
+from ..core.table import AXIS_ROLES, ROLES, Pin
+from ..errors import WiringError
+from ..parts.part import Part
+
+
+def joints(kind: str, part: Part, neighbour: Chip | Part) -> list[tuple[Terminal, Terminal]]:
+    """Return what the standard wiring joins: pins of the part, and the pins of the neighbour that they meet.
+
+    Raises:
+        WiringError: the neighbour lacks a pin that the part needs, or one does not fit; or the part has
+            no standard wiring.
+    """
+    if not part.wiring:
+        raise WiringError(
+            f"{part.name}: a part of kind {kind} has no standard wiring; connect {', '.join(part.pins)} with bench.wire"
+        )
+    axis = getattr(part, "axis", 1)
+    found = {name: met(part.pins[name], role, axis, neighbour) for name, role in part.wiring.items()}
+    for name, role in part.wiring.items():
+        if found[name] is None and (name not in part.optional or not any(found.values())):
+            raise WiringError(
+                f"{part.name}: a part of kind {kind} needs {_wanted(role, axis)}; {_called(neighbour)} has none"
+            )
+    pairs = [(part.pins[name], theirs) for name, theirs in found.items() if theirs is not None]
+    for own, theirs in pairs:
+        _check(part, own, theirs)
+    return pairs
+
+
+def met(own: Terminal, role: str, axis: int, neighbour: Chip | Part) -> Terminal | None:
+    """Return the pin in a role that a pin of a part meets; None: there is none."""
+    way = own.row.way
+    found = [pin for pin in neighbour.pins.values() if pin.row.plays(role, axis)]
+    found = [pin for pin in found if (way, pin.row.way) != ("out", "out")]
+    return min(found, key=lambda pin: pin.row.way == way, default=None)
+
+
+def as_needed(row: Pin) -> Pin:
+    """Return a pin as a part that is attached to it sees it: `active` is the level at which its role holds."""
+    return replace(row, active=row.sense)
+
+
+def in_role(owner: Chip | Part, role: str, axis: int = 1) -> Terminal:
+    """Return the pin that has a role.
+
+    Raises:
+        WiringError: there is none.
+    """
+    for pin in owner.pins.values():
+        if pin.row.plays(role, axis):
+            return pin
+    raise WiringError(f"{_called(owner)} has no pin that {ROLES[role]}")
+
+
+def _check(part: Part, own: Terminal, theirs: Terminal) -> None:
+    if isinstance(own.net, Bus) != isinstance(theirs.net, Bus):
+        raise WiringError(f"{own.name} and {theirs.name}: a bus of eight wires does not fit a single pin")
+    if why := part.objection(own.row.name, theirs.row):
+        raise WiringError(f"{own.name}: {theirs.name} {why}")
+
+
+def _wanted(role: str, axis: int) -> str:
+    """A pin that somebody needs, in words."""
+    return f"a pin that {ROLES[role]}{f' (axis {axis})' if role in AXIS_ROLES and axis != 1 else ''}"
+
+
+def _called(neighbour: Chip | Part) -> str:
+    return f"{neighbour.name}, a {neighbour.sheet.part.upper()}," if isinstance(neighbour, Chip) else neighbour.name

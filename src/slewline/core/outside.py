@@ -1,0 +1,81 @@
+"""The outside of a run: what is told to it from there, and how time passes for whoever stands there.
+
+    outside.tell("drive", pin="x.abort", level=0)     a pin, a chip or a part was told something
+    outside.wait(met, "an answer", "5 s")             a call of a host lets time pass until it is over
+    with outside.nested(): ...                        what follows from an input that was told: a line of a script
+    with outside.queued(): ...                        calls of hosts only queue; their caller lets time pass
+
+There is one of it on every kernel, so that a pin or a part finds it with or without a bench.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from .hook import Hook
+from .timebase import Time
+
+LetPass = Callable[[Callable[[], bool], str, Time], None]
+
+
+class Outside:
+    """Where a user, a server or a replay stands.
+
+    `on_input` hears every input from outside when it is made: what was done, and to what, as plain data that can be
+    written down and done again.  `let_pass` lets time pass until something is met, or raises Timeout; None: nobody can.
+    """
+
+    __slots__ = ("_inside", "_queueing", "let_pass", "on_input")
+
+    def __init__(self) -> None:
+        self.on_input: Hook[[str, dict[str, Any]]] = Hook()
+        self.let_pass: LetPass | None = None
+        self._inside = self._queueing = 0  # how deep in `nested` and in `queued`
+
+    def tell(self, do: str, **what: Any) -> None:
+        """Tell an input, unless it is nested in another one."""
+        if self.on_input.listeners and not self._inside:
+            self.on_input(do, what)
+
+    def wait(self, met: Callable[[], bool], what: str, timeout: Time) -> bool:
+        """Let time pass until something is met; false, at once, where calls only queue.
+
+        Raises:
+            Timeout: it does not come about in time.
+        """
+        if self.let_pass is None or self._queueing:
+            return False
+        self.let_pass(met, what, timeout)
+        return True
+
+    @contextmanager
+    def nested(self) -> Iterator[None]:
+        """Tell nothing of what is done in here: it is part of an input that was told already.  Calls only queue."""
+        self._inside += 1
+        try:
+            with self.queued():
+                yield
+        finally:
+            self._inside -= 1
+
+    @contextmanager
+    def queued(self) -> Iterator[None]:
+        """Let calls of hosts only queue: no time passes in here."""
+        self._queueing += 1
+        try:
+            yield
+        finally:
+            self._queueing -= 1
+
+    def later(self, function: Callable[[], object]) -> Callable[[], object]:
+        """Return a function for another instant that is nested if this moment is: the second half of a pulse."""
+        if not self._inside:
+            return function
+
+        def nested() -> None:
+            with self.nested():
+                function()
+
+        return nested

@@ -1,0 +1,134 @@
+"""Clock edges against the list of edges that the promise itself gives: by arithmetic, and walked along."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from random import Random
+
+import pytest
+from promises import Early
+
+from slewline.core import clocking
+from slewline.core.clocking import Bounded, Even, Still, TrainEdges, Walked, clock_edges
+from slewline.core.cycles import CycleTrain, Linear, SquareView
+from slewline.core.timebase import Clock
+from slewline.core.train import OPEN, Playing, PulseView, StepTrain, StrobeView
+from slewline.core.views import Repeated
+from slewline.core.wave import Wave
+
+END = 1 << 50
+
+
+def step_view(random: Random):
+    runs = [(random.randrange(5, 30), random.choice([0, 1, 2, 3, 9])) for _ in range(random.randrange(0, 20))]
+    train = StepTrain(Clock(random.choice([11_000_000, 3_579_545])), random.choice([0, 7, 10**6]), runs)
+    view = random.choice([PulseView, StrobeView])
+    return view(Playing(train), 3)
+
+
+def square_view(random: Random):
+    speed, lead = random.randrange(1, 5000), random.randrange(-40_000, 40_000)
+    train = CycleTrain(Clock(25_000_000), random.randrange(10**6), Linear(speed, random.randrange(9)), 300, lead)
+    return SquareView(Playing(train), random.random() < 0.5)
+
+
+def wave(random: Random):
+    times = tuple(sorted(random.sample(range(1, 10**9), 9)))
+    return Wave(1, times, tuple(random.choice([0, 1, None]) for _ in times))
+
+
+def edges_to(promise, level: int, since: int, stop: int) -> list[int]:
+    """The real edges to a level, from the promise's own list."""
+    times, levels = promise.edges(since, stop)
+    before, found = promise.level(since), []
+    for time, now in zip(list(times), list(levels), strict=True):
+        if now == level and now != before:
+            found.append(int(time))
+        before = now
+    return found
+
+
+def bounded(promise, random: Random, last: int) -> None:
+    if random.random() < 0.5:
+        until = random.randrange(1, last + 2)
+        if isinstance(promise, Wave):
+            promise.until = until
+        else:
+            promise.of.until = until
+
+
+@pytest.mark.parametrize("kind", [step_view, square_view, wave])
+@pytest.mark.parametrize("how", ["itself", "walked", "walked early"])
+def test_edges_are_counted_found_and_listed_as_the_promise_shows_them(kind, how, monkeypatch):
+    monkeypatch.setattr(clocking, "BLOCK", 8)
+    monkeypatch.setattr(clocking, "FIRST_PS", 2_000_000)
+    for seed in range(60):
+        random = Random(seed)
+        promise, level = kind(random), random.randrange(2)
+        last = max([int(ps) for ps in promise.edges(0, END)[0]], default=0)
+        bounded(promise, random, last)
+        since = random.choice([0, random.randrange(last + 1)])
+        edges = edges_to(promise, level, since, END)
+        shown = Early(promise, 1_500_000) if how == "walked early" else promise
+        clock = clock_edges(shown, level, since) if how == "itself" else Walked(shown, level, since)
+        asked = [random.randrange(since, last + 10**6) for _ in range(20)] + [e + d for e in edges for d in (-1, 0)]
+        if random.random() < 0.5:
+            asked.sort()
+        for ps in asked:
+            k = clock.by(ps)
+            assert k == bisect_right(edges, ps)
+            time = clock.at(k + 1)
+            if time is not None and clock.by(time) <= k:
+                assert how != "itself" and ps < time < (edges[k] if k < len(edges) else END)
+            else:
+                assert time == (edges[k] if k < len(edges) else None)
+            if k:
+                a = random.randrange(1, k + 1)
+                assert clock.many(a, k).tolist() == edges[a - 1 : k]
+
+
+def test_an_endless_train_is_walked_with_a_bounded_memory(monkeypatch):
+    monkeypatch.setattr(clocking, "BLOCK", 64)
+    promise = StrobeView(Playing(StepTrain(Clock(1_000_000), 0, [(10, OPEN)])), 3)
+    clock = Walked(promise, 0, 0)
+    step = 10_000_000
+    assert clock.by(100_000 * step) == 100_000
+    assert len(clock._starts) < 100_000 / 32 and len(clock._held[-1]) < 1000
+    assert clock.many(500, 503).tolist() == [n * step for n in range(500, 504)]
+    assert clock.at(70_001) == 70_001 * step and clock.by(70_001 * step - 1) == 70_000
+
+
+def test_a_question_about_the_future_looks_ahead_so_far_and_no_further():
+    class Ticks(Wave):
+        asked = 0
+
+        def after(self, ps):
+            self.asked += 1
+            return ps + 5
+
+    promise = Ticks(1, (), ())
+    clock = Walked(promise, 0, 0)
+    assert clock.at(1) == 5 * clocking.LOOKS and clock.by(5 * clocking.LOOKS) == 0
+    assert promise.asked <= 2 * clocking.LOOKS
+
+
+def test_trains_answer_by_arithmetic_and_levels_stay():
+    assert isinstance(clock_edges(step_view(Random(1)), 1, 0), TrainEdges)
+    assert isinstance(clock_edges(square_view(Random(1)), 1, 0), TrainEdges)
+    for level in (0, 1, None):
+        still = clock_edges(level, 0, 0)
+        assert isinstance(still, Still) and still.by(END) == 0 and still.at(1) is None and not len(still.many(1, 0))
+
+
+def test_an_even_clock_begins_a_period_after_its_instant():
+    even = Even(500, 1000)
+    assert [even.by(500), even.by(500 + 10**9 - 1), even.by(500 + 10**9), even.at(2)] == [0, 0, 1, 500 + 2 * 10**9]
+    assert even.many(1, 2).tolist() == [500 + 10**9, 500 + 2 * 10**9]
+
+
+def test_a_bound_that_moves_ends_a_clock():
+    frozen = Repeated(Wave(1, (), ()))
+    clock = Bounded(Even(0, 1000), frozen)
+    assert clock.by(10**10) == 10 and clock.at(3) == 3 * 10**9
+    frozen.until = 3 * 10**9
+    assert clock.by(10**10) == 2 and clock.at(3) is None and clock.at(2) == 2 * 10**9
