@@ -89,12 +89,11 @@ class Wave:
         return [time for time, _ in pairs], [level for _, level in pairs]
 
 
-# --------------------------------------------------------------------------------------------------------------- edges
 def real_edges(times: Any, levels: Any, before: Level) -> tuple[Any, Any]:
-    """Return edges that are: of one instant the last, and each another level than the one before.
+    """Return the edges that change the level; of several at one instant the last.
 
     Args:
-        times, levels: two lists, or two arrays, ascending; -1 in an array is a wire that floats.
+        times, levels: two lists, ascending; or two arrays, no two instants equal, FLOATING for None.
         before: the level before the first.
     """
     if not isinstance(times, list):
@@ -115,7 +114,7 @@ def real_edges(times: Any, levels: Any, before: Level) -> tuple[Any, Any]:
 
 
 def joined(parts: Sequence[tuple[Any, Any]]) -> tuple[Any, Any]:
-    """Return edges in parts, lists or arrays, as one: lists where all are lists, else arrays, -1 for None."""
+    """Return edges in parts, lists or arrays, as one: lists where all are lists, else arrays, FLOATING for None."""
     if all(isinstance(times, list) for times, _ in parts):
         return [time for times, _ in parts for time in times], [level for _, levels in parts for level in levels]
     import numpy as np
