@@ -137,7 +137,7 @@ class Motions:
 
     # ------------------------------------------------------------------------------------------------ what a chip says
     def begin(self, text: str, parameters: Callable[[], Parameters], direction: int = 0) -> None:
-        """A motion begins now; `parameters` says later with which ones.  One that is under way ends with it."""
+        """Begin a motion now; `parameters` says later with which ones.  End one that is under way."""
         self.end("changed")
         self.depart()
         position, travel = self._stands()
@@ -151,12 +151,12 @@ class Motions:
         return bool(self._started) and self._started[-1].end is None
 
     def stop(self) -> None:
-        """The motion under way is told to end early; it ends when it is at rest."""
+        """Note that the motion under way is told to end early; it ends when it is at rest."""
         if self._started:
             self._started[-1].told_to_stop = True
 
     def end(self, why: Why | None = None) -> None:
-        """The motion under way, if there is one, ends now; without a reason it was told to stop, or is done."""
+        """End the motion under way, if there is one; without a reason it was told to stop, or is done."""
         if not self.under_way:
             return
         started = self._started[-1]
@@ -170,22 +170,22 @@ class Motions:
             self.on_end(started.end)
 
     def expect(self, ideal: Callable[[], Ideal | None]) -> None:
-        """The motion that has begun last follows an ideal, which is worked out later."""
+        """Let the motion that has begun last follow an ideal, which is worked out later."""
         if self._started:
             self._started[-1].ideal = ideal
 
     def depart(self) -> None:
-        """From now on the last motion does not follow its ideal any more."""
+        """Note that from now on the last motion does not follow its ideal any more."""
         if self._started and self._started[-1].departed is None:
             self._started[-1].departed = self.kernel.now
 
     def change(self, rates: Callable[[], Mapping[str, float]]) -> None:
-        """From now on the last motion has other rates; `rates` says later which ones."""
+        """Note that the last motion has other rates from now on, steps/s; `rates` says later which ones."""
         if self._started:
             self._started[-1].changes.append((self.kernel.now, rates))
 
     def mark(self, kind: str, text: str) -> None:
-        """Something happens now."""
+        """Note that something happens now; `kind` as in `Mark`."""
         self._marks.append(Mark(self.kernel.now, kind, text))
 
     # ---------------------------------------------------------------------------------------------------- what is asked

@@ -58,7 +58,7 @@ class Shaft:
 
     # ------------------------------------------------------------------------------------------- what turns the shaft
     def cut(self, ps: int) -> None:
-        """The course holds up to an instant only."""
+        """End the present course at an instant (ps); until `turn` the rest of it goes on from there."""
         course = self.course
         if ps > course.since:
             self.look(ps)

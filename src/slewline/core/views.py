@@ -52,13 +52,15 @@ class View:
         """The same of `edges`, start < stop."""
         raise NotImplementedError
 
+    def holds(self) -> int | None:
+        """The instant before which the inputs hold; None: for good."""
+        return min((bound for of in self.inputs() if (bound := of.until) is not None), default=None)
+
     # ------------------------------------------------------------------------------------------------- the promise
     @property
     def until(self) -> int | None:
         """The instant before which the promise holds; None: for good."""
-        bounds = [bound for of in self.inputs() if (bound := of.until) is not None]
-        if self._bound is not None:
-            bounds.append(self._bound)
+        bounds = [ps for ps in (self.holds(), self._bound) if ps is not None]
         return min(bounds, default=None)
 
     @until.setter
@@ -301,19 +303,9 @@ class Delayed(View):
         """Does it let go of the wire at times?"""
         return any(floats(what) for _, what in self.pieces)
 
-    def inputs(self) -> Iterable[Promise]:
-        return ()  # `until`, below
-
-    @property
-    def until(self) -> int | None:
-        """The instant before which the promise holds; None: for good."""
+    def holds(self) -> int | None:
         last = self.pieces[-1][1]
-        bound = last.until + self.lag_ps if promised(last) and last.until is not None else None
-        return min((ps for ps in (bound, self._bound) if ps is not None), default=None)
-
-    @until.setter
-    def until(self, ps: int | None) -> None:
-        self._bound = ps
+        return last.until + self.lag_ps if promised(last) and last.until is not None else None
 
     def _piece(self, ps: int) -> int:
         return max(bisect_right(self.pieces, ps, key=lambda piece: piece[0]) - 1, 0)
