@@ -399,3 +399,13 @@ def test_an_input_that_a_listener_refuses_is_not_in_the_journal(tmp_path):
         x.pin("abort").drive(0)
     bench.run("1 ms")
     assert x.pin("abort").level == slewline.replay(tmp_path / "j")["x"].pin("abort").level == 1
+
+
+@pytest.mark.parametrize("shuffle", [None, 1, 2, 3])
+def test_what_was_sent_in_one_round_is_sent_in_its_order_again(tmp_path, shuffle):
+    bench = slewline.Bench(journal=tmp_path / "j")
+    x = bench.add("cy525", name="x")
+    host = bench.host(x, name="host")
+    bench.at("1 ms", lambda: [host.send(f"{command}\r") for command in ("A 5", "A 6", "A 7", "A 8")])
+    bench.run("20 ms")
+    assert slewline.replay(tmp_path / "j", shuffle=shuffle)["x"].position == x.position == 8
