@@ -120,8 +120,8 @@ class Motor(Translator):
     options = (
         *Translator.options,
         Option("lag", "time", 0, "how long a step takes"),
-        Option("pull_in", "float", 0, "greatest rate from rest; 0: any rate at any time", unit="steps/s"),
-        Option("acceleration", "float", 0, "how fast it may become faster", unit="steps/s2"),
+        Option("pull_in", "float", 0, "greatest rate from rest; 0: any rate at any time", low=0, unit="steps/s"),
+        Option("acceleration", "float", 0, "how fast it may become faster", low=0, unit="steps/s2"),
         Option("loses", "ints", (), "numbers of pulses that it misses besides", low=1),
     )
     edge = 1
