@@ -57,7 +57,7 @@ class Furnished(Drawing):
         self.outside.let_pass = self._wait_for
         self.journal = Journal(journal, self.kernel, seed) if journal is not None else None
         if self.journal is not None:
-            self.outside.on_input.add(self.journal.write)
+            self.outside.write = self.journal.write
         self._fresh: list[Chip | Part] = []  # what has been put on the bench since time passed last
         self.on_finding: Hook[[Finding]] = Hook()  # of any chip or part
         self.on_input, self.on_commit = self.outside.on_input, self.kernel.on_commit
@@ -98,7 +98,7 @@ class Furnished(Drawing):
             options.setdefault("store", self.stores(name))
         with self.outside.nested():  # it may switch its supply on
             chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
-        if self.outside.on_input:
+        if self.outside.on_input or self.outside.write:
             kept = {"store": list(options["store"].read())} if options.get("store") is not None else {}
             self.outside.tell(
                 "add",
