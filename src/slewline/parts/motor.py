@@ -19,7 +19,7 @@ from ..errors import UsageError
 from .clocked import Clocked
 from .follower import Follower
 from .part import AXIS
-from .steps_made import Limits, Made, Pulsed
+from .steps_made import Limits, Pulsed, StepsMade
 
 if TYPE_CHECKING:
     from ..core.quantity import Quantity
@@ -147,7 +147,7 @@ class Motor(Translator):
         for pin in "xy":
             self.add_pin(pin, "out", "detector signal", initial=0)
         self._pulsed = Pulsed()
-        self._made: Made | None = None  # what comes of the clock
+        self._made: StepsMade | None = None  # what comes of the clock
         self._under_way = 0  # the sign of the step that is under way; 0: none is
         self.shaft.on_cut.add(lambda ps: self.freeze(ps + 1))
         self.shaft.on_turn.add(self._show)
@@ -195,7 +195,7 @@ class Motor(Translator):
     def follow(self, clock: ClockEdges) -> None:
         now = self.kernel.now
         self._arrive()
-        self._made = Made(clock, self.limits, self._pulsed, self.sign)
+        self._made = StepsMade(clock, self.limits, self._pulsed, self.sign)
         if self._under_way:
             self.shaft.turn(Once(self._pulsed.arrives_ps), self._under_way, now)
             self.kernel.call_at(self._pulsed.arrives_ps, self.look)
