@@ -139,10 +139,9 @@ class Motor(Translator):
         loses: Iterable[int] = (),
     ) -> None:
         super().__init__(kernel, name, axis=axis, edge=edge)
-        if pull_in < 0 or not 0 <= acceleration <= pull_in**2 / 2:
-            raise UsageError(
-                f"{name}: pull_in {pull_in}, acceleration {acceleration}; allowed 0 and more, 0 to {pull_in**2 / 2:g}"
-            )
+        if acceleration > pull_in**2 / 2:
+            most = f"up to {pull_in**2 / 2:g} with pull_in {pull_in}" if pull_in else "0 without pull_in"
+            raise UsageError(f"{name}: acceleration {acceleration}; allowed {most}")
         self.limits = Limits(picoseconds(lag), pull_in, acceleration, frozenset(loses))
         for pin in "xy":
             self.add_pin(pin, "out", "detector signal", initial=0)
