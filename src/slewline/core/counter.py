@@ -11,7 +11,7 @@ makes an event of a step.
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
+from bisect import bisect_right
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
@@ -389,13 +389,3 @@ def _joined(few: list[int], more: Any) -> Any:
     import numpy as np
 
     return np.concatenate((np.array(few, np.int64), more))
-
-
-def bounds_of(at: Fraction, width: Fraction, hysteresis: Fraction) -> tuple[Scale, tuple[bool | None, ...]]:
-    """The scale of a switch that closes from `at` on and is `width` wide, and what its counts say."""
-    edges = sorted({at - hysteresis, at, at + width, at + width + hysteresis})
-    scale = Scale(bounds=tuple(edges))
-    if not hysteresis:
-        return scale, (False, True, False)
-    assert bisect_left(edges, at) == 1
-    return scale, (False, None, True, None, False)
