@@ -3,7 +3,7 @@
     count    ... -1  0  1  2  3  4  5 ...        forward to the right: A is ahead of B
     a             0  0  1  1  0  0  1
     b             1  0  0  1  1  0  0
-    index         1  0  1  1  1  1  1            low once a turn, where A and B are low: at count 0, `counts` ...
+    index         1  0  1  1  1  1  1            low once a turn: at count 0, `counts` ...
 
 All three are promises on top of what turns the shaft (core/counter.py), so while PULSE follows a train, no step is an
 event.
