@@ -188,9 +188,15 @@ class Net:
 
     def resolve(self, ps: int) -> Level:
         """Level at an instant, from all drivers, the tie and the pull."""
-        level, clash = self.wired(
-            [driver.level if driver.promise is None else driver.promise.level(ps) for driver in self.active]
-        )
+        level: Level = None
+        clash = False
+        for driver in self.active:
+            own = driver.level if driver.promise is None else driver.promise.level(ps)
+            if level is None:
+                level = own
+            elif own is not None:
+                level, differ = self.wired((level, own))
+                clash |= differ
         if clash is not self.clash:
             self._report(clash)
         if level is None:
