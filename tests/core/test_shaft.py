@@ -13,8 +13,9 @@ from slewline.core.course import Made
 from slewline.core.kernel import Kernel
 from slewline.core.reading import Reading
 from slewline.core.shaft import Shaft
+from slewline.core.step_views import PulseView
 from slewline.core.timebase import Clock, picoseconds
-from slewline.core.train import OPEN, Playing, PulseView, StepTrain
+from slewline.core.train import OPEN, Playing, StepTrain
 from slewline.parts.carriage import Carriage, Gear
 from slewline.parts.sensors import Switch
 
@@ -197,6 +198,49 @@ def test_what_slips_in_front_of_a_stop_is_not_lost_there():
     carriage.shaft.free()
     kernel.run(32 * US)
     assert (shaft.place, carriage.lost) == (9, 7)
+
+
+def test_a_hand_turns_a_shaft_no_further_than_to_a_stop():
+    kernel = Kernel()
+    shaft = Shaft(kernel)
+    carriage = Carriage(kernel, "carriage", on=shaft, low=-5, high=4.5, backlash=2)
+    shaft.push(Fraction(20))
+    assert (shaft.place, carriage.place) == (Fraction(9, 2), 4.5)
+    shaft.push(Fraction(-1))
+    assert (shaft.place, carriage.place) == (Fraction(7, 2), 4.5)
+    carriage.shaft.push(Fraction(-20))
+    assert (shaft.place, carriage.place) == (-7, -5)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_what_is_put_on_a_shaft_that_turns_begins_where_it_is_said_to(sign):
+    kernel = Kernel()
+    shaft = Shaft(kernel)
+    shaft.turn(Even(0, 1_000_000), sign, 0)
+    kernel.run(50 * US)
+    carriage = Carriage(kernel, "carriage", on=shaft, backlash=7, start=3, low=-60, high=40)
+    assert (carriage.place, shaft.place) == (3, 50 * sign)
+    kernel.run(60 * US)
+    assert carriage.place == (13 if sign > 0 else 0)
+    kernel.run(200 * US)
+    assert carriage.place == (40 if sign > 0 else -60)
+    assert carriage.lost == (150 - 37 if sign > 0 else 150 - 7 - 63)
+
+
+def test_only_the_load_that_is_at_its_stop_tells_of_lost_steps():
+    kernel = Kernel()
+    shaft = Shaft(kernel)
+    near = Carriage(kernel, "near", on=Gear(kernel, "gear", on=shaft, wheel=3).shaft, low=-20, high=5, backlash=2.5)
+    far = Carriage(kernel, "far", on=shaft, low=-30, high=500)
+    free = Carriage(kernel, "free", on=near.shaft, start=7)
+    for since, sign in ((0, 1), (20 * US, -1)):
+        shaft.cut(since)
+        shaft.turn(Even(since, 1_000_000), sign, since)
+        kernel.run((20 if sign > 0 else 80) * US)
+        assert (near.lost, far.lost, free.lost) == ((5, 0, 0) if sign > 0 else (5, 15, 0))
+    assert [(carriage.name, len(carriage.findings)) for carriage in (near, far, free)] == [
+        ("near", 1), ("far", 1), ("free", 0)
+    ]  # fmt: skip
 
 
 def test_what_a_shaft_forgets_is_gone_and_the_rest_is_as_it_was():

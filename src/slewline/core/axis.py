@@ -85,7 +85,7 @@ class Axis:
         self.offsets = [(0, self.offset)]
         self.on_change: Hook[[]] = Hook()  # another train is followed, or the register was loaded
         self.on_forget: Hook[[int]] = Hook()  # the past before an instant is dropped
-        self.log = Motions(self)  # what a chip tells of its motions
+        self.log = Motions(kernel, self.stands, self.halt)  # what a chip tells of its motions
 
     @property
     def travel(self) -> int:
@@ -123,7 +123,7 @@ class Axis:
     def follow(
         self, playing: Playing | None, sign: int, counted: bool = True, plan: Plan | None = None, step: int = 0
     ) -> None:
-        """From this instant on, the axis follows a train; what was played before stays as it is.
+        """Follow a train from this instant on; what was played before stays as it is.
 
         Args:
             counted: false: the position register does not count these steps.
@@ -142,7 +142,7 @@ class Axis:
         return position, stretch.travel + stretch.sign * begun
 
     def halt(self) -> None:
-        """The step in progress, if there is one, is cut off: from now on the motor stands."""
+        """Cut off the step in progress, if there is one: from now on the motor stands."""
         if self.past[-1].halted is None:
             self.past[-1].halted = self.kernel.now
 

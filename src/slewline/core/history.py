@@ -156,7 +156,7 @@ class History:
         return self._held[-1]
 
     def note(self, ps: int, value: float) -> None:
-        """The value from an instant on, which is not before the one noted last; the last one of an instant counts."""
+        """Note the value from an instant on (ps), not before the one noted last; the last one of an instant counts."""
         times, held = self._times, self._held
         if times[-1] == ps:
             held[-1] = value

@@ -20,9 +20,9 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from .hook import Hook
+from .kernel import Kernel
 
 if TYPE_CHECKING:
-    from .axis import Axis
     from .ideal import Ideal
 
 Why = Literal["done", "stopped", "limit", "changed", "cut"]
@@ -120,12 +120,16 @@ class Motions:
     """The motions and marks of one axis, in the order of time.
 
     `on_begin` and `on_end` are called with the MotionStart and the MotionEnd of every motion as it begins and ends.
+
+    Args:
+        stands: says where the axis is now: the position register, and the travel, in steps.
+        halt: cuts off the step in progress.
     """
 
-    __slots__ = ("_marks", "_started", "axis", "kernel", "on_begin", "on_end")
+    __slots__ = ("_halt", "_marks", "_stands", "_started", "kernel", "on_begin", "on_end")
 
-    def __init__(self, axis: Axis) -> None:
-        self.axis, self.kernel = axis, axis.kernel
+    def __init__(self, kernel: Kernel, stands: Callable[[], tuple[int, int]], halt: Callable[[], None]) -> None:
+        self.kernel, self._stands, self._halt = kernel, stands, halt
         self.on_begin: Hook[[MotionStart]] = Hook()
         self.on_end: Hook[[MotionEnd]] = Hook()
         self._started: list[_Started] = []
@@ -133,10 +137,10 @@ class Motions:
 
     # ------------------------------------------------------------------------------------------------ what a chip says
     def begin(self, text: str, parameters: Callable[[], Parameters], direction: int = 0) -> None:
-        """A motion begins now; `parameters` says later with which ones.  One that is under way ends with it."""
+        """Begin a motion now; `parameters` says later with which ones.  End one that is under way."""
         self.end("changed")
         self.depart()
-        position, travel = self.axis.stands()
+        position, travel = self._stands()
         self._started.append(_Started(self.kernel.now, text, parameters, position, travel, direction))
         if self.on_begin:
             self.on_begin(self._told(self._started[-1]))
@@ -147,41 +151,41 @@ class Motions:
         return bool(self._started) and self._started[-1].end is None
 
     def stop(self) -> None:
-        """The motion under way is told to end early; it ends when it is at rest."""
+        """Note that the motion under way is told to end early; it ends when it is at rest."""
         if self._started:
             self._started[-1].told_to_stop = True
 
     def end(self, why: Why | None = None) -> None:
-        """The motion under way, if there is one, ends now; without a reason it was told to stop, or is done."""
+        """End the motion under way, if there is one; without a reason it was told to stop, or is done."""
         if not self.under_way:
             return
         started = self._started[-1]
-        position, travel = self.axis.stands()
+        position, travel = self._stands()
         reason: Why = why or ("stopped" if started.told_to_stop else "done")
         started.end = MotionEnd(self.kernel.now, position, travel - started.travel, reason)
         if reason == "cut":
             self.depart()
-            self.axis.halt()
+            self._halt()
         if self.on_end:
             self.on_end(started.end)
 
     def expect(self, ideal: Callable[[], Ideal | None]) -> None:
-        """The motion that has begun last follows an ideal, which is worked out later."""
+        """Let the motion that has begun last follow an ideal, which is worked out later."""
         if self._started:
             self._started[-1].ideal = ideal
 
     def depart(self) -> None:
-        """From now on the last motion does not follow its ideal any more."""
+        """Note that from now on the last motion does not follow its ideal any more."""
         if self._started and self._started[-1].departed is None:
             self._started[-1].departed = self.kernel.now
 
     def change(self, rates: Callable[[], Mapping[str, float]]) -> None:
-        """From now on the last motion has other rates; `rates` says later which ones."""
+        """Note that the last motion has other rates from now on, steps/s; `rates` says later which ones."""
         if self._started:
             self._started[-1].changes.append((self.kernel.now, rates))
 
     def mark(self, kind: str, text: str) -> None:
-        """Something happens now."""
+        """Note that something happens now; `kind` as in `Mark`."""
         self._marks.append(Mark(self.kernel.now, kind, text))
 
     # ---------------------------------------------------------------------------------------------------- what is asked

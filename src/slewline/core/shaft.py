@@ -60,7 +60,7 @@ class Shaft:
 
     # ------------------------------------------------------------------------------------------- what turns the shaft
     def cut(self, ps: int) -> None:
-        """The course holds up to an instant only."""
+        """End the present course at an instant (ps); until `turn` the rest of it goes on from there."""
         course = self.course
         if ps > course.since:
             self.look(ps)
@@ -95,7 +95,13 @@ class Shaft:
         self._slacken(self.course.slack + int(steps * self.course.unit))
 
     def push(self, steps: Fraction) -> None:
-        """Turn it at once, so many steps; less than 0: back."""
+        """Turn it at once, so many steps, less than 0: back; no further than to a stop."""
+        here = self.place
+        low, high = self._bounds
+        if steps > 0 and high is not None:
+            steps = min(steps, max(high - here, Fraction(0)))
+        elif steps < 0 and low is not None:
+            steps = max(steps, min(low - here, Fraction(0)))
         self._prepare(steps)
         self._take(replace(self.course, place=self.course.place + int(steps * self.course.unit)))
 
@@ -115,12 +121,16 @@ class Shaft:
         self._take(self.course)
 
     def _take(self, course: Course) -> None:
+        self._told = 0
+        self.course = course.within(*self._bounds)
+        self.on_turn()
+
+    @property
+    def _bounds(self) -> tuple[Place, Place]:
+        """The stops of all loads: the places between which it turns."""
         lows, highs = zip(*self.stops, strict=True) if self.stops else ((), ())
         low = max((place for place in lows if place is not None), default=None)
-        high = min((place for place in highs if place is not None), default=None)
-        self._told = 0
-        self.course = course.within(low, high)
-        self.on_turn()
+        return low, min((place for place in highs if place is not None), default=None)
 
     # ------------------------------------------------------------------------------------------- what sits on a shaft
     @property
@@ -285,7 +295,7 @@ class Played(Driven):
         super().__init__(under)
         self.play, self.offset = play, start - under.place
         self.course = replace(self.course, place=start.numerator, step=start.denominator, unit=start.denominator)
-        self.course = self.derived(under.course)
+        self.course = self.derived(under.course.onward(self.kernel.seen))
 
     def derived(self, course: Course) -> Course:
         unit = lcm(course.unit, self.course.unit, self.play.denominator, self.offset.denominator)

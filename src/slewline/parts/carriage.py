@@ -95,9 +95,11 @@ class Carriage(Part):
                 raise UsageError(f"{name}: start {start} lies beyond the stop at {stop}; allowed low <= start <= high")
         self.scale, self.unit = fraction(scale), unit
         self.shaft = Played(on, fraction(backlash), fraction(start))
+        self._stops = fraction_or_none(low), fraction_or_none(high)
+        self._swallowed = 0
         if low is not None or high is not None:
-            self.shaft.stop_at(fraction_or_none(low), fraction_or_none(high))
-        self.shaft.on_lost.add(self._lost)
+            self.shaft.stop_at(*self._stops)
+            self.shaft.on_lost.add(self._lost)
 
     @property
     def place(self) -> float:
@@ -108,12 +110,16 @@ class Carriage(Part):
     def lost(self) -> int:
         """Steps that its stops have swallowed."""
         self.catch_up()
-        return self.shaft.lost
+        return self._swallowed
 
     def catch_up(self) -> None:
         self.shaft.look(self.kernel.seen)
 
-    def _lost(self, ps: int, _steps: int, anew: bool) -> None:
+    def _lost(self, ps: int, steps: int, anew: bool) -> None:
+        course = self.shaft.course
+        if course.within(*self._stops).room != course.room:
+            return  # the stop of another load holds the shaft
+        self._swallowed += steps
         if anew:
             self.finding("hard-stop", f"at {self.place:g} {self.unit} it runs into a stop: steps are lost", ps)
 

@@ -17,7 +17,7 @@ class Held:
         self._since: int | None = None  # steps behind this instant have not been looked at
 
     def hold(self, on: bool) -> None:
-        """From now on the motor should stand, or may move."""
+        """Watch from now on that the motor stands; or stop watching."""
         if on:
             self._since = self.motor.kernel.now if self._since is None else self._since
         elif self._since is not None:
@@ -25,7 +25,7 @@ class Held:
             self._since = None
 
     def steps(self) -> Iterator[tuple[int, int, int]]:
-        """The steps since the last question: instants, the places before and behind each."""
+        """Yield the steps since the last question: instant (ps), place before it and behind it."""
         import numpy as np
 
         since, seen, shaft = self._since, self.motor.kernel.seen, self.motor.shaft
