@@ -218,3 +218,16 @@ def test_what_was_found_late_stands_where_it_happened():
     tank.finding("late", "said at once")
     assert [found.code for found in bench.findings] == ["early", "full", "late"]
     assert [found.code for found in tank.findings] == ["early", "full", "late"]
+
+
+def test_what_is_on_the_shaft_of_a_part_that_is_wired_is_drawn_with_it():
+    bench = slewline.Bench()
+    x, other = bench.add("cy525", name="x"), bench.add("cy525", name="other")
+    motor = bench.part("translator", name="m", to=x)
+    bench.part("carriage", name="car", on=bench.part("gear", name="g", on=motor, wheel=2))
+    bench.part("carriage", name="far", on=bench.part("translator", name="n", to=other))
+    bench.host(x).send("A 0\rN 40\rG\r")
+    bench.run_until_idle()
+    rows = {row.name for row in bench.readings("1 ms", axes=["x"]).rows}
+    assert {"position of m", "position of g", "place of car"} <= rows
+    assert not {"position of n", "place of far"} & rows

@@ -25,6 +25,26 @@ def kernel():
 
 
 # ------------------------------------------------------------------------------------------------------------- history
+@pytest.mark.parametrize("many", [False, True])
+def test_an_endless_history_keeps_the_latest_values_and_says_what_is_gone(many, monkeypatch, kernel):
+    monkeypatch.setattr("slewline.core.history.KEPT", 10)
+    history = History(0)
+    for n in range(1, 1000):
+        if many:
+            history.note_many(np.array([n * MS // 10]), np.array([float(n)]))
+        else:
+            history.note(n * MS // 10, n)
+        assert len(history) <= 20
+    assert history.at(MS) != history.at(MS) and np.isnan(history.values_at(np.array([MS]))).all()
+    assert [history.at(n * MS // 10) for n in range(990, 1000)] == [*range(990, 1000)]
+    oldest = next(iter(history))[0]
+    quantity = history.quantity(kernel, "count", "counts")
+    times, values = quantity.changes(0, 100 * MS)
+    assert np.isnan(values[0]) and times[1] == oldest and not np.isnan(values[1:]).any()
+    times, values = quantity.outline(0, 100 * MS, 2)
+    assert np.isnan(values[0]) and times[1] == oldest and values[-1] == 999
+
+
 @given(st.lists(st.tuples(st.integers(0, 9), st.integers(0, 3))), st.integers(-1, 60), st.integers(0, 60))
 def test_a_history_holds_each_value_until_the_next_one(came, start, long):
     history, now, known = History(7), 0, {0: 7.0}

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from slewline.core.clocking import Even, Still, clock_edges
+from slewline.core.course import Made
 from slewline.core.kernel import Kernel
 from slewline.core.reading import Reading
 from slewline.core.shaft import Shaft
@@ -256,3 +257,20 @@ def test_what_a_shaft_forgets_is_gone_and_the_rest_is_as_it_was():
     assert len(shaft.past) < kept / 2 + 2
     assert shaft.place_at(times).tolist() == before
     assert before[-1] == 80
+
+
+@pytest.mark.parametrize("there_and_back", [False, True])
+def test_an_endless_shaft_keeps_its_latest_courses(there_and_back, monkeypatch):
+    monkeypatch.setattr("slewline.core.shaft.KEPT", 10)
+    monkeypatch.setattr("slewline.core.shaft.SINGLE", 4)
+    kernel = Kernel()
+    shaft, places = Shaft(kernel), [0]
+    for n in range(1, 1000):
+        kernel.run(n * 10 * US)
+        shaft.step(n * 10 * US, -1 if there_and_back and n % 5 == 0 else 1)
+        places.append(int(shaft.place))
+        assert len(shaft.past) <= 21
+        assert all(len(course.drive.times) <= 4 for course in shaft.past if isinstance(course.drive, Made))
+    kernel.run(9999 * US)
+    times = np.arange(985, 1000) * 10 * US
+    assert shaft.place_at(times).tolist() == places[985:]

@@ -68,12 +68,18 @@ def chosen(parts: Mapping[str, Part], wanted: Sequence[str] | str | None, chips:
 
 
 def attached(parts: Iterable[Part], chips: Iterable[Chip]) -> list[Part]:
-    """Return the parts that are wired to one of some chips, or to a part that is."""
-    reached = {terminal.net.hub for chip in chips for terminal in chip.pins.values()}
+    """Return the parts that are wired to one of some chips, or to a part that is, or are on its shaft."""
+    reached: set[object] = {terminal.net.hub for chip in chips for terminal in chip.pins.values()}
     every = rest = list(parts)
     found: list[Part] = []
-    while near := [part for part in rest if not reached.isdisjoint(pin.net.hub for pin in part.pins.values())]:
+    while near := [part for part in rest if not reached.isdisjoint(joints_of(part))]:
         found += near
         rest = [part for part in rest if part not in near]
-        reached |= {pin.net.hub for part in near for pin in part.pins.values()}
+        reached.update(*map(joints_of, near))
     return [part for part in every if part in found]
+
+
+def joints_of(part: Part) -> set[object]:
+    """Return what joins a part to others: the wires on its pins, and what turns its shaft."""
+    source = getattr(getattr(part, "shaft", None), "source", None)
+    return {*(pin.net.hub for pin in part.pins.values()), *([source] if source is not None else [])}

@@ -13,6 +13,7 @@ from __future__ import annotations
 from array import array
 from bisect import bisect_right
 from collections.abc import Callable, Iterator
+from math import nan
 from typing import TYPE_CHECKING, TypeAlias
 
 from ..errors import UsageError
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     Turns: TypeAlias = Callable[[int, int], list[int]]
 
 
+KEPT = 1 << 20  # changes, at least; up to twice as many are there
 LOOK_BACK_PS = 10**9  # for the last point of a line; farther when there is none
 
 
@@ -128,7 +130,9 @@ class Lines(Staircase):
 
 
 class History:
-    """Values as they come, 16 bytes each.
+    """Values as they come, 16 bytes each: the latest `KEPT` at least, so that an endless run has room.
+
+    What came before those that are kept is NaN.
 
     Args:
         value: before the first change.
@@ -137,6 +141,7 @@ class History:
 
     def __init__(self, value: float = 0.0, since: int = 0) -> None:
         self._times, self._held = array("q", [since]), array("d", [value])
+        self._forgotten = 0  # the instant before which nothing is known any more
 
     def __len__(self) -> int:
         return len(self._times)
@@ -160,6 +165,7 @@ class History:
         elif held[-1] != value:
             times.append(ps)
             held.append(value)
+            self._bound()
 
     def note_many(self, times_ps: NDArray[np.int64], values: NDArray[np.float64]) -> None:
         """The same for ascending instants, (n,) int64, all of them after the one noted last; (n,) float64."""
@@ -167,30 +173,44 @@ class History:
 
         self._times.frombytes(np.asarray(times_ps, np.int64).tobytes())
         self._held.frombytes(np.asarray(values, np.float64).tobytes())
+        self._bound()
+
+    def _bound(self) -> None:
+        if len(self._times) > 2 * KEPT:
+            self.forget(self._times[-KEPT])
 
     def at(self, ps: int) -> float:
-        """Return the value at one instant."""
+        """Return the value at one instant; NaN before what is kept."""
+        if ps < self._forgotten:
+            return nan
         return self._held[max(bisect_right(self._times, ps) - 1, 0)]
 
     def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the values at instants in any order: float64, shape as `times_ps`."""
+        """Return the values at instants in any order: float64, shape as `times_ps`; NaN before what is kept."""
         import numpy as np
 
         times, held = np.array(self._times), np.array(self._held)
         found: NDArray[np.float64] = held[np.maximum(np.searchsorted(times, times_ps, side="right") - 1, 0)]
+        found[times_ps < self._forgotten] = nan
         return found
 
     def changes(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the changes at start < t <= stop: (n,) int64 ps, and (n,) float64 values from there on."""
+        """Return the changes at start < t <= stop that are kept: (n,) int64 ps, and (n,) float64 values from there on.
+
+        Where what is kept begins, the value begins anew.
+        """
         import numpy as np
 
+        start = max(start, min(self._forgotten - 1, stop))
         part = slice(bisect_right(self._times, start), bisect_right(self._times, stop))
         return np.array(self._times[part], np.int64), np.array(self._held[part], np.float64)
 
     def forget(self, before: int) -> None:
         """Drop what lies before an instant, but for the value that holds there."""
         first = max(bisect_right(self._times, before) - 1, 0)
-        del self._times[:first], self._held[:first]
+        if first:
+            del self._times[:first], self._held[:first]
+            self._forgotten = self._times[0]
 
     def quantity(self, kernel: Kernel, name: str, unit: str, *, from_zero: bool = True) -> Staircase:
         """Return the history as a quantity."""

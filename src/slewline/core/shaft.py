@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from .kernel import Kernel
 
 Place = Fraction | None
+KEPT = 1 << 14  # courses of the past, at least; up to twice as many are there
+SINGLE = 256  # steps, made one by one, in a course of the past
 
 
 class Shaft:
@@ -206,6 +208,8 @@ class Shaft:
 
     def _keep(self, course: Course, ps: int) -> None:
         """Keep what is past: of single steps in one direction their instants, of a shaft at rest nothing."""
+        if len(self.past) > 2 * KEPT:
+            del self.past[:-KEPT]
         last = self.past[-1] if self.past else None
         if last is None or not isinstance(last.drive, Still):
             self.past.append(course)
@@ -213,8 +217,9 @@ class Shaft:
             if not course.edges(ps):
                 return
             if isinstance(course.drive, Once) and course.moved(1) == course.step:
-                if isinstance(last.drive, Made) and (last.sign, last.step) == (course.sign, course.step):
-                    last.drive.times.append(course.drive.ps)
+                made = last.drive.times if isinstance(last.drive, Made) else None
+                if made and len(made) < SINGLE and (last.sign, last.step) == (course.sign, course.step):
+                    made.append(course.drive.ps)
                     return
                 course = replace(course, drive=Made([course.drive.ps]), room=None)
             self.past.append(course)

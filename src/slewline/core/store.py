@@ -22,6 +22,10 @@ class Store(Protocol):
     def write(self, data: bytes) -> None:
         """Make this the content, all of it or nothing of it."""
 
+
+class AppendStore(Store, Protocol):
+    """A store that a large memory is kept in: what changes is appended.  Parts that do not append take any store."""
+
     def append(self, data: bytes, at: int | None = None) -> None:
         """Put some bytes into the content, all of them or none, at a cost that does not depend on its length.
 
@@ -56,7 +60,7 @@ class Memory:
 
 
 def put(content: bytearray, data: bytes, at: int | None = None) -> int:
-    """Put some bytes into a content, as `Store.append` says; return the address."""
+    """Put some bytes into a content, as `AppendStore.append` says; return the address."""
     address = len(content) if at is None else at
     if not 0 <= address <= len(content):
         raise UsageError(f"append at {at}: the memory has {len(content)} bytes; allowed 0 to {len(content)}")
