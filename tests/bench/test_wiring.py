@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 import slewline
 from slewline.bench.wiring import met
-from slewline.chips import PARTS, sheet_of
+from slewline.chips import PARTS, chip_class, sheet_of
 from slewline.core.table import AXIS_ROLES, ROLES, Pin
-from slewline.errors import SheetError, UnknownName, UsageError, WiringError
+from slewline.errors import SheetError, SlewlineError, UnknownName, UsageError, WiringError
 from slewline.parts.part import Part
 
 LINE = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}
@@ -228,3 +230,42 @@ def test_a_part_without_pins_is_wired_to_nothing(bench):
     bench.part("motor")
     with pytest.raises(WiringError, match="carriage has no standard wiring; it has no pins; leave out to="):
         bench.part("carriage", on="motor", to="motor")
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"baud": "fast"}, "baud 'fast'"),
+        ({"baud": 0}, "baud 0"),
+        ({"line": "motor"}, "motor: a part of kind rs232_line needs a pin"),
+    ],
+)
+def test_a_serial_host_that_is_refused_is_not_on_the_bench(tmp_path, options, says):
+    bench = slewline.Bench(journal=tmp_path / "run.jsonl")
+    x = bench.add("gs-c200", name="x", straps=LINE)
+    bench.part("motor")
+    options = {key: bench["motor"] if value == "motor" else value for key, value in options.items()}
+    with pytest.raises(SlewlineError, match=says):
+        bench.host(x, **options)
+    assert bench.host(x).name == "host"
+    assert [*slewline.replay(tmp_path / "run.jsonl").parts] == ["motor", "host"]
+
+
+def test_a_bus_host_that_is_refused_leaves_the_buses_apart(bench):
+    x, y = bench.add("cy525", name="x"), bench.add("cy525", name="y")
+    with pytest.raises(SlewlineError, match="time 'long'"):
+        bench.host(x, y, delay="long")
+    assert x.bus.hub is not y.bus.hub
+
+
+def test_a_chip_of_ones_own_on_a_serial_line_needs_pins_with_the_roles_of_it(bench):
+    class Deaf(chip_class("gs-c200")):
+        sheet = replace(
+            sheet_of("gs-c200"),
+            pins=tuple(replace(pin, role="") if pin.name == "rxd" else pin for pin in sheet_of("gs-c200").pins),
+        )
+
+    x = bench.add(Deaf, name="x")
+    with pytest.raises(WiringError, match="has no pin that takes characters from a computer"):
+        bench.host(x)
+    assert bench.parts == {}

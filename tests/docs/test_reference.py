@@ -53,14 +53,14 @@ def test_every_finding_has_a_line_on_its_page():
 # ------------------------------------------------------------------------------------------------------------------ api
 API = (ROOT / "docs/reference/api.md").read_text("utf-8")
 OWNERS = {
-    "bench": slewline.Bench(),
-    "x": slewline.Bench().add("cy525"),
+    "bench": (bench := slewline.Bench()),
+    "x": bench.add("cy525"),
     "pin": Terminal,
     "steps": Steps,
     "finding": Finding,
     "found": Comparison,
 }
-OWNERS["host"] = slewline.Bench().host(OWNERS["x"])
+OWNERS["host"] = bench.host(OWNERS["x"])
 with_module = slewline.Bench()
 OWNERS["serial"] = with_module.host(with_module.add("gs-c200"))
 with_chipset = slewline.Bench()

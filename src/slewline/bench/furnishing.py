@@ -243,7 +243,7 @@ class Furnished(Drawing):
 
         Raises:
             UsageError: no chip, chips that are spoken to in different ways, or an argument that does not fit them.
-            WiringError: a chip's serial line has a host already.
+            WiringError: a chip's serial line has a host already, or a chip of one's own has no pins for one.
         """
         if not chips:
             raise UsageError("host: which chip? bench.host(x)")
@@ -265,12 +265,12 @@ class Furnished(Drawing):
 
     def _bus_host(self, chips: Sequence[Chip], name: str | None, delay: Time) -> Host | PacketHost:
         """A host on a bus, which its chips share."""
-        name = self._new_name(name, "host")
+        name, delay_ps = self._new_name(name, "host"), picoseconds(delay)
         for chip in chips[1:]:
             chips[0].bus.join(chip.bus)
-        self.outside.tell("host", name=name, chips=[chip.name for chip in chips], delay_ps=picoseconds(delay))
+        self.outside.tell("host", name=name, chips=[chip.name for chip in chips], delay_ps=delay_ps)
         kind = PacketHost if chips[0].sheet.in_packets else Host
-        host = kind(self.kernel, name, chips, picoseconds(delay))
+        host = kind(self.kernel, name, chips, delay_ps)
         self.place(host)
         self.kernel.settle()
         return host
@@ -285,15 +285,18 @@ class Furnished(Drawing):
             taken = [chip.name for chip in chips if isinstance(other, SerialHost) and chip.name in other.chips]
             if taken:
                 raise WiringError(f"host: {other.name} is on the line of {', '.join(taken)} already; one host a line")
+        for chip in chips:
+            for role in ("serial_in", "serial_out"):
+                in_role(chip, role)
         name = self._new_name(name, "host")
+        host = SerialHost(self.kernel, name, chips, baud=baud)
+        pairs = [] if line is None else joints("rs232_line", line, host)
         self.outside.tell(
             "host", name=name, chips=[chip.name for chip in chips], delay_ps=0, baud=baud, line=line and line.name
         )
-        host = SerialHost(self.kernel, name, chips, baud=baud)
         self.place(host)
-        if line is not None:
-            for own, theirs in joints("rs232_line", line, host):
-                theirs.net.join(own.net)
+        for own, theirs in pairs:
+            theirs.net.join(own.net)
         self._connect(host if line is None else line, chips)
         return host
 

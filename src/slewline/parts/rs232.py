@@ -162,7 +162,9 @@ class SerialHost(SerialPort):
         port = chips[0].sheet.port
         assert port is not None  # the bench chooses the host by the sheet
         bits, parity, stop = port.bits, port.parity, port.stop
-        super().__init__(kernel, name, baud=9600, bits=bits, parity=parity, stop=stop, ttl=False)
+        super().__init__(
+            kernel, name, baud=9600 if baud is None else baud, bits=bits, parity=parity, stop=stop, ttl=False
+        )
         self.port = port
         self.fixed_baud: int | str | None = baud
         self.chips: dict[str, Any] = {chip.name: chip for chip in chips}
