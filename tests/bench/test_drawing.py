@@ -12,7 +12,7 @@ import pytest
 import slewline
 from slewline.bench.drawing import differences
 from slewline.core.chip import Chip
-from slewline.core.ideal import Deviation
+from slewline.core.deviation import Deviation
 from slewline.errors import NotRecorded, UnknownName
 from slewline.record.panels import Track
 from slewline.record.traces import Trace

@@ -9,10 +9,14 @@ import pytest
 import slewline
 from slewline.chips import PARTS
 from slewline.core.net import Bus, Driver
-from slewline.parts import KINDS
+from slewline.parts import KINDS, part_class
 
 S, MS = 10**12, 10**9  # picoseconds; whole seconds lie on the clocks of all parts
-OPTIONS = {"prom": {"image": bytes([65, 32, 48, 13, 255])}, "workpieces": {"change": "20 ms"}}
+OPTIONS = {
+    "prom": {"image": bytes([65, 32, 48, 13, 255])},
+    "workpieces": {"change": "20 ms"},
+    "switch": {"low": 1, "high": 3},
+}
 CALLS = {  # what a user tells a part of a kind, where pins alone do not set it in motion
     "serial_sender": [("send", "U")],
     "serial_port": [("write", "U")],
@@ -25,8 +29,8 @@ CALLS = {  # what a user tells a part of a kind, where pins alone do not set it 
     "gpib_talker": [("send", "A")],
     "gpib_controller": [("send", "A")],
 }
-LAZY = ("position", "state", "held", "pulses", "lost")  # what a part works out when it is asked
-INSTANTS = {"arrives_ps", "pulsed_ps", "braked_ps", "wired_ps", "_read_ps"}  # as attributes have them
+LAZY = ("position", "place", "state", "held", "pulses", "lost")  # what a part works out when it is asked
+INSTANTS = {"arrives_ps", "pulsed_ps", "braked_ps", "wired_ps", "_read_ps", "_since"}  # as attributes have them
 
 
 def told(part, late: int) -> dict:
@@ -47,9 +51,10 @@ def stimulated(kind: str, late: int) -> tuple[list, dict, bool]:
     bench = slewline.Bench()
     if late:
         bench.run_to(late)
-    part = bench.part(kind, **OPTIONS.get(kind, {}))
+    carrier = bench.part("translator") if part_class(kind).sits == "must" else None
+    part = bench.part(kind, on=carrier, **OPTIONS.get(kind, {}))
     drivers = {}
-    for name, terminal in part.pins.items():
+    for name, terminal in {**(carrier.pins if carrier else {}), **part.pins}.items():
         if terminal.row.way != "out":
             drivers[name] = Driver(terminal.net, "test")
     bench.run("1 us")

@@ -8,7 +8,7 @@ import slewline
 from slewline.bench.wiring import met
 from slewline.chips import PARTS, sheet_of
 from slewline.core.table import AXIS_ROLES, ROLES, Pin
-from slewline.errors import SheetError, UnknownName, WiringError
+from slewline.errors import SheetError, UnknownName, UsageError, WiringError
 from slewline.parts.part import Part
 
 LINE = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}
@@ -62,9 +62,7 @@ def test_a_part_is_wired_to_the_axis_that_it_is_asked_for(bench):
 
 def test_an_axis_that_the_chip_lacks_is_refused(bench):
     x = bench.add("gs-c200", name="x")
-    with pytest.raises(
-        WiringError, match=r"m: a part of kind motor needs a pin that shows every step; .* \(axis 2\); x"
-    ):
+    with pytest.raises(WiringError, match=r"m: a part of kind motor needs a pin that shows every step \(axis 2\); x"):
         bench.part("motor", name="m", to=x, axis=2)
     bench.part("motor", name="m", to=x)  # the name is free still
 
@@ -74,7 +72,7 @@ def test_what_is_missing_is_said_with_the_reason_and_nothing_is_put_on_the_bench
     x = bench.add("cy525", name="x")
     drivers = {name: len(pin.net.drivers) for name, pin in x.pins.items()}
     with pytest.raises(
-        WiringError, match="a part of kind damping needs a pin that tells that the motor is under way; x, a CY525, has"
+        WiringError, match=r"a part of kind damping needs a pin that tells that the motor is under way; x \(cy525\) has"
     ):
         bench.part("damping", to=x)
     assert bench.parts == {}
@@ -101,7 +99,7 @@ def test_a_line_of_other_levels_is_refused(bench):
 def test_an_unknown_neighbour_is_refused(bench):
     with pytest.raises(UnknownName, match="the bench has no 'y'"):
         bench.part("motor", to="y")
-    with pytest.raises(UnknownName, match="the bench has no '7'"):
+    with pytest.raises(UnknownName, match="7 is no chip and no part of this bench"):
         bench.part("motor", to=7)
     assert bench.parts == {}
 
@@ -201,3 +199,32 @@ def test_the_nets_of_steps_are_those_of_every_axis(bench, part):
 def test_every_role_of_a_part_is_one_of_the_house(bench):
     for kind in ("uart", "gpib_talker", "rs232_line", "damping", "phase_latch"):
         assert {pin.row.role for pin in bench.part(kind).pins.values()} <= {"", *ROLES}
+
+
+def test_a_neighbour_of_another_bench_is_refused_even_with_a_name_that_this_one_has(bench):
+    other = slewline.Bench()
+    for each in (bench, other):
+        each.add("cy525", name="x")
+        each.part("motor", to="x")
+    with pytest.raises(UnknownName, match="'x' is no chip and no part of this bench"):
+        bench.part("encoder", to=other["x"])
+    with pytest.raises(UnknownName, match="'motor' is no chip and no part of this bench"):
+        bench.part("encoder", on=other["motor"])
+    with pytest.raises(UsageError, match="host: 'x'; expected chips of this bench"):
+        bench.host(other["x"])
+    assert [*bench.parts] == ["motor"]
+
+
+@pytest.mark.parametrize("name", [[], {}, 5])
+def test_a_kind_and_a_name_are_text(bench, name):
+    with pytest.raises(UnknownName, match=r"no part .*; there are: inverter"):
+        bench.part(name)
+    for put in (bench.part, bench.add):
+        with pytest.raises(UsageError, match=r"name .*: letters, digits and underscores"):
+            put("motor" if put == bench.part else "cy525", name)
+
+
+def test_a_part_without_pins_is_wired_to_nothing(bench):
+    bench.part("motor")
+    with pytest.raises(WiringError, match="carriage has no standard wiring; it has no pins; leave out to="):
+        bench.part("carriage", on="motor", to="motor")

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
+import numpy as np
 import pytest
 from gsc import STR, base, both
 
@@ -100,6 +103,16 @@ def test_a_journal_takes_no_functions(tmp_path):
     bench = slewline.Bench(journal=tmp_path / "run.jsonl")
     with pytest.raises(BenchFileError, match=r"add: .*function.*; a journal keeps numbers and text"):
         bench.add("gs-c200", law=lambda start, top, ramp, k: start)
+
+
+def test_a_journal_takes_exact_numbers_of_any_type(tmp_path):
+    path = tmp_path / "run.jsonl"
+    bench = slewline.Bench(journal=path)
+    bench.add("gs-c200", straps={"br0": np.int64(0)}, address=np.int64(2))
+    bench.part("serial_sender", baud=Fraction(75, 2))
+    bench.part("motor", loses=[np.int64(3)], lag=np.int64(5000))
+    bench.run("1 ms")
+    assert [*slewline.replay(path).parts] == ["serial_sender", "motor"]
 
 
 def test_a_host_that_speaks_another_rate_is_told_so():

@@ -11,9 +11,10 @@ from slewline.chips.mc1451a.enc import FilteredInput, QuadratureCounter
 from slewline.core.kernel import Kernel
 from slewline.core.net import Driver, Net, Wave
 from slewline.core.pin import Terminal
+from slewline.core.step_views import PulseView
 from slewline.core.table import Pin
 from slewline.core.timebase import Clock
-from slewline.core.train import OPEN, Playing, PulseView, StepTrain
+from slewline.core.train import OPEN, Playing, StepTrain
 
 NS, US, MS = 1_000, 1_000_000, 1_000_000_000
 CYCLE = 8192

@@ -9,11 +9,12 @@ import pytest
 from promises import Early
 
 from slewline.core import clocking
-from slewline.core.clocking import Bounded, Even, Still, TrainEdges, Walked, clock_edges
+from slewline.core.clocking import Even, Still, Walked, clock_edges
 from slewline.core.cycles import CycleTrain, Linear, SquareView
+from slewline.core.step_views import PulseView, StrobeView
 from slewline.core.timebase import Clock
-from slewline.core.train import OPEN, Playing, PulseView, StepTrain, StrobeView
-from slewline.core.views import Repeated
+from slewline.core.train import OPEN, Playing, StepTrain, TrainEdges
+from slewline.core.views import Bounded, Repeated
 from slewline.core.wave import Wave
 
 END = 1 << 50

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from slewline.core.axis import Axis
-from slewline.core.ideal import Ideal, IdealPiece, deviation, head, mirrored, there_and_down, travelled
+from slewline.core.deviation import deviation
+from slewline.core.ideal import Ideal, IdealPiece, head, mirrored, there_and_down, travelled
 from slewline.core.kernel import Kernel
 from slewline.core.timebase import Clock
 from slewline.core.train import Playing, StepTrain

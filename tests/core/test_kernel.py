@@ -6,6 +6,7 @@ from random import Random
 
 import pytest
 
+import slewline
 from slewline.core import kernel as kernel_module
 from slewline.core.kernel import Kernel
 from slewline.core.net import Driver, Net, Wave
@@ -473,3 +474,18 @@ def test_the_order_inside_a_round_does_not_matter():
     assert len(expected) > 300
     for seed in range(25):
         assert scenario(seed) == expected
+
+
+@pytest.mark.parametrize("where", ["call", "commit", "until"])
+def test_what_a_run_calls_cannot_let_time_pass(where):
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x")
+    if where == "call":
+        bench.at("1 ms", lambda: bench.run("1 ms"))
+    elif where == "commit":
+        bench.on_commit.add(lambda ps: bench.run("1 ms"))
+    else:
+        bench.at("1 ms", lambda: bench.run_until(x.pin("abort").is_(1)))
+    with pytest.raises(slewline.UsageError, match=r"it is .*, and time passes already"):
+        bench.run("2 ms")
+    assert not bench.kernel.running

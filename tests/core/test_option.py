@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 
+import numpy as np
 import pytest
 
 from slewline.core.option import Option, checked, flat, read
@@ -72,6 +73,17 @@ def test_what_is_left_out_has_its_default_tables_too():
 )
 def test_what_is_allowed_is_kept(name, value, kept):
     assert checked("x", ROWS, {name: value})[name] == kept
+
+
+def test_integers_of_numpy_are_whole_numbers_and_become_plain_ones():
+    found = checked("x", ROWS, {"count": np.int64(9), "pins": (np.uint8(3), 1), "wait": np.int64(5000)})
+    assert {name: repr(found[name]) for name in ("count", "pins", "wait")} == {
+        "count": "9",
+        "pins": "(3, 1)",
+        "wait": "5000",
+    }
+    with pytest.raises(UsageError, match=r"x: slow np.True_; allowed True, False"):
+        checked("x", ROWS, {"slow": np.bool_(True)})
 
 
 @pytest.mark.parametrize(

@@ -12,9 +12,10 @@ from slewline.core.kernel import Kernel
 from slewline.core.net import Driver, Net, Wave
 from slewline.core.pin import Terminal
 from slewline.core.reading import Reading
+from slewline.core.step_views import PulseView
 from slewline.core.table import Pin
 from slewline.core.timebase import Clock
-from slewline.core.train import OPEN, Playing, PulseView, StepTrain
+from slewline.core.train import OPEN, Playing, StepTrain
 
 CLOCK = Clock(10**12)  # a tick is a picosecond
 

@@ -371,3 +371,41 @@ def test_a_journal_does_not_wait_for_the_reader_of_a_fifo(tmp_path):
     os.mkfifo(tmp_path / "fifo")
     with pytest.raises(BenchFileError, match="is a FIFO"):
         slewline.Bench(journal=tmp_path / "fifo")
+
+
+# ------------------------------------------------------------------------------------------- listeners that interfere
+def test_what_a_listener_puts_in_stands_in_the_journal_before_what_it_has_heard_of(tmp_path):
+    bench = slewline.Bench(journal=tmp_path / "j")
+    x = bench.add("cy525", name="x")
+    host = bench.host(x, name="host")
+
+    def answer(do, what):
+        if do == "send" and what["args"][1] == b"A 5\r".hex():
+            host.send("A 7\r")
+            bench.run("1 ms")
+
+    bench.on_input.add(answer)
+    host.send("A 5\r")
+    bench.run("10 ms")
+    again = slewline.replay(tmp_path / "j")
+    assert (again.now_ps, again["x"].position) == (bench.now_ps, x.position) == (11 * 10**9, 5)
+
+
+def test_an_input_that_a_listener_refuses_is_not_in_the_journal(tmp_path):
+    bench = slewline.Bench(journal=tmp_path / "j")
+    x = bench.add("cy525", name="x")
+    bench.on_input.add(lambda do, what: 1 // (do != "drive"))
+    with pytest.raises(ZeroDivisionError):
+        x.pin("abort").drive(0)
+    bench.run("1 ms")
+    assert x.pin("abort").level == slewline.replay(tmp_path / "j")["x"].pin("abort").level == 1
+
+
+@pytest.mark.parametrize("shuffle", [None, 1, 2, 3])
+def test_what_was_sent_in_one_round_is_sent_in_its_order_again(tmp_path, shuffle):
+    bench = slewline.Bench(journal=tmp_path / "j")
+    x = bench.add("cy525", name="x")
+    host = bench.host(x, name="host")
+    bench.at("1 ms", lambda: [host.send(f"{command}\r") for command in ("A 5", "A 6", "A 7", "A 8")])
+    bench.run("20 ms")
+    assert slewline.replay(tmp_path / "j", shuffle=shuffle)["x"].position == x.position == 8

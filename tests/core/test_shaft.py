@@ -12,8 +12,9 @@ from slewline.core.clocking import Even, Still, clock_edges
 from slewline.core.kernel import Kernel
 from slewline.core.reading import Reading
 from slewline.core.shaft import Shaft
+from slewline.core.step_views import PulseView
 from slewline.core.timebase import Clock, picoseconds
-from slewline.core.train import OPEN, Playing, PulseView, StepTrain
+from slewline.core.train import OPEN, Playing, StepTrain
 from slewline.parts.carriage import Carriage, Gear
 from slewline.parts.sensors import Switch
 

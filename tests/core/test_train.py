@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from promises import bounds, check_promise
 
+from slewline.core.step_views import PatternView, PulseView, StrobeView
 from slewline.core.timebase import Clock
-from slewline.core.train import OPEN, PatternView, Playing, PulseView, StepTrain, StrobeView
+from slewline.core.train import OPEN, Playing, StepTrain
 
 CRYSTALS = [11_000_000, 3_579_545, 10_999_999, 1_000_000]
 HIGH = 3

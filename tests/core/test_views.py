@@ -13,9 +13,10 @@ from slewline.core.net import Bus, Driver, Net, Wave
 from slewline.core.outlook import Outlook
 from slewline.core.pin import EdgeCondition, LevelCondition, Terminal
 from slewline.core.reading import Reading
+from slewline.core.step_views import PulseView, StrobeView
 from slewline.core.table import Pin
 from slewline.core.timebase import Clock
-from slewline.core.train import OPEN, Playing, PulseView, StepTrain, StrobeView
+from slewline.core.train import OPEN, Playing, StepTrain
 from slewline.core.views import Delayed, Gated, Inverted, Repeated, Rested, View, Wired, gated, inverted
 from slewline.core.wave import promised
 from slewline.record.recorder import Recorder

@@ -18,6 +18,11 @@ PAGES = [*sorted((ROOT / "docs/explanation").glob("*.md")), *sorted((ROOT / "doc
 FLOW = (ROOT / "docs/explanation/code_flow.md").read_text("utf-8")
 
 
+def test_decisions_are_numbered_one_by_one():
+    titles = [page.read_text("utf-8").split(". ")[0] for page in sorted((ROOT / "docs/decisions").glob("0*.md"))]
+    assert titles == [f"# {n}" for n in range(1, len(titles) + 1)]
+
+
 # ------------------------------------------------------------------------------------------------------------ code flow
 def told(heading):
     """The calls that a chapter of the page tells, in its order: (file, qualified name)."""

@@ -14,8 +14,9 @@ import slewline
 from slewline.core.cycles import CycleTrain, Linear, SquareView
 from slewline.core.net import Driver, Net, Wave
 from slewline.core.reading import Reading
+from slewline.core.step_views import PulseView, StrobeView
 from slewline.core.timebase import Clock
-from slewline.core.train import OPEN, Playing, PulseView, StepTrain, StrobeView
+from slewline.core.train import OPEN, Playing, StepTrain
 
 from .edge_driven import placed
 

@@ -129,7 +129,7 @@ def test_two_end_switches_share_a_wire():
     assert machine.x.pin("eot").level == 1
 
 
-# ---------------------------------------------------------------------------------------------------------- other chips
+# --------------------------------------------------------------------------------------------------------- other chips
 @pytest.mark.parametrize("stepwise", [False, True])
 @pytest.mark.parametrize("watched", [False, True])
 def test_an_end_switch_on_abort_brings_a_cy525_down_along_its_ramp(stepwise, watched):

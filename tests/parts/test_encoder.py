@@ -17,8 +17,9 @@ from slewline.core.cycles import CycleTrain, Linear, SquareView
 from slewline.core.kernel import Kernel
 from slewline.core.net import Driver, Net, Wave
 from slewline.core.reading import Reading
+from slewline.core.step_views import PulseView, StrobeView
 from slewline.core.timebase import Clock
-from slewline.core.train import OPEN, Playing, PulseView, StepTrain, StrobeView
+from slewline.core.train import OPEN, Playing, StepTrain
 from slewline.parts.encoder import Encoder, Quadrature
 
 US, MS = 1_000_000, 1_000_000_000

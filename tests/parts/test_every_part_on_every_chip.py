@@ -294,7 +294,7 @@ class Fit:
 
 
 ALL = tuple(PARTS)
-ALONE = Fit(needs="has no standard wiring; connect ")
+ALONE = Fit(needs="has no standard wiring; (connect|it has no pins)")
 ON_A_SHAFT = ("gear", "carriage", "switch")
 HOSTLIKE = "a pin that asks for a byte to be taken"
 FITS = {

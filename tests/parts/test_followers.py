@@ -6,8 +6,9 @@ import pytest
 
 import slewline
 from slewline.core.net import Driver, Wave
+from slewline.core.step_views import PulseView
 from slewline.core.timebase import Clock
-from slewline.core.train import OPEN, Playing, PulseView, StepTrain
+from slewline.core.train import OPEN, Playing, StepTrain
 from slewline.core.views import Inverted, Repeated
 from slewline.errors import Endless, UsageError
 

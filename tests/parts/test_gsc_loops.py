@@ -214,8 +214,10 @@ def test_a_motor_at_speed_loses_the_step_that_turns_it_round(way, lost):
 def test_a_motor_with_nonsense_is_refused():
     with pytest.raises(slewline.UsageError, match="m: pull_in -1; allowed 0 and more steps/s"):
         slewline.Bench().part("motor", "m", pull_in=-1)
-    with pytest.raises(slewline.UsageError, match=r"acceleration 5001; allowed 0 and more, 0 to 5000"):
+    with pytest.raises(slewline.UsageError, match=r"m: acceleration 5001; allowed up to 5000 with pull_in 100"):
         slewline.Bench().part("motor", "m", pull_in=100, acceleration=5001)
+    with pytest.raises(slewline.UsageError, match="m: acceleration 1; allowed 0 without pull_in"):
+        slewline.Bench().part("motor", "m", acceleration=1)
 
 
 # ------------------------------------------------------------------------------------------------------------ damping

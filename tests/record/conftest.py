@@ -9,8 +9,9 @@ import pytest
 
 from slewline.core.kernel import Kernel
 from slewline.core.net import Bus, Driver, Net, Wave
+from slewline.core.step_views import PatternView, PulseView
 from slewline.core.timebase import Clock
-from slewline.core.train import PatternView, Playing, PulseView, StepTrain
+from slewline.core.train import Playing, StepTrain
 from slewline.record.recorder import Recorder
 
 Change = tuple[int, int]

@@ -10,8 +10,9 @@ import pytest
 
 import slewline
 from slewline.bench.script import run_script
+from slewline.core.step_views import PatternView, PulseView
 from slewline.core.timebase import Clock
-from slewline.core.train import PatternView, Playing, PulseView, StepTrain
+from slewline.core.train import Playing, StepTrain
 from slewline.record import outlines
 from slewline.record.recorder import FLOATING, Recorder
 

@@ -251,6 +251,8 @@ class BenchFile:
     def furnish(self, bench: Bench) -> None:
         """Put chips and parts on the bench."""
         for number, chip in enumerate(self.tables.chip):
+            for key in sorted(chip.options.keys() & {*keys_of(["chip"])}):
+                raise self.error(("chip", number, "options"), f"{key} stands beside the options, not among them")
             with self.at("chip", number):
                 bench.add(chip.part, chip.name, chip.crystal, chip.straps, chip.bare, **chip.options)
         for number, part in enumerate(self.tables.part):

@@ -57,7 +57,7 @@ class Furnished(Drawing):
         self.outside.let_pass = self._wait_for
         self.journal = Journal(journal, self.kernel, seed) if journal is not None else None
         if self.journal is not None:
-            self.outside.on_input.add(self.journal.write)
+            self.outside.write = self.journal.write
         self._fresh: list[Chip | Part] = []  # what has been put on the bench since time passed last
         self.on_finding: Hook[[Finding]] = Hook()  # of any chip or part
         self.on_input, self.on_commit = self.outside.on_input, self.kernel.on_commit
@@ -65,6 +65,7 @@ class Furnished(Drawing):
     # ---------------------------------------------------------------------------------------------------- furnishing
     def add(
         self,
+        /,
         part: str | type[Chip],
         name: str | None = None,
         crystal: str | int | None = None,
@@ -98,7 +99,7 @@ class Furnished(Drawing):
             options.setdefault("store", self.stores(name))
         with self.outside.nested():  # it may switch its supply on
             chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
-        if self.outside.on_input:
+        if self.outside.on_input or self.outside.write:
             kept = {"store": list(options["store"].read())} if options.get("store") is not None else {}
             self.outside.tell(
                 "add",
@@ -117,6 +118,7 @@ class Furnished(Drawing):
 
     def part(
         self,
+        /,
         kind: str,
         name: str | None = None,
         to: Chip | Part | str | None = None,
@@ -137,9 +139,10 @@ class Furnished(Drawing):
             UsageError: a name that is taken, an option that the kind does not have or allow; it does not sit there.
             WiringError: the neighbour lacks a pin that the part needs; nothing has been put on the bench then.
         """
+        sits = part_class(kind).sits
         name = self._new_name(name, kind)
-        neighbour = None if to is None else self[to if isinstance(to, str) else getattr(to, "name", repr(to))]
-        part = make_part(kind, self.kernel, name, options, **self._mounted(kind, name, on))
+        neighbour = None if to is None else self._there(to)
+        part = make_part(kind, self.kernel, name, options, **self._mounted(kind, sits, name, on))
         pairs = [] if neighbour is None else joints(kind, part, neighbour)
         lists = (bytes, bytearray, set, frozenset)
         self.outside.tell(
@@ -160,9 +163,8 @@ class Furnished(Drawing):
         self.kernel.settle()
         return part
 
-    def _mounted(self, kind: str, name: str, on: Part | str | None) -> dict[str, Shaft]:
+    def _mounted(self, kind: str, sits: str, name: str, on: Part | str | None) -> dict[str, Shaft]:
         """The shaft that a new part sits on, as an argument of its constructor; none, if it sits on none."""
-        sits = part_class(kind).sits
         if on is None:
             if sits == "must":
                 raise UsageError(
@@ -171,13 +173,21 @@ class Furnished(Drawing):
             return {}
         if not sits:
             raise UsageError(f"{name}: a {kind} sits on no shaft; leave out on=")
-        carrier = self[on] if isinstance(on, str) else on
+        carrier = self._there(on)
         shaft = getattr(carrier, "shaft", None)
         if not isinstance(shaft, Shaft):
             having = [other.name for other in self.parts.values() if isinstance(getattr(other, "shaft", None), Shaft)]
             there = ", ".join(having) or "none yet; a motor or a translator has one"
-            raise UsageError(f"{name}: {getattr(carrier, 'name', repr(carrier))} has no shaft; parts that do: {there}")
+            raise UsageError(f"{name}: {carrier.name} has no shaft; parts that do: {there}")
         return {"on": shaft}
+
+    def _there(self, neighbour: Chip | Part | str) -> Chip | Part:
+        """A chip or part of this bench, which is named or given itself."""
+        if isinstance(neighbour, str):
+            return self[neighbour]  # type: ignore[no-any-return]
+        if not any(neighbour is owner for owner in self._owners()):
+            raise UnknownName(f"{getattr(neighbour, 'name', neighbour)!r} is no chip and no part of this bench")
+        return neighbour
 
     def place(self, part: Part) -> Part:
         """Put a part on the bench; its pins can be wired from now on."""
@@ -210,10 +220,10 @@ class Furnished(Drawing):
         taken = {**self.chips, **self.parts}
         if name is None:
             name = next(n for n in (stem, *(f"{stem}_{i}" for i in range(2, 1000))) if n not in taken)
-        if name in taken:
-            raise UsageError(f"the bench has a {name!r} already; names are unique")
         if not isinstance(name, str) or not name.replace("_", "a").isalnum():
             raise UsageError(f"name {name!r}: letters, digits and underscores, please")
+        if name in taken:
+            raise UsageError(f"the bench has a {name!r} already; names are unique")
         return name
 
     def host(
@@ -238,8 +248,8 @@ class Furnished(Drawing):
         if not chips:
             raise UsageError("host: which chip? bench.host(x)")
         for chip in chips:
-            if not isinstance(chip, Chip):
-                raise UsageError(f"host: {chip!r}; expected chips of this bench")
+            if not any(chip is own for own in self.chips.values()):
+                raise UsageError(f"host: {getattr(chip, 'name', chip)!r}; expected chips of this bench")
         kinds = {PORTS[chip.sheet.in_lines, chip.sheet.in_packets] for chip in chips}
         if len(kinds) > 1:
             raise UsageError(

@@ -16,6 +16,8 @@ from __future__ import annotations
 
 import json
 from contextlib import suppress
+from fractions import Fraction
+from numbers import Integral
 from os import PathLike
 from pathlib import Path
 from typing import Any, TextIO
@@ -65,7 +67,7 @@ class Journal:
         if kernel.running and kernel.seen < kernel.now:
             entry["round"] = 1
         try:
-            self.file.write(json.dumps(entry | what, separators=(",", ":")) + "\n")
+            self.file.write(json.dumps(entry | what, separators=(",", ":"), default=_plain) + "\n")
         except TypeError as error:
             raise BenchFileError(f"journal {self.path}: {do}: {error}; a journal keeps numbers and text") from None
         except OSError as error:
@@ -81,6 +83,15 @@ class Journal:
     def close(self) -> None:
         """No more entries."""
         closed(self.file)
+
+
+def _plain(value: Any) -> Any:
+    """What stands for a value of another type: a NumPy integer, a fraction."""
+    if isinstance(value, Integral):
+        return int(value)
+    if isinstance(value, Fraction):
+        return str(value)
+    raise TypeError(repr(value))
 
 
 def closed(file: TextIO) -> None:

@@ -223,7 +223,7 @@ class Recording:
             layout_paths(path)
         chips = chips_of(self.chips, nets)
         parts = self._parts_of(chips, nets) if values else []
-        sources = values_of(chips, parts, self.commands) if values else ()
+        sources = values_of(chips, self.commands, parts) if values else ()
         return {"buses": buses, "values": sources, "comments": comments_of(chips, values, parts)}
 
     def _parts_of(self, chips: Sequence[Chip], nets: Iterable[str]) -> list[Part]:

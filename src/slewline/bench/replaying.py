@@ -85,6 +85,7 @@ def replay(
     stop = found[-1]["t"] if until is None else moment(until)
     _check_laws(path, found, other_laws)
     bench = Bench(seed=found[0]["seed"], shuffle=shuffle)
+    early: dict[int, list[dict[str, Any]]] = {}  # what is done in the first round of an instant, in its order
     for number, entry in enumerate(found[1:], 2):
         try:
             if entry["t"] > stop:
@@ -93,7 +94,11 @@ def replay(
                 prepare(bench)
                 prepare = None
             if entry.get("round") == 1:
-                bench.at(f"{entry['t']} ps", lambda entry=entry: apply(bench, entry))  # type: ignore[misc]
+                at = entry["t"]
+                if at not in early:
+                    early[at] = []
+                    bench.at(f"{at} ps", lambda at=at: apply_all(bench, early[at]))  # type: ignore[misc]
+                early[at].append(entry)
             else:
                 if entry["t"] > bench.now_ps:
                     bench.run_to(f"{entry['t']} ps")
@@ -120,6 +125,12 @@ def _check_laws(path: str | PathLike[str], found: list[dict[str, Any]], allowed:
             "or all the same (other_laws=True, --other-laws)"
         )
     warnings.warn(f"{made}; the run may be another one", OtherLaws, stacklevel=3)
+
+
+def apply_all(bench: Bench, found: Iterable[dict[str, Any]]) -> None:
+    """Do again what entries say, one after the other."""
+    for entry in found:
+        apply(bench, entry)
 
 
 def apply(bench: Bench, entry: dict[str, Any]) -> None:

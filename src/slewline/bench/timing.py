@@ -277,7 +277,9 @@ class _Window:
         if label is None:
             label = (f"{owner}: " if several else "") + _printed(chip, pin)
         signal = self.signal(name)
-        words = self._characters(chip, name) if decode and chip is not None and pin in ("rxd", "txd") else []
+        line = chip.pins.get(pin) if chip is not None and decode else None
+        serial = line is not None and line.row.role in ("serial_in", "serial_out")
+        words = self._characters(chip, name) if chip is not None and serial else []
         return Lane(
             name, label, signal, words, self._meaning(chip) if signal.bus else None, fitting(name, signal.bus, over)
         )

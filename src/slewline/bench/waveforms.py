@@ -29,7 +29,7 @@ def chips_of(chips: Mapping[str, Chip], names: Iterable[str]) -> list[Chip]:
     return [chip for name, chip in chips.items() if name in owners]
 
 
-def values_of(chips: Iterable[Chip], parts: Iterable[Part], commands: Mapping[str, TextLog]) -> list[Source]:
+def values_of(chips: Iterable[Chip], commands: Mapping[str, TextLog], parts: Iterable[Part] = ()) -> list[Source]:
     """Of every chip its findings and the command in work; of every axis what moves it, and its quantities; of parts
     that have quantities, these and their findings."""
     from ..record.vcd_sources import CurveSource, TextSource

@@ -29,9 +29,8 @@ def joints(kind: str, part: Part, neighbour: Chip | Part) -> list[tuple[Terminal
             no standard wiring.
     """
     if not part.wiring:
-        raise WiringError(
-            f"{part.name}: a part of kind {kind} has no standard wiring; connect {', '.join(part.pins)} with bench.wire"
-        )
+        remedy = f"connect {', '.join(part.pins)} with bench.wire" if part.pins else "it has no pins; leave out to="
+        raise WiringError(f"{part.name}: a part of kind {kind} has no standard wiring; {remedy}")
     axis = getattr(part, "axis", 1)
     found = {name: met(part.pins[name], role, axis, neighbour) for name, role in part.wiring.items()}
     for name, role in part.wiring.items():
@@ -83,4 +82,4 @@ def _wanted(role: str, axis: int) -> str:
 
 
 def _called(neighbour: Chip | Part) -> str:
-    return f"{neighbour.name}, a {neighbour.sheet.part.upper()}," if isinstance(neighbour, Chip) else neighbour.name
+    return f"{neighbour.name} ({neighbour.sheet.part})" if isinstance(neighbour, Chip) else neighbour.name

@@ -85,7 +85,7 @@ class Axis:
         self.offsets = [(0, self.offset)]
         self.on_change: Hook[[]] = Hook()  # another train is followed, or the register was loaded
         self.on_forget: Hook[[int]] = Hook()  # the past before an instant is dropped
-        self.log = Motions(self)  # what a chip tells of its motions
+        self.log = Motions(kernel, self.stands, self.halt)  # what a chip tells of its motions
 
     @property
     def travel(self) -> int:

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import UnknownName, UsageError
 from .axis import Axis, Steps
+from .deviation import Deviation, deviation
 from .hook import Hook
-from .ideal import Deviation, deviation
 from .kernel import Kernel, Task
 from .motions import Mark, MotionEnd, MotionStart, Parameters
 from .net import Bus, Driver, Net

@@ -23,9 +23,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from .train import Playing
-    from .views import View
-
 BLOCK = 1 << 14  # edges that are expanded at a time
 LOOKS = 64  # edges that one question about the future looks ahead at most
 FIRST_PS = 1_000_000_000  # the stretch that is walked first; the next ones are longer, as long as edges are few
@@ -110,18 +107,6 @@ class Limited:
         return self.of.many(first, last)
 
 
-class Bounded(Limited):
-    """Edges of another clock as long as they lie before the bound of a view, which may still move."""
-
-    def __init__(self, of: ClockEdges, view: View) -> None:
-        self.of, self.view = of, view
-
-    @property
-    def until(self) -> int | None:  # type: ignore[override]
-        """The instant before which edges count."""
-        return self.view.bound
-
-
 class Later:
     """Edges of another clock, each so many picoseconds later."""
 
@@ -137,45 +122,6 @@ class Later:
 
     def many(self, first: int, last: int) -> NDArray[np.int64]:
         return self.of.many(first, last) + self.lag_ps
-
-
-class Numbered(Protocol):
-    """A view of a train that can number its edges to a level from 1 on, since the train began."""
-
-    of: Playing
-
-    def passed(self, level: int, tick: int) -> int:
-        """Return how many edges there are by a tick, that tick included."""
-
-    def edge(self, level: int, k: int) -> int | None:
-        """Return the tick of edge k; None: the train has fewer."""
-
-    def edge_times(self, level: int, first: int, last: int) -> NDArray[np.int64]:
-        """Return the instants of edges first ... last: (n,) int64 ps."""
-
-
-class TrainEdges:
-    """Edges of a view of a train, by arithmetic."""
-
-    def __init__(self, view: Numbered, level: int, since: int) -> None:
-        self.view, self.level, self.clock = view, level, view.of.train.clock
-        self.first = self._passed(since)
-
-    def _passed(self, ps: int) -> int:
-        return self.view.passed(self.level, self.clock.ticks_until(self.view.of.bounded(ps)))
-
-    def by(self, ps: int) -> int:
-        return max(self._passed(ps) - self.first, 0)
-
-    def at(self, k: int) -> int | None:
-        tick = self.view.edge(self.level, self.first + k)
-        if tick is None:
-            return None
-        time, until = self.clock.ps(tick), self.view.of.until
-        return time if until is None or time < until else None
-
-    def many(self, first: int, last: int) -> NDArray[np.int64]:
-        return self.view.edge_times(self.level, self.first + first, self.first + last)
 
 
 class Strides:

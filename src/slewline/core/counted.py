@@ -14,8 +14,8 @@ from collections.abc import Iterable
 from typing import Any
 
 from .clocking import ClockEdges
-from .views import View, real_edges
-from .wave import Level, Promise, promised
+from .views import View
+from .wave import Level, Promise, promised, real_edges
 
 
 class Counted(View):

@@ -15,12 +15,11 @@ from bisect import bisect_right
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
-from .course import Course, Ended
-
-if TYPE_CHECKING:
-    from .wave import Level
+from .clocking import Limited
+from .course import Course
+from .wave import Level, real_edges
 
 Shown: TypeAlias = tuple[int, Any, Any]
 DWELL_PS = 800_000  # the counts of one step follow each other so fast, where a step is several of them
@@ -224,7 +223,7 @@ class StepCounter:
         over = self._changes(self.course.edges(ps))
         if self._shown(ps) == over and (over or not held or held[-1] <= ps):  # nothing is on its way
             return StepCounter(course, self.scale, self.lag_ps, self.at(ps), ([], []), self.marks)
-        past = replace(self, course=replace(self.course, drive=Ended(self.course.drive, ps)))
+        past = replace(self, course=replace(self.course, drive=Limited(self.course.drive, ps + 1)))
         _, times, counts = past.between(ps, ps + self.lag_ps + (self.several + 1) * DWELL_PS * (self.several > 0))
         coming = [int(time) for time in times], [int(count) for count in counts]
         return StepCounter(course, self.scale, self.lag_ps, self.at(ps), coming, self.marks)
@@ -307,8 +306,7 @@ class Channel:
         level = self.code[before]
         if not isinstance(times, list):
             return self._edges_many(times, counts, level)
-        shown = {time: self.code[count] for time, count in zip(times, counts, strict=True)}  # the last in an instant
-        return _real(level, shown)
+        return real_edges(times, [self.code[count] for count in counts], level)
 
     def _edges_many(self, times: Any, counts: Any, before: int) -> tuple[Any, Any]:
         import numpy as np
@@ -363,23 +361,12 @@ class Zone:
         """Edges at start < t <= stop, as two lists."""
         closed = self.closed_at(start)
         _, times, counts = self.counter.between(start, stop)
-        shown = {}
-        for time, count in zip(times, counts, strict=True):
+        levels = []
+        for count in counts:
             says = self.says[int(count)]
             closed = closed if says is None else says
-            shown[int(time)] = self.levels[closed]
-        return _real(self.level(start), shown)
-
-
-def _real(level: Any, shown: dict[int, Any]) -> tuple[list[int], list[Any]]:
-    """Those of some levels that differ from the one before."""
-    times, levels = [], []
-    for time, now in shown.items():
-        if now != level:
-            level = now
-            times.append(time)
-            levels.append(now)
-    return times, levels
+            levels.append(self.levels[closed])
+        return real_edges([int(time) for time in times], levels, self.level(start))
 
 
 def _joined(few: list[int], more: Any) -> Any:

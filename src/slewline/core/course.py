@@ -65,22 +65,6 @@ class Made(Still):
         return np.array(self.times[first - 1 : last], np.int64)
 
 
-class Ended:
-    """Edges as far as they have come at an instant."""
-
-    def __init__(self, drive: ClockEdges, end: int) -> None:
-        self.drive, self.end = drive, end
-
-    def by(self, ps: int) -> int:
-        return self.drive.by(min(ps, self.end))
-
-    def at(self, k: int) -> int | None:
-        return self.drive.at(k) if k <= self.drive.by(self.end) else None
-
-    def many(self, first: int, last: int) -> NDArray[np.int64]:
-        return self.drive.many(first, last)
-
-
 # ------------------------------------------------------------------------------------------------------- the course
 @dataclass(slots=True)
 class Course:

@@ -25,9 +25,9 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, Protocol
 
-from .clocking import ClockEdges, TrainEdges
+from .clocking import ClockEdges
 from .timebase import Clock
-from .train import Playing, Train
+from .train import Playing, Train, TrainEdges
 
 if TYPE_CHECKING:
     import numpy as np

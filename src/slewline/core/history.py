@@ -132,10 +132,11 @@ class History:
 
     Args:
         value: before the first change.
+        since: the first instant that is known (ps); an earlier one is answered by the same value.
     """
 
-    def __init__(self, value: float = 0.0) -> None:
-        self._times, self._held = array("q", [0]), array("d", [value])
+    def __init__(self, value: float = 0.0, since: int = 0) -> None:
+        self._times, self._held = array("q", [since]), array("d", [value])
 
     def __len__(self) -> int:
         return len(self._times)

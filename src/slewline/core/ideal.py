@@ -8,7 +8,7 @@ velocity   ______
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from math import sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -17,8 +17,6 @@ from .timebase import PS_PER_S
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-    from .axis import Axis
 
 
 class IdealPiece(NamedTuple):
@@ -142,41 +140,3 @@ def there_and_down(up: Sequence[IdealPiece], top: float, distance: float) -> lis
     if rest < 0:
         up, rest = head(up, distance / 2), 0.0
     return [*up, IdealPiece(duration(top, rest), top), *mirrored(up)]
-
-
-# --------------------------------------------------------------------------------------------------------- what differs
-class Deviation(NamedTuple):
-    """By how much a motion leaves its ideal at most, in steps and steps/s, and where (ps); positive: it is ahead in
-    clockwise direction, or faster."""
-
-    position: float
-    position_ps: int
-    velocity: float
-    velocity_ps: int
-
-
-def deviation(axis: Axis, ideal: Ideal) -> Deviation:
-    """Return by how much an axis has left an ideal, from its start to its stop, or up to now."""
-    import numpy as np
-
-    start, stop = ideal.start, min(ideal.stop, axis.kernel.seen)
-    bends = ideal.bends[ideal.bends <= stop]
-
-    def worst(changes: NDArray[np.int64], of: Callable[[NDArray[np.int64]], NDArray[np.float64]]) -> tuple[float, int]:
-        """Both go one way between these instants: so the greatest difference is at one of them, or just before it."""
-        at = np.unique(np.concatenate([changes, changes - 1, bends, bends - 1, [start, stop]]))
-        at = at[(at >= start) & (at <= stop)]
-        differ = of(at)
-        most = int(np.argmax(np.abs(differ)))
-        return float(differ[most]), int(at[most])
-
-    def positions(at: NDArray[np.int64]) -> NDArray[np.float64]:
-        real, law = axis.low + axis.unwrapped_at(at), ideal.positions(at)
-        turns = np.rint((real[0] - law[0]) / axis.modulus)
-        return np.asarray(real - turns * axis.modulus - law, np.float64)
-
-    def velocities(at: NDArray[np.int64]) -> NDArray[np.float64]:
-        under_way = at < ideal.stop + ideal.interrupted  # when the ideal rests, the last step may still last
-        return np.where(under_way, axis.velocities_at(at) - ideal.velocities(at), 0.0)
-
-    return Deviation(*worst(axis.times(start, stop), positions), *worst(axis.velocities(start, stop)[0], velocities))

@@ -16,7 +16,7 @@ from heapq import heappop, heappush
 from itertools import count
 from typing import Any, Protocol
 
-from ..errors import Endless, SlewlineError
+from ..errors import Endless, SlewlineError, UsageError
 from .hook import Hook
 from .outside import Outside
 from .timebase import readable
@@ -157,7 +157,15 @@ class Kernel:
                     self._rest()
 
     def run_while(self, over: Callable[[], bool] | None, until: int) -> bool:
-        """Run whole instants, none later than `until`, until `over` says so; false when it does."""
+        """Run whole instants, none later than `until`, until `over` says so; false when it does.
+
+        Raises:
+            UsageError: the call comes from within a run.
+        """
+        if self.running:
+            raise UsageError(
+                f"it is {readable(self.now)}, and time passes already: what a run calls cannot let it pass"
+            )
         self.settle()
         heap = self.heap
         told = bool(self.on_commit.listeners)

@@ -20,9 +20,9 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from .hook import Hook
+from .kernel import Kernel
 
 if TYPE_CHECKING:
-    from .axis import Axis
     from .ideal import Ideal
 
 Why = Literal["done", "stopped", "limit", "changed", "cut"]
@@ -120,12 +120,16 @@ class Motions:
     """The motions and marks of one axis, in the order of time.
 
     `on_begin` and `on_end` are called with the MotionStart and the MotionEnd of every motion as it begins and ends.
+
+    Args:
+        stands: says where the axis is now: the position register, and the travel, in steps.
+        halt: cuts off the step in progress.
     """
 
-    __slots__ = ("_marks", "_started", "axis", "kernel", "on_begin", "on_end")
+    __slots__ = ("_halt", "_marks", "_stands", "_started", "kernel", "on_begin", "on_end")
 
-    def __init__(self, axis: Axis) -> None:
-        self.axis, self.kernel = axis, axis.kernel
+    def __init__(self, kernel: Kernel, stands: Callable[[], tuple[int, int]], halt: Callable[[], None]) -> None:
+        self.kernel, self._stands, self._halt = kernel, stands, halt
         self.on_begin: Hook[[MotionStart]] = Hook()
         self.on_end: Hook[[MotionEnd]] = Hook()
         self._started: list[_Started] = []
@@ -136,7 +140,7 @@ class Motions:
         """A motion begins now; `parameters` says later with which ones.  One that is under way ends with it."""
         self.end("changed")
         self.depart()
-        position, travel = self.axis.stands()
+        position, travel = self._stands()
         self._started.append(_Started(self.kernel.now, text, parameters, position, travel, direction))
         if self.on_begin:
             self.on_begin(self._told(self._started[-1]))
@@ -156,12 +160,12 @@ class Motions:
         if not self.under_way:
             return
         started = self._started[-1]
-        position, travel = self.axis.stands()
+        position, travel = self._stands()
         reason: Why = why or ("stopped" if started.told_to_stop else "done")
         started.end = MotionEnd(self.kernel.now, position, travel - started.travel, reason)
         if reason == "cut":
             self.depart()
-            self.axis.halt()
+            self._halt()
         if self.on_end:
             self.on_end(started.end)
 

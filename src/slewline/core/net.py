@@ -19,8 +19,8 @@ from typing import Any
 
 from .hook import Hook
 from .kernel import Kernel, Task
-from .views import Rested, Wired, floats
-from .wave import Level, Promise, Wave, promised
+from .views import Rested, Wired
+from .wave import Level, Promise, Wave, floats, promised
 
 __all__ = ["Bus", "Driver", "Level", "Net", "Promise", "Wave"]
 

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from fractions import Fraction
+from numbers import Integral
 from types import MappingProxyType
 from typing import Any, Literal
 
@@ -48,7 +49,7 @@ def _many(value: Any) -> bool:
 
 
 def _whole(value: Any) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool)
+    return isinstance(value, Integral) and not isinstance(value, bool)
 
 
 FITS: Mapping[Kind, Callable[[Any], bool]] = MappingProxyType(  # is a value of the kind, whatever its range?
@@ -57,7 +58,7 @@ FITS: Mapping[Kind, Callable[[Any], bool]] = MappingProxyType(  # is a value of 
         "int": _whole,
         "float": lambda value: _whole(value) or (isinstance(value, float) and abs(value) < float("inf")),
         "number": lambda value: _whole(value) or isinstance(value, (str, Fraction)),
-        "time": lambda value: isinstance(value, str) or (hasattr(value, "__index__") and not isinstance(value, bool)),
+        "time": lambda value: isinstance(value, str) or _whole(value),
         "frequency": lambda value: _whole(value) or isinstance(value, str),
         "text": lambda value: isinstance(value, str),
         "ints": lambda value: _many(value) and all(map(_whole, value)),
@@ -182,8 +183,8 @@ class Option:
         if why is not None:
             raise UsageError(f"{owner}: {self.name} {value!r}; {why or f'allowed {self.allowed}'}")
         if self.kind == "ints":
-            return tuple(sorted(value) if isinstance(value, (set, frozenset)) else value)
-        return value
+            return tuple(map(int, sorted(value) if isinstance(value, (set, frozenset)) else value))
+        return int(value) if _whole(value) else value
 
     def _wrong(self, value: Any) -> str | None:
         """Return why a value is not allowed, "" where `allowed` says it all; None: it is."""

@@ -24,20 +24,27 @@ class Outside:
     """Where a user, a server or a replay stands.
 
     `on_input` hears every input from outside when it is made: what was done, and to what, as plain data that can be
-    written down and done again.  `let_pass` lets time pass until something is met, or raises Timeout; None: nobody can.
+    written down and done again.  `write` is told last, just before it is done: what a listener puts in, or the time
+    that it lets pass, comes before what it has heard of.  `let_pass` lets time pass until something is met, or raises
+    Timeout; None: nobody can.
     """
 
-    __slots__ = ("_inside", "_queueing", "let_pass", "on_input")
+    __slots__ = ("_inside", "_queueing", "let_pass", "on_input", "write")
 
     def __init__(self) -> None:
         self.on_input: Hook[[str, dict[str, Any]]] = Hook()
+        self.write: Callable[[str, dict[str, Any]], None] | None = None  # a journal
         self.let_pass: LetPass | None = None
         self._inside = self._queueing = 0  # how deep in `nested` and in `queued`
 
     def tell(self, do: str, **what: Any) -> None:
         """Tell an input, unless it is nested in another one."""
-        if self.on_input.listeners and not self._inside:
+        if self._inside:
+            return
+        if self.on_input.listeners:
             self.on_input(do, what)
+        if self.write is not None:
+            self.write(do, what)
 
     def wait(self, met: Callable[[], bool], what: str, timeout: Time) -> bool:
         """Let time pass until something is met; false, at once, where calls only queue.

@@ -19,7 +19,7 @@ Way = Literal["in", "out", "both", "power", "none"]
 Order = Literal["little", "big"]
 AXIS_ROLES: Mapping[str, str] = MappingProxyType(  # a pin of an axis that ...
     {
-        "step": "shows every step; a driver makes it when the pin takes the level `sense`",
+        "step": "shows every step",
         "direction": "gives the direction; high: clockwise, or positive",
         "moving": "tells that the motor is under way",
         "ramping": "tells that it speeds up or slows down",
@@ -81,6 +81,7 @@ class Pin:
 
     `role` is what the pin is for, in a word that all parts share (see ROLES), on axis `axis`.  `sense` is the level at
     which that holds: the active one, unless the pin is named for the contrary (ATREST is low when the motor is moving).
+    A driver makes a step when its pin takes that level.
     `told` is what the transcript says when the pin becomes low, and when it becomes high: None where it is silent.
     """
 

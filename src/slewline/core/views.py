@@ -20,16 +20,10 @@ from functools import lru_cache
 from itertools import product
 from typing import Any
 
-from .clocking import Bounded, ClockEdges, Walked, clock_edges
-from .wave import Level, Promise, promised
+from .clocking import ClockEdges, Limited, Walked, clock_edges
+from .wave import FLOATING, Level, Promise, floats, joined, promised, real_edges
 
 TRIES = 16  # changes of inputs that change nothing; then `after` says where it has come to
-FLOATING = -1  # in arrays of levels, while they are put together
-
-
-def floats(what: Promise | Level) -> bool:
-    """Does a promise let go of the wire at times?"""
-    return what is None or getattr(what, "floats", False)
 
 
 class View:
@@ -90,6 +84,18 @@ class View:
         if self._bound is not None and stop >= self._bound:
             stop = self._bound - 1
         return self.edges_of(start, stop) if stop > start else ([], [])
+
+
+class Bounded(Limited):
+    """Edges of another clock as long as they lie before the bound of a view, which may still move."""
+
+    def __init__(self, of: ClockEdges, view: View) -> None:
+        self.of, self.view = of, view
+
+    @property
+    def until(self) -> int | None:  # type: ignore[override]
+        """The instant before which edges count."""
+        return self.view.bound
 
 
 class Repeated(View):
@@ -395,45 +401,4 @@ def deciding(table: tuple[int, ...]) -> frozenset[tuple[int, bool]]:
         for n in inputs
         for level in (0, 1)
         if len({out for i, out in enumerate(table) if i >> n & 1 == level}) == 1
-    )
-
-
-# --------------------------------------------------------------------------------------------------------------- edges
-def real_edges(times: Any, levels: Any, before: Level) -> tuple[Any, Any]:
-    """Return edges that are: of one instant the last, and each another level than the one before.
-
-    Args:
-        times, levels: two lists, or two arrays, ascending; -1 in an array is a wire that floats.
-        before: the level before the first.
-    """
-    if not isinstance(times, list):
-        import numpy as np
-
-        real = levels != np.concatenate(([FLOATING if before is None else before], levels[:-1]))
-        times, levels = (times, levels) if real.all() else (times[real], levels[real])
-        if len(levels) and levels.min() < 0:
-            return times.tolist(), [None if level < 0 else level for level in levels.tolist()]
-        return times, levels
-    real_times, real_levels = [], []
-    for time, level in dict(zip(times, levels, strict=True)).items():
-        if level != before:
-            real_times.append(time)
-            real_levels.append(level)
-            before = level
-    return real_times, real_levels
-
-
-def joined(parts: Sequence[tuple[Any, Any]]) -> tuple[Any, Any]:
-    """Return edges in parts, lists or arrays, as one: lists where all are lists, else arrays, -1 for None."""
-    if all(isinstance(times, list) for times, _ in parts):
-        return [time for times, _ in parts for time in times], [level for _, levels in parts for level in levels]
-    import numpy as np
-
-    codes = [
-        [FLOATING if level is None else level for level in levels] if isinstance(levels, list) else levels
-        for _, levels in parts
-    ]
-    return (
-        np.concatenate([np.asarray(times, np.int64) for times, _ in parts]),
-        np.concatenate([np.asarray(levels, np.int8) for levels in codes]),
     )

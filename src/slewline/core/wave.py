@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 Level = Any  # 0, 1 or None on a wire; (mask, value) or None on a bus
+FLOATING = -1  # in arrays of levels: None
 
 
 def promised(what: Any) -> bool:
     """Is it a promise?  Else it is a level."""
     return not (what is None or what.__class__ is int or what.__class__ is tuple)
+
+
+def floats(what: Promise | Level) -> bool:
+    """Does a promise let go of the wire at times?"""
+    return what is None or getattr(what, "floats", False)
 
 
 def alike(one: Any, two: Any) -> bool:
@@ -80,3 +87,43 @@ class Wave:
             if start < p[0] <= stop and (self.until is None or p[0] < self.until)
         ]
         return [time for time, _ in pairs], [level for _, level in pairs]
+
+
+def real_edges(times: Any, levels: Any, before: Level) -> tuple[Any, Any]:
+    """Return the edges that change the level; of several at one instant the last.
+
+    Args:
+        times, levels: two lists, ascending; or two arrays, no two instants equal, FLOATING for None.
+        before: the level before the first.
+    """
+    if not isinstance(times, list):
+        import numpy as np
+
+        real = levels != np.concatenate(([FLOATING if before is None else before], levels[:-1]))
+        times, levels = (times, levels) if real.all() else (times[real], levels[real])
+        if len(levels) and levels.min() < 0:
+            return times.tolist(), [None if level < 0 else level for level in levels.tolist()]
+        return times, levels
+    real_times, real_levels = [], []
+    for time, level in dict(zip(times, levels, strict=True)).items():
+        if level != before:
+            real_times.append(time)
+            real_levels.append(level)
+            before = level
+    return real_times, real_levels
+
+
+def joined(parts: Sequence[tuple[Any, Any]]) -> tuple[Any, Any]:
+    """Return edges in parts, lists or arrays, as one: lists where all are lists, else arrays, FLOATING for None."""
+    if all(isinstance(times, list) for times, _ in parts):
+        return [time for times, _ in parts for time in times], [level for _, levels in parts for level in levels]
+    import numpy as np
+
+    codes = [
+        [FLOATING if level is None else level for level in levels] if isinstance(levels, list) else levels
+        for _, levels in parts
+    ]
+    return (
+        np.concatenate([np.asarray(times, np.int64) for times, _ in parts]),
+        np.concatenate([np.asarray(levels, np.int8) for levels in codes]),
+    )

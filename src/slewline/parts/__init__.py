@@ -81,7 +81,7 @@ def part_class(kind: str) -> type[Part]:
     Raises:
         UnknownName: no such kind; the message says which there are.
     """
-    if kind not in KINDS:
+    if not isinstance(kind, str) or kind not in KINDS:
         near = get_close_matches(str(kind), KINDS, 1)
         remedy = f"; did you mean {near[0]}?" if near else ""
         raise UnknownName(f"no part {kind!r}; there are: {', '.join(KINDS)}{remedy}")

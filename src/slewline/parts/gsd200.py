@@ -203,7 +203,7 @@ class PhaseCurrent(Part):
             )
         self.add_pin("mov", "in", "high: in motion", pull=0, active=1)
         self.add_pin("ramp", "in", "high: on a ramp", pull=0, active=1)
-        self.history = History()
+        self.history: History | None = None  # from the instant on at which the part is wired
 
     def rewired(self) -> None:
         for pin in ("mov", "ramp"):
@@ -221,25 +221,31 @@ class PhaseCurrent(Part):
         return self.currents[self.transistors]
 
     def _note(self) -> None:
-        self.history.note(self.kernel.now, self.amperes)
+        self._known.note(self.kernel.now, self.amperes)
+
+    @property
+    def _known(self) -> History:
+        if self.history is None:
+            self.history = History(self.amperes, self.kernel.now)
+        return self.history
 
     def quantities(self) -> tuple[Quantity, ...]:
-        return (self.history.quantity(self.kernel, "current", "A"),)
+        return (self._known.quantity(self.kernel, "current", "A"),)
 
     def forget(self, before: int) -> None:
-        self.history.forget(before)
+        self._known.forget(before)
 
     @property
     def past(self) -> list[tuple[int, float]]:
         """From when on (ps) which current has flowed, amperes."""
-        return [*self.history]
+        return [*self._known]
 
     def current_at(self, time: Time) -> float:
         """Return the current at one instant of the past, amperes."""
-        return self.history.at(moment(time))
+        return self._known.at(moment(time))
 
     def currents_at(self, times: Sequence[Time] | NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the current at many instants of the past: float64, shape as `times`, amperes."""
         import numpy as np
 
-        return self.history.values_at(np.asarray(moments(times)))
+        return self._known.values_at(np.asarray(moments(times)))

@@ -19,7 +19,7 @@ from ..errors import UsageError
 from .clocked import Clocked
 from .follower import Follower
 from .part import AXIS
-from .steps_made import Limits, Made, Pulsed
+from .steps_made import Limits, Pulsed, StepsMade
 
 if TYPE_CHECKING:
     from ..core.quantity import Quantity
@@ -120,8 +120,8 @@ class Motor(Translator):
     options = (
         *Translator.options,
         Option("lag", "time", 0, "how long a step takes"),
-        Option("pull_in", "float", 0, "greatest rate from rest; 0: any rate at any time", unit="steps/s"),
-        Option("acceleration", "float", 0, "how fast it may become faster", unit="steps/s2"),
+        Option("pull_in", "float", 0, "greatest rate from rest; 0: any rate at any time", low=0, unit="steps/s"),
+        Option("acceleration", "float", 0, "how fast it may become faster", low=0, unit="steps/s2"),
         Option("loses", "ints", (), "numbers of pulses that it misses besides", low=1),
     )
     edge = 1
@@ -139,15 +139,14 @@ class Motor(Translator):
         loses: Iterable[int] = (),
     ) -> None:
         super().__init__(kernel, name, axis=axis, edge=edge)
-        if pull_in < 0 or not 0 <= acceleration <= pull_in**2 / 2:
-            raise UsageError(
-                f"{name}: pull_in {pull_in}, acceleration {acceleration}; allowed 0 and more, 0 to {pull_in**2 / 2:g}"
-            )
+        if acceleration > pull_in**2 / 2:
+            most = f"up to {pull_in**2 / 2:g} with pull_in {pull_in}" if pull_in else "0 without pull_in"
+            raise UsageError(f"{name}: acceleration {acceleration}; allowed {most}")
         self.limits = Limits(picoseconds(lag), pull_in, acceleration, frozenset(loses))
         for pin in "xy":
             self.add_pin(pin, "out", "detector signal", initial=0)
         self._pulsed = Pulsed()
-        self._made: Made | None = None  # what comes of the clock
+        self._made: StepsMade | None = None  # what comes of the clock
         self._under_way = 0  # the sign of the step that is under way; 0: none is
         self.shaft.on_cut.add(lambda ps: self.freeze(ps + 1))
         self.shaft.on_turn.add(self._show)
@@ -195,7 +194,7 @@ class Motor(Translator):
     def follow(self, clock: ClockEdges) -> None:
         now = self.kernel.now
         self._arrive()
-        self._made = Made(clock, self.limits, self._pulsed, self.sign)
+        self._made = StepsMade(clock, self.limits, self._pulsed, self.sign)
         if self._under_way:
             self.shaft.turn(Once(self._pulsed.arrives_ps), self._under_way, now)
             self.kernel.call_at(self._pulsed.arrives_ps, self.look)

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from ..core.ideal import Deviation, Ideal
+from ..core.deviation import Deviation
+from ..core.ideal import Ideal
 from ..core.motions import Mark, MotionStart
 from ..core.quantity import Outline, Quantity
 from .style import DASHES, Palette, TimeAxis, number

@@ -11,7 +11,7 @@ from ..errors import UsageError
 from ..record.compare import Comparison, compare_edges
 from ..record.read_vcd import read_vcd
 from ..record.waveforms import Waveforms
-from .main import FOUND
+from . import FOUND
 from .programs import print_json
 
 

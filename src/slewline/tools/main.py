@@ -10,8 +10,7 @@ import sys
 from collections.abc import Sequence
 
 from ..errors import Endless, ProgramError, SlewlineError, Timeout
-
-FOUND, WRONG_USE = 1, 2
+from . import FOUND, WRONG_USE
 
 
 def main() -> None:

@@ -18,7 +18,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from ...core.net import Net, Wave
-from ...core.train import OPEN, PatternView, Playing, PulseView, StepTrain
+from ...core.step_views import PatternView, PulseView
+from ...core.train import OPEN, Playing, StepTrain
 from ...core.waits import first_of
 from . import profile, sheet
 from .profile import Plan

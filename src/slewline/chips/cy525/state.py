@@ -20,7 +20,8 @@ from ...core.axis import Axis
 from ...core.chip import Chip
 from ...core.kernel import Kernel
 from ...core.net import Net
-from ...core.train import OPEN, Playing, PulseView, StepTrain
+from ...core.step_views import PulseView
+from ...core.train import OPEN, Playing, StepTrain
 from ...language.dialects import Decoder
 from . import sheet
 from .ideal import Made

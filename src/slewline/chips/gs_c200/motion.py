@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 
 from ...core.net import Driver, Net
 from ...core.plan import Plan, tail
-from ...core.train import OPEN, Playing, StepTrain, StrobeView
+from ...core.step_views import StrobeView
+from ...core.train import OPEN, Playing, StepTrain
 from ...core.waits import first_of, level, polled, until
 from . import profile
 

@@ -11,9 +11,10 @@ from typing import Any
 
 from ...core.kernel import Kernel
 from ...core.net import Net
+from ...core.step_views import PulseView
 from ...core.table import Row, Sheet
 from ...core.timebase import readable
-from ...core.train import OPEN, Playing, PulseView, StepTrain
+from ...core.train import OPEN, Playing, StepTrain
 from . import sheet
 from .instructions import Instructions
 from .motion import Motion
