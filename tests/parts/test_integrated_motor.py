@@ -130,7 +130,7 @@ def run(shuffle=None, watched=False, asked=()):
 def test_what_sits_on_an_integrated_motor_shows_what_its_rotor_does():
     motor, carriage, encoder, found = run()
     place, (a, b, index, out) = 0, found
-    closed, edges = False, []
+    closed, edges, shown = False, [], [[(0, 0)], [(0, 0)]]
     moved = 0.0  # the carriage
     assert len(motor.swings) > 20  # it swings
     for swing, following in zip(motor.swings, [*motor.swings[1:], None], strict=True):
@@ -142,9 +142,13 @@ def test_what_sits_on_an_integrated_motor_shows_what_its_rotor_does():
                 if now != closed:
                     edges.append((time + US, 1 - now))
                 closed = now
+                for levels, known in zip(((0, 1, 1, 0), (0, 0, 1, 1)), shown, strict=True):
+                    level = levels[place * 20 // PARTS % 4]
+                    if level != known[-1][1]:
+                        known.append((time + US, level))
     assert motor.shaft.place == place / PARTS
     assert out == edges and len(edges) == 4
-    assert len(a) > 1000 and len(b) > 1000 and index
+    assert [a, b] == [known[1:] for known in shown] and len(a) > 300 and index
     assert encoder.counts == place * 20 // PARTS
     assert carriage.lost and [found.code for found in carriage.findings][:1] == ["hard-stop"]
 
