@@ -8,6 +8,8 @@ from random import Random
 import numpy as np
 import pytest
 
+from slewline.core.clocking import clock_edges
+from slewline.core.counted import Counted
 from slewline.core.kernel import Kernel
 from slewline.core.net import Bus, Driver, Net, Wave
 from slewline.core.outlook import Outlook
@@ -178,6 +180,36 @@ def test_a_closed_gate_does_not_ask_for_the_steps_of_its_other_input():
     assert view.after(5) == 10**12 + 7
     assert Gated([pulses(10), Wave(0, (1,), (0,))], (0, 0, 0, 1)).after(5) is None
     assert Wired([pulses(10), Wave(0, (10**12,), (1,))], Net.wired, 1).after(5) == 10**12 + 7
+
+
+class Asked:
+    """A promise that counts how often it is asked for the next edge."""
+
+    until, asked = None, 0
+
+    def __init__(self, of):
+        self.of = of
+
+    def level(self, ps):
+        return self.of.level(ps)
+
+    def edges(self, start, stop):
+        return self.of.edges(start, stop)
+
+    def after(self, ps):
+        self.asked += 1
+        return self.of.after(ps)
+
+
+def test_what_is_behind_a_view_that_has_looked_ahead_enough_does_not_look_ahead_itself():
+    train = Asked(pulses(16))
+    view = still = Gated((train, Inverted(train)), (1, 1, 1, 1))  # no edge ever, and no input decides
+    for _ in range(3):
+        view = Gated((view, Inverted(view)), (1, 1, 1, 1))
+    assert view.after(0) > 100 and train.asked < 1000
+    train.asked = 0
+    assert clock_edges(Counted(clock_edges(still, 1, 0), still, (0, 1)), 1, 0).at(3) > 100
+    assert train.asked < 1000
 
 
 def test_a_bound_lies_before_those_of_the_inputs():

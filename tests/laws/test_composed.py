@@ -52,6 +52,7 @@ class Script:
         self.kernel, random = bench.kernel, Random(seed)
         self.drivers: list[Driver] = []
         self.views: dict[Driver, object] = {}
+        self.acts: set[int] = set()  # the instants at which something is driven
         for name in names:
             net = bench.pin(f"{name}.out").net
             self.drivers += [Driver(net, "script") for _ in range(random.choice((1, 1, 2)))]
@@ -60,6 +61,7 @@ class Script:
             ps, driver = random.randrange(1, END), random.randrange(len(self.drivers))
             if (ps, driver) not in taken:  # else the order of a round would matter
                 taken.add((ps, driver))
+                self.acts.add(ps)
                 kind = random.choice(("level", "wave", "soon", "train", "strobe", "cycles", "bound", "bound"))
                 self.kernel.call_at(
                     ps, self.acting(kind, self.drivers[driver], random.randrange(latest), random.random())
@@ -123,27 +125,34 @@ def furnished(bench, random: Random, twin: bool) -> list[str]:
 
 
 def played(
-    seed: int, *, twin=None, watched=False, recorded=True, shuffle=None, read=False, counted=None
+    seed: int, *, twin=None, watched=False, recorded=True, shuffle=None, read=False, pulses=None
 ) -> dict[str, list]:
-    """The edges of a random circuit behind random drives; `counted` takes all changes, those of no width included.
+    """The edges of a random circuit behind random drives.
 
     Args:
         twin: by edges; the parts that lie on circles.
+        pulses: takes the pulses of no width, (instant, pin), that come though nobody has driven a wire.
     """
     bench, random = slewline.Bench(shuffle=shuffle), Random(f"circuit {seed}")
     outputs = furnished(bench, random, twin is not None)
     edges: dict[str, list] = {}
     if recorded:
         bench.record(*outputs)
-    Script(bench, seed)
+    script = Script(bench, seed)
     for name in twin or ():
         bench.parts[name].looped = True
     bench.run(0)  # everything has come to rest
     readings = {name: Reading(bench.pin(name)) for name in outputs if read}
     found: dict[str, dict[int, int]] = {name: {0: bench.pin(name).level} for name in outputs}
+
+    def told(net: Net, name: str) -> None:
+        if bench.now_ps in found[name] and bench.now_ps not in script.acts and pulses is not None:
+            pulses.append((bench.now_ps, name))
+        found[name][bench.now_ps] = net.level
+
     for name in outputs:
         if watched:
-            bench.pin(name).net.watch(lambda net, name=name: found[name].__setitem__(bench.now_ps, net.level))
+            bench.pin(name).net.watch(lambda net, name=name: told(net, name))
         elif random.random() < 0.3:  # watched for a while
             bench.kernel.call_at(random.randrange(END), lambda name=name: bench.pin(name).net.watch(_ignored))
     bench.kernel.run(END)
@@ -158,8 +167,6 @@ def played(
             told = list(found[name].items())
             edges[name] = [edge for edge, (_, was) in zip(told[1:], told, strict=False) if edge[1] != was]
         edges[f"{name} now"] = bench.pin(name).level
-        if counted is not None:
-            counted[name] = bench.pin(name).net.changes
     return edges
 
 
@@ -189,25 +196,26 @@ WAYS = (
 )  # fmt: skip
 
 
-def agree(seed: int, ways=WAYS) -> tuple[int, bool, list[str]]:
-    """Play a circuit in some ways; how many edges there were, whether it has a circle, and which of its pins have
-    more pulses of no width than those of the twin."""
+def agree(seed: int, ways=WAYS) -> tuple[int, bool]:
+    """Play a circuit in some ways; how many edges there were, and whether it has a circle.
+
+    Promised edges pass all gates together, so they make no pulses of no width by themselves; only what is driven does,
+    which passes a gate a round, and what a circle does.
+    """
     circles = looped(seed)
-    views: dict[str, int] = {}
-    edges: dict[str, int] = {}
-    twin = played(seed, twin=circles, watched=True, counted=edges)
-    for how in ({"watched": True, "counted": views}, *ways):
+    pulses: list[tuple[int, str]] = []
+    twin = played(seed, twin=circles, watched=True)
+    for how in ({"watched": True, "pulses": pulses}, *ways):
         assert played(seed, **how) == twin, f"circuit {seed}, {how}"
-    count = sum(len(edges) for edges in twin.values() if isinstance(edges, list))
-    return count, bool(circles), [name for name, changes in views.items() if changes > edges[name]]
+    assert circles or not pulses, f"circuit {seed}"
+    return sum(len(edges) for edges in twin.values() if isinstance(edges, list)), bool(circles)
 
 
 @pytest.mark.parametrize("block", range(10))
 def test_circuits_of_views_and_of_edges_agree(block: int) -> None:
     found = [agree(seed, (WAYS[seed % 5],)) for seed in range(block * 25, block * 25 + 25)]
-    assert sum(edges for edges, _, _ in found) > 100
-    assert any(circles for _, circles, _ in found)
-    assert not any(glitches for _, _, glitches in found)
+    assert sum(edges for edges, _ in found) > 100
+    assert any(circles for _, circles in found)
 
 
 # ------------------------------------------------------------------------------------------------- between two chips
@@ -269,5 +277,5 @@ def test_a_thousand_circuits_between_chips_agree() -> None:
 @pytest.mark.long
 @pytest.mark.timeout(3000)
 def test_four_thousand_circuits_agree() -> None:
-    glitches = [seed for seed in range(10_000, 14_000) if agree(seed)[2]]
-    assert len(glitches) < 40, glitches  # where a promised edge meets what somebody does at the same instant
+    for seed in range(10_000, 14_000):
+        agree(seed)

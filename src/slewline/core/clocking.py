@@ -211,12 +211,14 @@ class Walked:
         time: int | None = self._reached
         if k > self._found:
             for _ in range(LOOKS):
-                time = self.promise.after(time)
+                before, time = time, self.promise.after(time)
                 if time is None:
                     return None
                 self._walk(time)
                 if k <= self._found:
                     break
+                if self.promise.level(time) == self.promise.level(before):  # it has looked ahead enough itself
+                    return time
             else:
                 return time
         found = self.many(k, k)

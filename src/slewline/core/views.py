@@ -213,8 +213,8 @@ class Combined(View):
             if not times or (deciding and len(times) < len(asked)):
                 return None
             ps = max(times) if deciding else min(times)  # nothing happens before the last one that decides lets go
-            levels = self._levels(ps)
-            if self.combined(levels) != here:
+            before, levels = levels, self._levels(ps)
+            if levels == before or self.combined(levels) != here:  # an input that says "ask again" has tried enough
                 break
         return ps
 
