@@ -54,13 +54,13 @@ def test_every_finding_has_a_line_on_its_page():
 API = (ROOT / "docs/reference/api.md").read_text("utf-8")
 OWNERS = {
     "bench": slewline.Bench(),
-    "x": slewline.Bench().add("cy525"),
     "pin": Terminal,
     "steps": Steps,
     "finding": Finding,
     "found": Comparison,
 }
-OWNERS["host"] = slewline.Bench().host(OWNERS["x"])
+OWNERS["x"] = OWNERS["bench"].add("cy525")
+OWNERS["host"] = OWNERS["bench"].host(OWNERS["x"])
 with_module = slewline.Bench()
 OWNERS["serial"] = with_module.host(with_module.add("gs-c200"))
 with_chipset = slewline.Bench()
