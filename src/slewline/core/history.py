@@ -13,7 +13,7 @@ from __future__ import annotations
 from array import array
 from bisect import bisect_right
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ..errors import UsageError
 from .quantity import POINTS, Outline, Quantity, column_edges, exceeds, thinned
@@ -160,8 +160,12 @@ class History:
             times.append(ps)
             held.append(value)
 
-    def note_many(self, times_ps: NDArray[np.int64], values: NDArray[np.float64]) -> None:
-        """The same for ascending instants, (n,) int64, all of them after the one noted last; (n,) float64."""
+    def note_many(self, times_ps: Any, values: Any) -> None:
+        """The same for ascending instants in ps, all of them after the one noted last: two lists, or two arrays."""
+        if isinstance(times_ps, list):
+            self._times.extend(times_ps)
+            self._held.extend(values)
+            return
         import numpy as np
 
         self._times.frombytes(np.asarray(times_ps, np.int64).tobytes())
