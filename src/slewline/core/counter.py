@@ -196,22 +196,28 @@ class StepCounter:
 
     def _own(self, a: int, b: int) -> tuple[Any, Any]:
         """Changes a+1 ... b of this course, all of which come: instants, and the counts from there on."""
+        course = self.course
         if b - a <= MANY:
             numbers = range(a + 1, b + 1)
-            return [self._due(j) for j in numbers], [self.count + self.course.sign * j for j in numbers]
+            counts = [self.count + course.sign * j for j in numbers]
+            if self.several:
+                return [self._due(j) for j in numbers], counts
+            at: Any = course.drive.at
+            edges = [-(-(self._parts(j) + course.slack) // course.step) for j in numbers]
+            return [at(course.first + k) + self.lag_ps for k in edges], counts
         import numpy as np
 
-        course, j = self.course, np.arange(a + 1, b + 1)
+        j = np.arange(a + 1, b + 1)
         parts = self._parts(j)
         k = -(-(parts + course.slack) // course.step)
         first, last = int(k[0]), int(k[-1])
         k -= first
-        edges = course.drive.many(course.first + first, course.first + last)
-        times = edges[k]
+        instants = course.drive.many(course.first + first, course.first + last)
+        times = instants[k]
         if self.several:
             begins = np.searchsorted(k, k)
             late = np.arange(b - a) - begins + np.where(begins, 0, a - self._changes(first - 1))
-            following = np.append(edges[1:], np.iinfo(np.int64).max)  # behind the last one nothing has come yet
+            following = np.append(instants[1:], np.iinfo(np.int64).max)  # behind the last one nothing has come yet
             times = np.minimum(times + late * DWELL_PS, following[k])
         return times + self.lag_ps, self.count + course.sign * j
 
@@ -303,10 +309,11 @@ class Channel:
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Edges at start < t <= stop: two lists, or two arrays (int64 ps, int8 levels)."""
         before, times, counts = self.counter.between(start, stop)
-        level = self.code[before]
+        levels = self.code.levels
+        level, size = self.code[before], len(levels)
         if not isinstance(times, list):
             return self._edges_many(times, counts, level)
-        return real_edges(times, [self.code[count] for count in counts], level)
+        return real_edges(times, [levels[count % size] for count in counts], level)
 
     def _edges_many(self, times: Any, counts: Any, before: int) -> tuple[Any, Any]:
         import numpy as np

@@ -14,7 +14,7 @@ from array import array
 from bisect import bisect_right
 from collections.abc import Callable, Iterator
 from math import nan
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ..errors import UsageError
 from .quantity import POINTS, Outline, Quantity, column_edges, exceeds, thinned
@@ -167,12 +167,16 @@ class History:
             held.append(value)
             self._bound()
 
-    def note_many(self, times_ps: NDArray[np.int64], values: NDArray[np.float64]) -> None:
-        """The same for ascending instants, (n,) int64, all of them after the one noted last; (n,) float64."""
-        import numpy as np
+    def note_many(self, times_ps: Any, values: Any) -> None:
+        """The same for ascending instants in ps, all of them after the one noted last: two lists, or two arrays."""
+        if isinstance(times_ps, list):
+            self._times.extend(times_ps)
+            self._held.extend(values)
+        else:
+            import numpy as np
 
-        self._times.frombytes(np.asarray(times_ps, np.int64).tobytes())
-        self._held.frombytes(np.asarray(values, np.float64).tobytes())
+            self._times.frombytes(np.asarray(times_ps, np.int64).tobytes())
+            self._held.frombytes(np.asarray(values, np.float64).tobytes())
         self._bound()
 
     def _bound(self) -> None:

@@ -142,6 +142,7 @@ class QuadratureCounter:
         """Work off changes of A and B, one after the other."""
         levels = [*self._levels_before(a, b)]
         both = set(a).intersection(b)
+        times, counts = [], []
         for tick, channel in sorted([(int(tick), 0) for tick in a] + [(int(tick), 1) for tick in b]):
             levels[channel] ^= 1
             if tick == self._since:
@@ -153,7 +154,9 @@ class QuadratureCounter:
                 self.finding("encoder-illegal", self._told("changed at once, which is not counted,", tick))
             else:
                 self.counts += 1 if (levels[0] != levels[1]) is (channel == 0) else -1
-                self.history.note(self.clock.ps(tick), self.counts)
+                times.append(self.clock.ps(tick))
+                counts.append(self.counts)
+        self.history.note_many(times, counts)
 
     def _count_many(self, a: Any, b: Any) -> None:
         """The same of many."""
