@@ -50,7 +50,7 @@ class LineChip(Chip):
     done, refused = b"OK", b"?"  # what `obey` answers where a command says nothing, and to what is no command
     lenient = False  # forgive a line feed between two lines
 
-    def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, **given: Any) -> None:
+    def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
         assert self.sheet.port is not None  # a mistake in the sheet of the chip
         self.port: Port = self.sheet.port

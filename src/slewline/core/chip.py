@@ -231,6 +231,7 @@ class Chip(OneAxis):
         self,
         kernel: Kernel,
         name: str,
+        /,
         crystal_hz: int | None = None,
         *,
         bare: bool = False,

@@ -32,7 +32,7 @@ def lead(row: Row) -> int:
 class Cy525(Instructions):
     """A CY525 on a bench."""
 
-    def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, **given: Any) -> None:
+    def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
         self.law = Law(self.options.ramp_unit, self.options.ramp_jumps)
         self.handlers: dict[int, Callable[..., Awaitable[None] | None]] = {

@@ -43,7 +43,7 @@ class State(Chip):
     motion: Motion | Stepwise
     law: Law  # of the ramps
 
-    def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, **given: Any) -> None:
+    def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
         self.defaults: dict[str, int] = {row.name: getattr(self.options, row.name) for row in sheet.REGISTERS}
         self.reg = dict(self.defaults)

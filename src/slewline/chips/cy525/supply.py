@@ -18,7 +18,7 @@ from .state import State, T
 class Supply(State):
     """The supply pins and RESET."""
 
-    def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, **given: Any) -> None:
+    def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
         cold: bool = self.options.cold
         self.powered, self.cold = not cold, cold

@@ -29,7 +29,7 @@ class GsC(Instructions):
     homing_erases: bool  # a homing sent by the host erases the program
     answer_checked = False  # the answer to the line in work carries a checksum
 
-    def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, **given: Any) -> None:
+    def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
         if self.options.stepwise:
             from .stepwise import Stepwise

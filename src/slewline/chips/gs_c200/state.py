@@ -31,7 +31,7 @@ class State(LineChip):
 
     wraps: bool  # past its ends the position counter wraps; else a motion that would leave it is E5
 
-    def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, **given: Any) -> None:
+    def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
         self.store: Store = self.options.store if self.options.store is not None else Memory()
         self.eeprom_fails: bool = self.options.eeprom_fault

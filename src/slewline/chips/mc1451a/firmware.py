@@ -28,7 +28,7 @@ SELECTS = ("SET_1", "SET_2", "SET_3", "SET_4", "SET_I")  # like every GET, they 
 class Chipset(Instructions):
     """An MC1151A, MC1251A or MC1451A on a bench, or one of their -E versions."""
 
-    def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, **given: Any) -> None:
+    def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
         self.busy_ticks: int = self.options.busy_ticks
         self.ready_ticks: int = self.options.reset_cycles * CYCLE_TICKS

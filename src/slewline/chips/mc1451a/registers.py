@@ -43,7 +43,7 @@ class Registers(Chip):
 
     motion: Moves
 
-    def __init__(self, kernel: Kernel, name: str, crystal_hz: int | None = None, **given: Any) -> None:
+    def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
         self.encoder = self.sheet.encoder
         self.axes = tuple(Axis(kernel, POSITIONS, 0) for _ in range(self.sheet.axes))
