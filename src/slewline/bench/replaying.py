@@ -18,7 +18,6 @@ from ..errors import BenchFileError, OtherLaws, TornJournal
 from ..version import __version__
 from .bench import Bench
 from .journal import VERSION
-from .script import run_script
 from .text import read_file
 
 
@@ -179,6 +178,8 @@ def tell(bench: Bench, host: Any, do: str, args: list[Any]) -> None:
         with bench.outside.queued():  # the journal itself says how time passed
             getattr(host.to(chip), verb)(*more)
     elif do == "script":
+        from .script import run_script  # a bench without scripts does not load their language
+
         chip, text, where = args
         run_script(bench, host.to(chip), text, where)
     else:
