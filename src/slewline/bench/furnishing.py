@@ -13,12 +13,10 @@ from ..core.hook import Hook
 from ..core.kernel import Kernel
 from ..core.net import Bus, Net
 from ..core.pin import Terminal
-from ..core.shaft import Shaft
 from ..core.table import Sheet
 from ..core.timebase import Time, hertz, picoseconds
 from ..errors import UnknownName, UsageError, WiringError
 from ..parts import make_part, part_class
-from ..parts.gates import WireInverter
 from ..parts.host import Host
 from ..parts.packet_host import PacketHost
 from ..parts.part import Part
@@ -29,6 +27,8 @@ from .wiring import as_needed, in_role, joints
 
 if TYPE_CHECKING:
     from os import PathLike
+
+    from ..core.shaft import Shaft
 
 PORTS = {  # how a chip is spoken to: in lines, in packets
     (False, False): "a bus",
@@ -173,6 +173,8 @@ class Furnished(Drawing):
             return {}
         if not sits:
             raise UsageError(f"{name}: a {kind} sits on no shaft; leave out on=")
+        from ..core.shaft import Shaft
+
         carrier = self._there(on)
         shaft = getattr(carrier, "shaft", None)
         if not isinstance(shaft, Shaft):
@@ -357,6 +359,8 @@ class Furnished(Drawing):
             raise WiringError(f"wire {a} to {b}: a bus of eight wires does not fit a single pin; wire bus to bus")
         self.outside.tell("wire", a=a, b=b, invert=invert)
         if invert:
+            from ..parts.gates import WireInverter
+
             two.tie = None
             WireInverter(self.kernel, f"inverter of {a}", one, two).rewired()
         else:
