@@ -12,6 +12,7 @@ from random import Random
 import numpy as np
 import pytest
 
+from slewline.core.clocking import ClockEdges
 from slewline.core.kernel import Kernel
 from slewline.core.reading import Reading
 from slewline.core.shaft import Shaft
@@ -26,7 +27,7 @@ AHEAD = 50  # grid points that one question integrates at most
 PARTS = 256  # the rotor is told of so many parts of a step
 
 
-class Swing:
+class Swing(ClockEdges):
     """A rotor with inertia, friction and a spring to the step that is commanded, from an instant on."""
 
     def __init__(self, since, place, speed, target):

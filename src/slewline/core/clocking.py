@@ -15,6 +15,7 @@ caller has dealt with itself; nothing here has an effect on the wire.
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Protocol
 
 from .timebase import Clock
@@ -43,8 +44,12 @@ class ClockEdges(Protocol):
     def many(self, first: int, last: int) -> NDArray[np.int64]:
         """Return the instants of edges first ... last, all of which come: (n,) int64 ps, ascending."""
 
+    def few(self, numbers: Iterable[int]) -> list[int]:
+        """Return the instants of some edges, all of which come, in ps: fewer than would be worth an array."""
+        return [at for k in numbers if (at := self.at(k)) is not None]
 
-class Still:
+
+class Still(ClockEdges):
     """No edges: a level that stays."""
 
     def by(self, ps: int) -> int:
@@ -59,7 +64,7 @@ class Still:
         return np.empty(0, np.int64)
 
 
-class Even:
+class Even(ClockEdges):
     """Edges at an even rate (1/s), the first one a period after `since`."""
 
     def __init__(self, since: int, rate: int) -> None:
@@ -77,7 +82,7 @@ class Even:
         return self.since + self.clock.ps_array(np.arange(first, last + 1))
 
 
-class Limited:
+class Limited(ClockEdges):
     """Edges of another clock as long as they lie before an instant, `until`; None: all of them."""
 
     until: int | None
@@ -106,8 +111,11 @@ class Limited:
     def many(self, first: int, last: int) -> NDArray[np.int64]:
         return self.of.many(first, last)
 
+    def few(self, numbers: Iterable[int]) -> list[int]:
+        return self.of.few(numbers)
 
-class Later:
+
+class Later(ClockEdges):
     """Edges of another clock, each so many picoseconds later."""
 
     def __init__(self, of: ClockEdges, lag_ps: int) -> None:
@@ -122,6 +130,9 @@ class Later:
 
     def many(self, first: int, last: int) -> NDArray[np.int64]:
         return self.of.many(first, last) + self.lag_ps
+
+    def few(self, numbers: Iterable[int]) -> list[int]:
+        return [at + self.lag_ps for at in self.of.few(numbers)]
 
 
 class Strides:
@@ -147,7 +158,7 @@ class Strides:
             self.ps = FIRST_PS
 
 
-class Walked:
+class Walked(ClockEdges):
     """Edges of any promise, found by walking along it.
 
     `_starts` are places on the way: instants behind which stretches begin, and `_counts` how many edges lie before.

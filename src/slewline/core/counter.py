@@ -202,9 +202,9 @@ class StepCounter:
             counts = [self.count + course.sign * j for j in numbers]
             if self.several:
                 return [self._due(j) for j in numbers], counts
-            at: Any = course.drive.at
-            edges = [-(-(self._parts(j) + course.slack) // course.step) for j in numbers]
-            return [at(course.first + k) + self.lag_ps for k in edges], counts
+            first, slack, step, lag = course.first, course.slack, course.step, self.lag_ps
+            edges = [first - (-(parts + slack) // step) for parts in map(self._parts, numbers)]
+            return [at + lag for at in course.drive.few(edges)], counts
         import numpy as np
 
         j = np.arange(a + 1, b + 1)
@@ -296,14 +296,17 @@ class Channel:
 
     def after(self, ps: int) -> int | None:
         """The next edge, or where to look for it: the counts of a shaft that is too fast may jump for ever."""
-        here, time = self.level(ps), ps
+        counter, code, time = self.counter, self.code, ps
+        count = counter.at(ps)
+        here = code[count]
         for _ in range(LOOKS + 1):
-            counter = self.counter
-            changes = self.code.distance(counter.at(time), counter.course.sign) if self.level(time) == here else 1
+            changes = code.distance(count, counter.course.sign) if code[count] == here else 1
             following = counter.after(time, changes)
-            if following is None or self.level(following) != here:
-                return following
-            time = following
+            if following is None:
+                return None
+            count, time = counter.at(following), following
+            if code[count] != here:
+                break
         return time
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
@@ -311,17 +314,9 @@ class Channel:
         before, times, counts = self.counter.between(start, stop)
         levels = self.code.levels
         level, size = self.code[before], len(levels)
-        if not isinstance(times, list):
-            return self._edges_many(times, counts, level)
-        return real_edges(times, [levels[count % size] for count in counts], level)
-
-    def _edges_many(self, times: Any, counts: Any, before: int) -> tuple[Any, Any]:
-        import numpy as np
-
-        last = np.append(times[1:] != times[:-1], True)  # in an instant
-        times, levels = times[last], self.code.array[counts[last] % len(self.code.levels)]
-        real = levels != np.append(np.int8(before), levels[:-1])
-        return times[real], levels[real]
+        if isinstance(times, list):
+            return real_edges(times, [levels[count % size] for count in counts], level)
+        return real_edges(times, self.code.array[counts % size], level)
 
 
 class Zone:

@@ -160,12 +160,12 @@ class CycleTrain(Train):
     # ------------------------------------------------------------------------------------------------------ questions
     def begin(self, k: int) -> int:
         distance = (k + 1) * self.unit - self.lead
-        if k >= self.steps:
-            return self.origin + self.length
-        if distance <= 0:  # the lead is more than half a step already
-            return self.origin
         i, before, after = self._near
         if not before < distance <= after:
+            if k >= self.steps:
+                return self.origin + self.length
+            if distance <= 0:  # the lead is more than half a step already
+                return self.origin
             i, before, after = self._enter(self._cycle(distance))
         return self.origin + i * self.cycle - (before - distance) * self.cycle // (after - before)
 

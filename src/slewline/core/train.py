@@ -19,6 +19,7 @@ from collections.abc import Iterable
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
+from .clocking import ClockEdges
 from .timebase import Clock
 
 if TYPE_CHECKING:
@@ -337,7 +338,7 @@ class Numbered(Protocol):
         """Return the instants of edges first ... last: (n,) int64 ps."""
 
 
-class TrainEdges:
+class TrainEdges(ClockEdges):
     """Edges of a view of a train, by arithmetic."""
 
     def __init__(self, view: Numbered, level: int, since: int) -> None:
@@ -359,3 +360,7 @@ class TrainEdges:
 
     def many(self, first: int, last: int) -> NDArray[np.int64]:
         return self.view.edge_times(self.level, self.first + first, self.first + last)
+
+    def few(self, numbers: Iterable[int]) -> list[int]:
+        level, first, edge, ps = self.level, self.first, self.view.edge, self.clock.ps
+        return [ps(tick) for k in numbers if (tick := edge(level, first + k)) is not None]

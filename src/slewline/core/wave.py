@@ -93,13 +93,19 @@ def real_edges(times: Any, levels: Any, before: Level) -> tuple[Any, Any]:
     """Return the edges that change the level; of several at one instant the last.
 
     Args:
-        times, levels: two lists, ascending; or two arrays, no two instants equal, FLOATING for None.
+        times, levels: two lists, ascending; or two arrays, FLOATING for None.
         before: the level before the first.
     """
     if not isinstance(times, list):
         import numpy as np
 
-        real = levels != np.concatenate(([FLOATING if before is None else before], levels[:-1]))
+        again = times[1:] == times[:-1]
+        if again.any():
+            last = np.append(~again, True)
+            times, levels = times[last], levels[last]
+        real = np.empty(len(levels), bool)
+        real[:1] = levels[:1] != (FLOATING if before is None else before)
+        np.not_equal(levels[1:], levels[:-1], out=real[1:])
         times, levels = (times, levels) if real.all() else (times[real], levels[real])
         if len(levels) and levels.min() < 0:
             return times.tolist(), [None if level < 0 else level for level in levels.tolist()]

@@ -90,7 +90,7 @@ class Limits:
         return len(times) if good.all() else int(np.argmin(good)) + 1
 
 
-class StepsMade:
+class StepsMade(ClockEdges):
     """Clock edges that become steps: the pulses that a motor follows, at their instants.
 
     `_firsts` and `_lasts` are the runs of pulses that are followed, counting from 1, and `_before` how many steps come

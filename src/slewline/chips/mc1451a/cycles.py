@@ -77,13 +77,14 @@ def encoder_of(trajectory: Trajectory) -> tuple[Quantity, ...]:
     encoder, offsets = trajectory.encoder, trajectory.offsets
     if encoder is None or len(encoder.history) < 2:
         return ()
-    history = encoder.history
+    history, clock = encoder.history, encoder.clock
 
     def values(times: NDArray[np.int64]) -> NDArray[np.float64]:
-        return history.values_at(times) + offsets.values_at(times)
+        return history.values_at(clock.ticks_array(times + 1) - 1) + offsets.values_at(times)
 
     def changes(start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        times = np.union1d(history.changes(start, stop)[0], offsets.changes(start, stop)[0])
+        ticks, _ = history.changes(clock.ticks_until(start), clock.ticks_until(stop))
+        times = np.union1d(clock.ps_array(ticks), offsets.changes(start, stop)[0])
         return times, values(times)
 
     return (Staircase(trajectory.kernel, "actual_position", "counts", values, changes, from_zero=False),)

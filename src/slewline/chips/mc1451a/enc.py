@@ -21,6 +21,7 @@ from ...core.history import History
 from ...core.pin import Terminal
 from ...core.reading import Reading
 from ...core.timebase import Clock, readable
+from ...core.wave import real_edges
 from .sheet import FILTER_TICKS, TIMES
 
 DWELL_TICKS = TIMES["dwell"].ticks  # the shortest state within the specification
@@ -62,30 +63,37 @@ class FilteredInput:
             self.level = int(bool(self.reading.first))
         if len(times) > MUCH:
             return self._passed_many(tick, times, levels)
-        ticks = [*self.late[0], *(clock.ticks_from(int(ps)) for ps in times)]
+        ticks = [*self.late[0], *map(clock.ticks_from, times if isinstance(times, list) else times.tolist())]
         levels = [*self.late[1], *levels]
         passed = bisect_left(ticks, tick - FILTER_TICKS)
         self.late, found = (ticks[passed:], levels[passed:]), []
-        for n in range(passed):
-            level = int(bool(levels[n]))
-            if level != self.level and (n + 1 == len(ticks) or ticks[n + 1] - ticks[n] >= FILTER_TICKS):
-                found.append(ticks[n] + FILTER_TICKS)
-                self.level = level
+        here, following = self.level, [*ticks[1 : passed + 1], tick]  # what came last has lasted until the question
+        for begin, end, shown in zip(ticks[:passed], following, levels, strict=False):
+            level = 1 if shown else 0
+            if level != here and end - begin >= FILTER_TICKS:
+                found.append(begin + FILTER_TICKS)
+                here = level
+        self.level = here
         return found
 
     def _passed_many(self, tick: int, times: Any, levels: Any) -> Any:
         """The same of many edges."""
         import numpy as np
 
-        ticks = np.append(np.array(self.late[0], np.int64), self.clock.ticks_array(np.asarray(times, np.int64)))
-        levels = np.append(np.array(self.late[1], bool), np.asarray(levels) == 1)
-        passed = int(np.searchsorted(ticks, tick - FILTER_TICKS))
+        ticks, levels = self.clock.ticks_array(np.asarray(times, np.int64)), np.asarray(levels) == 1
+        if self.late[0]:
+            ticks = np.concatenate((np.array(self.late[0], np.int64), ticks))
+            levels = np.concatenate((np.array(self.late[1], bool), levels))
+        passed = int(ticks.searchsorted(tick - FILTER_TICKS))
         self.late = ticks[passed:].tolist(), levels[passed:].tolist()
-        lasting = np.append(np.diff(ticks) >= FILTER_TICKS, True)[:passed]
-        ticks, levels = ticks[:passed][lasting], levels[:passed][lasting]
-        real = levels != np.append(self.level == 1, levels[:-1])
+        lasting = ticks[1 : passed + 1] - ticks[:passed][: len(ticks) - 1] >= FILTER_TICKS
+        ticks, levels = ticks[:passed], levels[:passed]
+        if not lasting.all():
+            lasting = np.concatenate((lasting, [True]))[:passed]  # what came last has lasted until the question
+            ticks, levels = ticks[lasting], levels[lasting]
+        ticks, levels = real_edges(ticks, levels.view(np.int8), self.level)
         self.level = int(levels[-1]) if len(levels) else self.level
-        return ticks[real] + FILTER_TICKS
+        return ticks + FILTER_TICKS
 
 
 class QuadratureCounter:
@@ -98,7 +106,7 @@ class QuadratureCounter:
     def __init__(self, a: Terminal, b: Terminal, clock: Clock, finding: Callable[[str, str], object]) -> None:
         self.a, self.b = FilteredInput(a, clock), FilteredInput(b, clock)
         self.clock, self.finding = clock, finding
-        self.history = History()  # the counts
+        self.history = History()  # the counts, by ticks of the chip
         self.begin()
 
     def begin(self) -> None:
@@ -106,7 +114,7 @@ class QuadratureCounter:
         self.a.begin()
         self.b.begin()
         self.counts = 0
-        self.history.note(self.a.begun, 0)
+        self.history.note(self.clock.ticks_from(self.a.begun), 0)
         self._asked: int | None = None  # the tick of the last question
         self._since: int | None = None  # the tick at which the present state came
         self._burst = False  # states are too short; over when one lasts twice as long as it must
@@ -133,30 +141,30 @@ class QuadratureCounter:
             self._count(a, b)
         return self.counts
 
-    def _levels_before(self, a: Sequence[int], b: Sequence[int]) -> tuple[int, int]:
-        """The levels before some changes up to the present ones."""
+    def _differed_before(self, a: Sequence[int], b: Sequence[int]) -> bool:
+        """Did A and B differ before some changes up to the present levels?"""
         assert self.a.level is not None and self.b.level is not None
-        return self.a.level ^ len(a) & 1, self.b.level ^ len(b) & 1
+        return bool((self.a.level ^ self.b.level ^ len(a) ^ len(b)) & 1)
 
     def _count(self, a: Sequence[int], b: Sequence[int]) -> None:
         """Work off changes of A and B, one after the other."""
-        levels = [*self._levels_before(a, b)]
-        both = set(a).intersection(b)
-        times, counts = [], []
-        for tick, channel in sorted([(int(tick), 0) for tick in a] + [(int(tick), 1) for tick in b]):
-            levels[channel] ^= 1
-            if tick == self._since:
-                continue  # the second half of a change of both
-            if self._since is not None and (tick - self._since < DWELL_TICKS or self._burst):
-                self._check_states([tick - self._since], tick)
-            self._since = tick
+        differ = self._differed_before(a, b)
+        of_a = set(a)
+        both = of_a.intersection(b)
+        count, since, ticks, counts = self.counts, self._since, [], []
+        for tick in sorted(of_a.union(b)):
+            if since is not None and (tick - since < DWELL_TICKS or self._burst):
+                self._check_states([tick - since], tick)
+            since = tick
             if tick in both:
                 self.finding("encoder-illegal", self._told("changed at once, which is not counted,", tick))
-            else:
-                self.counts += 1 if (levels[0] != levels[1]) is (channel == 0) else -1
-                times.append(self.clock.ps(tick))
-                counts.append(self.counts)
-        self.history.note_many(times, counts)
+                continue
+            differ = not differ
+            count += 1 if differ is (tick in of_a) else -1
+            ticks.append(tick)
+            counts.append(count)
+        self.counts, self._since = count, since
+        self.history.note_many(ticks, counts)
 
     def _count_many(self, a: Any, b: Any) -> None:
         """The same of many."""
@@ -165,20 +173,21 @@ class QuadratureCounter:
         ticks = np.concatenate([np.asarray(a, np.int64), np.asarray(b, np.int64)])
         order = np.argsort(ticks, kind="stable")
         ticks, of_b = ticks[order], order >= len(a)
-        lasted = np.diff(ticks)
+        lasted = ticks[1:] - ticks[:-1]
         if not lasted.all():  # both at one tick
-            self._count(list(a), list(b))
+            self._count(np.asarray(a).tolist(), np.asarray(b).tolist())
             return
-        differ = sum(self._levels_before(a, b)) & 1  # A and B, before the first change; every change turns that round
+        differ = self._differed_before(a, b)  # every change turns that round
         up = (np.arange(1, len(ticks) + 1) + differ & 1 == 1) != of_b
         counts = self.counts + np.cumsum(np.where(up, 1, -1))
-        self.history.note_many(self.clock.ps_array(ticks), counts)
+        self.history.note_many(ticks, counts)
         self.counts = int(counts[-1])
         if self._since is not None:
-            lasted = np.append(ticks[0] - self._since, lasted)
-        told = lasted[(lasted < DWELL_TICKS) | (lasted >= 2 * DWELL_TICKS)]
-        turns = np.diff(told < DWELL_TICKS, prepend=self._burst)  # where a burst begins or ends
-        self._check_states(told[turns].tolist(), int(ticks[-1]))
+            lasted = np.concatenate(([ticks[0] - self._since], lasted))
+        if self._burst or lasted.min() < DWELL_TICKS:
+            told = lasted[(lasted < DWELL_TICKS) | (lasted >= 2 * DWELL_TICKS)]
+            turns = np.diff(told < DWELL_TICKS, prepend=self._burst)  # where a burst begins or ends
+            self._check_states(told[turns].tolist(), int(ticks[-1]))
         self._since = int(ticks[-1])
 
     def _check_states(self, lasted: Sequence[int], tick: int) -> None:

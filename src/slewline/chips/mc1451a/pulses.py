@@ -177,7 +177,7 @@ class Pulses:
         cycle = (self.chip.clock.ticks_until(before) - self.chip.origin) // CYCLE_TICKS
         self.offsets.forget(before)
         if self.encoder is not None:
-            self.encoder.history.forget(before)
+            self.encoder.history.forget(self.chip.clock.ticks_until(before))
         del self.past[: max(bisect_right(self.past, cycle, key=lambda entry: entry.first) - 1, 0)]
 
     def _base(self) -> None:

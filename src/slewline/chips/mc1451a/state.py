@@ -6,7 +6,8 @@ writes what it makes of them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from copy import copy
+from dataclasses import dataclass, field
 
 ONE = 1 << 16  # a step, and a step per cycle, in the 16.16 numbers of the chipset
 
@@ -37,7 +38,7 @@ class Profile:
 
     def copy(self) -> Profile:
         """The same values, apart."""
-        return replace(self)
+        return copy(self)
 
 
 @dataclass(slots=True)

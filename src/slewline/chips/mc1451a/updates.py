@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any
-
 from .ideal import begins, departs
 from .profile import s_curve
 from .pulses import Pulses
@@ -104,12 +101,14 @@ class Updates(Pulses):
         """
         state = self.state
         old = state.active
-        kept: dict[str, Any] = {name: getattr(old, name) for name in FIXED.get(self.mode, ()) if state.in_motion}
+        kept = {name: getattr(old, name) for name in FIXED.get(self.mode, ()) if state.in_motion}
         if any(name in new.loaded and getattr(new, name) != value for name, value in kept.items()):
             state.events |= COMMAND_ERROR
             old.position = new.position
         else:
-            state.active = replace(new, **kept)
+            for name, value in kept.items():
+                setattr(new, name, value)
+            state.active = new
 
     def begin_gear(self, cause: str) -> None:
         """The gear follows from now on, unless a limit switch or the motor forbids it."""

@@ -42,9 +42,9 @@ def fault_of_curve(law: SCurve, run: Run, curve: Phases, before: int) -> str:
     """Return what is wrong with the rest of an S-curve; "" when nothing is.  Arguments as above."""
     if run.cycles < 1:
         return f"{run.cycles} cycles"
-    ends = [*law.pieces[1:], None]
-    for piece, following in zip(law.pieces, ends, strict=True):
-        if not 0 <= piece.speed >> PLACES <= curve.velocity:
+    allowed = range(curve.velocity + 1 << PLACES)
+    for piece, following in zip(law.pieces, [*law.pieces[1:], None], strict=True):
+        if piece.speed not in allowed:
             return f"phase {piece.phase}: speed {piece.speed >> PLACES}; allowed 0 to {curve.velocity}"
         if following is not None and abs(piece.covered(following.cycle) - following.position) >> PLACES:
             return f"phase {piece.phase} does not end where the next one begins"
