@@ -255,7 +255,7 @@ def starting() -> list[Row]:
     """What it costs to import slewline and to make a bench, and what --help loads."""
     numpy, ours = seconds_of("import numpy"), seconds_of("import slewline; slewline.Bench()")
     code = (
-        "import sys; from slewline.tools.main import main; sys.argv = ['slewline', '--help']\n"
+        "import sys; from slewline.cli.main import main; sys.argv = ['slewline', '--help']\n"
         "try: main()\nexcept SystemExit: pass\nprint('numpy' in sys.modules, file=sys.stderr)"
     )
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stderr.strip()

@@ -30,7 +30,7 @@ from slewline.links.chipset_port import COMMAND, DATA, HOSTRDY, STATUS, ChipsetP
 
 CHARACTER_MS = 11 / 9.6
 TURNROUND_MS = 1.0
-SERVE = [sys.executable, "-c", "from slewline.tools.main import main; main()", "serve"]
+SERVE = [sys.executable, "-c", "from slewline.cli.main import main; main()", "serve"]
 MODULES, MOVING, POLLS_PER_S = 100, 20, 10
 PROGRAM = (b"Po", b"S50", b"T400", b"R100", b"+9000", b"-9000", b"j12")
 

@@ -32,6 +32,7 @@ import conformance
 from slewline.bench import Bench
 from slewline.bench.wiring import joints
 from slewline.chips import PARTS, listed, quirks_of, ramps_of, sheet_of
+from slewline.cli.commands import cli
 from slewline.core.chip import Chip
 from slewline.core.table import ROLES
 from slewline.errors import WiringError
@@ -40,7 +41,6 @@ from slewline.language.lines import usage
 from slewline.links.requests import COMMON, NAMES, REQUESTS, Key, Request, schema
 from slewline.parts import KINDS, part_class
 from slewline.parts.part import Part
-from slewline.tools.commands import cli
 
 EXAMPLES: dict[str, dict[str, Any]] = {"prom": {"image": ""}, "switch": {"low": 0}}  # parts that must be told something
 DOCS = Path(__file__).resolve().parent.parent / "docs"

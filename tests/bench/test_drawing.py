@@ -11,12 +11,12 @@ import pytest
 
 import slewline
 from slewline.bench.drawing import differences
+from slewline.cli.main import invoke
 from slewline.core.chip import Chip
 from slewline.core.deviation import Deviation
 from slewline.errors import NotRecorded, UnknownName
 from slewline.record.panels import Track
 from slewline.record.traces import Trace
-from slewline.tools.main import invoke
 
 MS = 10**9
 ROOT = Path(__file__).parents[2]

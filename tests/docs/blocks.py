@@ -28,7 +28,7 @@ from sybil.evaluators.python import PythonEvaluator
 from sybil.parsers.markdown import CodeBlockParser
 from sybil.parsers.markdown.lexers import FencedCodeBlockLexer
 
-from slewline.tools.main import invoke
+from slewline.cli.main import invoke
 
 from ..oracles import programs
 from .pictures import images

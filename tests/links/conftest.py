@@ -20,7 +20,7 @@ from slewline.links.server import Server
 PATIENCE = 30.0  # seconds of the wall clock after which a test gives up; nothing depends on it
 STRAPS = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}  # 9600 baud, no checksum
 HANGUP = "import signal; signal.signal(signal.SIGHUP, signal.SIG_DFL)"  # under nohup it is ignored, by children too
-COMMAND = [sys.executable, "-W", "error", "-c", f"{HANGUP}; from slewline.tools.main import main; main()", "serve"]
+COMMAND = [sys.executable, "-W", "error", "-c", f"{HANGUP}; from slewline.cli.main import main; main()", "serve"]
 
 
 class Client:

@@ -27,7 +27,7 @@ class Served:
     """A server process, and a host that is connected to it."""
 
     def __init__(self, directory, *how):
-        command = "from slewline.tools.main import main; main()"
+        command = "from slewline.cli.main import main; main()"
         words = ["serve", "gs-c200s", "--tcp", "127.0.0.1:0", "--state", str(directory), *how]
         words += ["--option", "eeprom_time=20 ms"]
         self.process = subprocess.Popen([sys.executable, "-c", command, *words], stdout=subprocess.PIPE, text=True)

@@ -16,11 +16,11 @@ import pytest
 
 import slewline
 from slewline.chips import PARTS, sheet_of
+from slewline.cli.main import invoke
 from slewline.links.pace import Lockstep, Paced
 from slewline.links.registers import BACKLOG
 from slewline.links.server import Server
 from slewline.links.status import as_line
-from slewline.tools.main import invoke
 
 from .conftest import Asks, Threaded
 

@@ -16,9 +16,9 @@ import pytest
 import serial
 
 import slewline
+from slewline.cli.main import invoke
+from slewline.cli.serve import Serve, signals
 from slewline.links.pty import HINT
-from slewline.tools.main import invoke
-from slewline.tools.serve import Serve, signals
 
 from .conftest import COMMAND, PATIENCE, Asks
 
@@ -175,7 +175,7 @@ def test_a_transcript_that_would_hang_the_start_is_refused(capfd):
 NO_POSIX = """
 import sys
 sys.modules |= dict.fromkeys(("fcntl", "termios", "tty", "pty"))  # as if they were not there
-from slewline.tools.main import invoke
+from slewline.cli.main import invoke
 sys.exit(invoke(sys.argv[1:]))
 """
 

@@ -6,7 +6,7 @@ import pytest
 
 import slewline
 from slewline.bench.file import load_bench
-from slewline.tools.demo import HERE, MACHINE
+from slewline.cli.demo import HERE, MACHINE
 
 
 @pytest.fixture(scope="package")

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from slewline.tools.demo import TIMESCALE
+from slewline.cli.demo import TIMESCALE
 
 from .conftest import SENT, TOLD
 from .programs import find, sigrok

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import slewline
-from slewline.tools.main import invoke
+from slewline.cli.main import invoke
 
 KEYS = ["chip", "crystal_hz", "time_ps", "ended", "position", "registers", "pins", "program", "steps"]
 KEYS += ["received", "findings"]
@@ -103,7 +103,7 @@ def test_no_step_has_no_times(call, write):
 def test_steps_are_counted_across_windows(call, write, monkeypatch, window):
     program = write("p.cy525", "A 0", "F 3", "R 40", "S 250", "Z 1", "N 30", "G")
     whole = call("run", program, "--json", "-").json["steps"]
-    monkeypatch.setattr("slewline.tools.report.WINDOW_PS", window)
+    monkeypatch.setattr("slewline.cli.report.WINDOW_PS", window)
     assert whole["count"] == 30 and whole["min_interval_ps"] < 3 * 10**9
     assert call("run", program, "--json", "-").json["steps"] == whole
 
@@ -222,7 +222,7 @@ def test_a_hex_file_goes_to_a_chip_in_binary_mode(call, five, write):
 
 
 def test_a_program_may_come_from_the_standard_input():
-    code = "import sys; from slewline.tools.main import main; main()"
+    code = "import sys; from slewline.cli.main import main; main()"
     command = [sys.executable, "-c", code, "run", "-", "--chip", "cy525", "--json"]
     ran = subprocess.run(command, input="A 12\n", capture_output=True, text=True, check=True)
     assert json.loads(ran.stdout)["position"] == 12

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from slewline.tools.main import invoke
+from slewline.cli.main import invoke
 
 
 class Called(NamedTuple):

@@ -46,7 +46,7 @@ def test_asm_as_json(call, program):
 
 def output_of(*arguments):
     """The standard output as bytes, of a process of its own: carriage returns must arrive as they are."""
-    code = "from slewline.tools.main import main; main()"
+    code = "from slewline.cli.main import main; main()"
     return subprocess.run([sys.executable, "-c", code, *arguments], stdout=subprocess.PIPE, check=True).stdout
 
 
@@ -253,9 +253,9 @@ PASSED = {
 @settings(deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
 def test_whatever_run_refuses_lint_calls_an_error_of_the_same_line(data):
+    from slewline.cli.programs import texts_of
+    from slewline.cli.run import Run
     from slewline.errors import ProgramError
-    from slewline.tools.programs import texts_of
-    from slewline.tools.run import Run
 
     part = data.draw(st.sampled_from(sorted(REFUSED)))
     odd = [*REFUSED[part], "@wait x", "A\u00d8", "x" * 999, "@bytes 4", "@until", "@power maybe", "@pulse abort=0"]
@@ -424,7 +424,7 @@ def test_describe_as_json_has_everything(call):
 
 
 def test_describe_on_a_terminal_is_typeset(monkeypatch, capsys):
-    from slewline.tools.main import invoke
+    from slewline.cli.main import invoke
 
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     assert invoke(["describe", "cy525", "L"]) == 0

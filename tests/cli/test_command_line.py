@@ -17,7 +17,7 @@ PYTHON = [sys.executable, "-W", "error", "-c"]
 
 def python(code, *arguments, **options):
     """Run Python code in a process of its own, with `invoke` at hand."""
-    code = f"import sys; from slewline.tools.main import invoke; {code}"
+    code = f"import sys; from slewline.cli.main import invoke; {code}"
     return subprocess.run([*PYTHON, code, *arguments], check=False, capture_output=True, text=True, **options)
 
 
@@ -85,7 +85,7 @@ def test_without_msgspec_programs_run_and_bench_files_say_what_to_install(five, 
 def test_a_closed_pipe_ends_the_run_quietly_and_leaves_no_file(endless, folder):
     reader, writer = os.pipe()
     os.close(reader)
-    command = "import sys; from slewline.tools.main import main; main()"
+    command = "import sys; from slewline.cli.main import main; main()"
     arguments = ["run", endless, "--until", "1 s", "--vcd", "x.vcd", "--journal", "j"]
     ran = subprocess.run([*PYTHON, command, *arguments], stdout=writer, stderr=subprocess.PIPE, text=True, check=False)
     os.close(writer)
@@ -95,7 +95,7 @@ def test_a_closed_pipe_ends_the_run_quietly_and_leaves_no_file(endless, folder):
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 def test_a_full_disk_behind_the_standard_output(five):
-    command = "import sys; from slewline.tools.main import main; main()"
+    command = "import sys; from slewline.cli.main import main; main()"
     with open("/dev/full", "w") as full:
         ran = subprocess.run(
             [*PYTHON, command, "run", five], stdout=full, stderr=subprocess.PIPE, text=True, check=False

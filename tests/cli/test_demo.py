@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from slewline.chips.cy525.sheet import SHEET
+from slewline.cli.demo import HERE, MACHINE, PROGRAM
 from slewline.language.assemble import assemble
-from slewline.tools.demo import HERE, MACHINE, PROGRAM
 
 FILES = ["weld.cy525", "weld.gtkw", "weld.png", "weld.sucl", "weld.svg", "weld.toml", "weld.vcd"]
 
