@@ -1,9 +1,9 @@
-"""A bench in virtual time: chips, hosts and parts on one kernel, wired by nets.
+r"""A bench in virtual time: chips, hosts and parts on one kernel, wired by nets.
 
 bench = slewline.Bench()
 x = bench.add("cy525", name="x", crystal="11 MHz")
 host = bench.host(x)
-host.send("R 100\\r")
+host.send("R 100\r")
 bench.run_until_idle()
 """
 

@@ -1,7 +1,7 @@
-"""The transcript of what was served: both directions of every line, in virtual time, and what happened around them.
+r"""The transcript of what was served: both directions of every line, in virtual time, and what happened around them.
 
-         0.012292 x  < F\\r                        from the host to the module
-         0.017729 x  > R\\r                        and back
+         0.012292 x  < F\r                        from the host to the module
+         0.017729 x  > R\r                        and back
          0.020000 y  < 2 6c                        a byte to a register of a chipset, 5c from one: > 0 5c
          0.500000 x  ! 127.0.0.1:40522 has gone    connections, faults, findings, what had to be dropped
 

@@ -1,4 +1,4 @@
-"""TCP: a raw socket for each line, socket://HOST:PORT for pySerial.
+r"""TCP: a raw socket for each line, socket://HOST:PORT for pySerial.
 
 A port behaves like a line: hosts take turns, and one owns the port at a time.
 
@@ -6,7 +6,7 @@ A port behaves like a line: hosts take turns, and one owns the port at a time.
     the next one comes       at any time: its bytes queue behind those, and it gets the answers that come from now on
     a second one beside it   gets a line of text that says who is there, and is hung up on
 
-A host that says no more (`printf 'V1\\r' | nc -N`) gets the answers to what it has said, unless the next one comes.
+A host that says no more (`printf 'V1\r' | nc -N`) gets the answers to what it has said, unless the next one comes.
 One that has vanished without a word (a cable pulled, a machine switched off) is found out by keepalive probes.
 That a host has closed shows behind its last byte only: one that leaves behind more than the system keeps for it, some
 64 KB, counts as there until its end is in sight.

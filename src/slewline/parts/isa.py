@@ -1,12 +1,12 @@
-"""The ISA board of the chipset's application note: its host port as I/O addresses of a PC.
+r"""The ISA board of the chipset's application note: its host port as I/O addresses of a PC.
 
     base + 0   data, read and write     + 2   command, write     + 4   bit 7: HostRdy, read     + 8   reset, write
 
     clocks     |  0  |  1  |  2  |  3  |  4  |  5  |            of the bus, 8 MHz
     address    ---<================================>            selects the port, and is HostCmd (A1)
-    IOW, IOR   ‾‾‾‾‾‾\\_______________________/‾‾‾‾‾‾
-    HostWrite  ‾‾‾‾‾‾‾‾‾‾‾‾\\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾            the PAL cuts it short, so that data are held behind it
-    HostRead   ‾‾‾‾‾‾\\_______________________/‾‾‾‾‾‾            the PC takes the byte at its end
+    IOW, IOR   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾
+    HostWrite  ‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾            the PAL cuts it short, so that data are held behind it
+    HostRead   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾            the PC takes the byte at its end
 
 The board decodes ten address lines.  It takes sixteen addresses; those without a function read FF and take nothing, and
 the other bits of the status float and read 1.  RESET of the bus resets the chipset, too.

@@ -1,7 +1,7 @@
-"""Times between edges, and whether they keep what the data sheet prints.
+r"""Times between edges, and whether they keep what the data sheet prints.
 
-    start  ‾‾\\___/‾‾\\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾    an interval goes from the last start before an end to that end, if no
-    end    ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\\___/‾‾\\___/‾    other end lies between: here one, from the second fall to the first
+    start  ‾‾\___/‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾    an interval goes from the last start before an end to that end, if no
+    end    ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\___/‾‾\___/‾    other end lies between: here one, from the second fall to the first
                     |<-->|
 
 Everything is exact, in whole picoseconds.

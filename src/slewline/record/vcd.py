@@ -1,10 +1,10 @@
-"""Value change dumps (IEEE 1364), for GTKWave, PulseView, Surfer and their like.
+r"""Value change dumps (IEEE 1364), for GTKWave, PulseView, Surfer and their like.
 
     #1200                  time, in units of the timescale
     0!                     one wire: level and identifier
     b1010 "                a bus as a whole
     r5978.26 #             a real: a velocity
-    sP\\x20300 $            a string: the command in work
+    sP\x20300 $            a string: the command in work
 
 Times are rounded down to the timescale.  Of several changes of a variable inside one unit the last one counts; a glitch
 that is over within its unit is not in the file, and is counted as lost.  Changes of one instant stand under one time.
@@ -282,7 +282,7 @@ def real(bits: int) -> str:
 
 
 def string(text: str) -> str:
-    """A text as the file has it: ASCII in one word; viewers show \\x20 as a blank."""
+    r"""A text as the file has it: ASCII in one word; viewers show \x20 as a blank."""
     return "s" + ascii_of(text.translate(ESCAPES))
 
 

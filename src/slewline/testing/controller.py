@@ -104,9 +104,9 @@ class Controller:
 
     # ------------------------------------------------------------------------------------------------------- exchange
     def ask(self, command: str, timeout: Time = "5 s") -> str:
-        """Send a command over the line, as a host would, and return the answer without checksum and carriage return.
+        r"""Send a command over the line, as a host would, and return the answer without checksum and carriage return.
 
-        The line is borrowed from the program that may hold it.  The listing of Q is lines with "\\r" between them.
+        The line is borrowed from the program that may hold it.  The listing of Q is lines with "\r" between them.
 
         Raises:
             ChecksumError: the answer has a wrong checksum.
