@@ -325,7 +325,7 @@ class Playing:
         return 1 + (self.train.pieces(since, to) if since < to else 0)
 
     def extremes(self, start: int, stop: int) -> tuple[list[int], list[float]]:
-        """Of the same the first, a lowest, a highest and the last one, in the order of time."""
+        """Return of the velocities the first, a lowest, a highest and the last: instants (ps) and steps/s."""
         since, to, rests = self.ticks(start, stop)
         if since >= to:
             return [start], [0.0]
