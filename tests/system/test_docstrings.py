@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -18,12 +19,10 @@ NOT_YET = {  # still to be rewritten
     "testing/protocol_slewline.py",
 }
 # How a sentence begins that describes a state of the world, or asks for one.
-STATES = frozenset(
-    """
-    A All An Are As Be By Can Does Each Edges Every From Has How In Instant Instants Is It Its Level Levels May Neither
-    No Nobody Not Nothing Of Some Somebody Something That The There These They This Time To True Under What When Where
-    Whether Which Who Whose Will
-    """.split()
+STATES = re.compile(
+    r"(A|All|An|Are|As|Be|By|Can|Does|Each|Edges|Every|From|Has|How|In|Instants?|Is|It|Its|Levels?|May|Neither|No|Nobody|Not"
+    r"|Nothing|Of|Some|Somebody|Something|That|The|There|These|They|This|Time|To|True|Under|What|When|Where|Whether|Which"
+    r"|Who|Whose|Will|\w+ion)\W?"
 )
 
 
@@ -47,7 +46,7 @@ def stated(source: str) -> list[str]:
     found = []
     for node in functions(ast.parse(source)):
         words = (ast.get_docstring(node) or "Return").split()
-        if words[0].rstrip(",:") in STATES or words[0].rstrip(":").endswith("ion"):
+        if STATES.fullmatch(words[0]):
             found.append(f"{node.name}: {' '.join(words[:8])}")
     return found
 
