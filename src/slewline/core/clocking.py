@@ -57,7 +57,7 @@ class Still(ClockEdges):
         return 0
 
     def at(self, k: int) -> int | None:
-        """None: no edge."""
+        """Return None: no edge comes."""
         return None
 
     def many(self, first: int, last: int) -> NDArray[np.int64]:
