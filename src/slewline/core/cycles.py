@@ -151,7 +151,7 @@ class CycleTrain(Train):
 
     @property
     def halves(self) -> CycleTrain:
-        """The same movement in half steps: PULSE rises at even ones and falls at odd ones, counting from 0."""
+        """The movement in half steps: PULSE rises at even ones and falls at odd ones, counting from 0."""
         return CycleTrain(self.clock, self.origin, self.law, self.cycles, self.lead, self.cycle, self.unit // 2)
 
     def positions(self, i: int, j: int) -> NDArray[np.int64]:

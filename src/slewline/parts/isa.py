@@ -72,6 +72,7 @@ class Isa(Caller):
         self.reset_until = 0  # a write to base + 8 holds the chipset in reset so long
 
     def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
         self.pin("reset_drv").net.watch(self._put_reset)
         self._put_reset()
 
@@ -107,7 +108,7 @@ class Isa(Caller):
 
     # ------------------------------------------------------------------------------------------------------ bus cycles
     async def write(self, port: int, byte: int) -> None:
-        """A write cycle, now."""
+        """Write a byte to a port, now: a write cycle."""
         offset = self._offset(port)
         if offset in (DATA, COMMAND):
             self._select(command=int(offset == COMMAND))
@@ -120,7 +121,7 @@ class Isa(Caller):
         await until(self.kernel, self._clock(CYCLE))
 
     async def read(self, port: int) -> int:
-        """A read cycle, now."""
+        """Return the byte of a port, now: a read cycle."""
         offset, end = self._offset(port), self._clock(CYCLE)
         if offset == DATA:
             self._select(command=0)
@@ -135,7 +136,7 @@ class Isa(Caller):
         return byte
 
     async def until_ready(self, ps: int) -> None:
-        """No cycles, until HostRdy is high or so much time is over."""
+        """Wait, without cycles, until HostRdy is high or so much time (ps) is over."""
         await first_of(self.kernel, self.kernel.now + ps, (self.pins["hostrdy"].net, 1))
 
     def _offset(self, port: int) -> int:

@@ -241,7 +241,7 @@ class Checked:
 
     @property
     def verdict(self) -> str:
-        """The same in words."""
+        """Whether it was kept, in words."""
         if self.missing:
             return f"{self.missing} not recorded"
         if not self.count:
