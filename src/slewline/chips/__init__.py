@@ -159,5 +159,7 @@ def _sheet(cls: type[Chip]) -> Sheet:
     found = getattr(cls, "sheet", None)
     if not isinstance(found, Sheet):
         wrong = "has no sheet" if found is None else f"sheet: found {found!r}"
-        raise UsageError(f"{CATALOGUE.name_of(cls)}: {wrong}; a class of a chip names its data sheet: sheet = Sheet(...)")
+        raise UsageError(
+            f"{CATALOGUE.name_of(cls)}: {wrong}; a class of a chip names its data sheet: sheet = Sheet(...)"
+        )
     return found

@@ -135,12 +135,10 @@ class Catalogue(Generic[T]):
     def _imported(self, place: str, said: str) -> type[T]:
         """Return the class at module:Class, of which errors say `said`."""
         module, _, attribute = place.partition(":")
+        if "<locals>" in attribute:
+            raise UsageError(f"{said}: a class within a function cannot be found by name; move it out of the function")
         if not all(part.isidentifier() for part in [*module.split("."), *attribute.split(".")]):
-            local = "<locals>" in attribute
-            raise UsageError(
-                f"{said}: {'a class inside a function has no name that finds it; move it to the module' if local else ''}"
-                f"{'' if local else 'expected module:Class, such as my_lab.mx10:Mx10'}"
-            )
+            raise UsageError(f"{said}: expected module:Class, such as my_lab.mx10:Mx10")
         try:
             found: Any = import_module(module)
         except ModuleNotFoundError as error:
@@ -166,7 +164,9 @@ class Catalogue(Generic[T]):
         names = [
             name
             for name, cls in vars(module).items()
-            if isinstance(cls, type) and issubclass(cls, self.base) and cls.__module__ == getattr(module, "__name__", "")
+            if isinstance(cls, type)
+            and issubclass(cls, self.base)
+            and cls.__module__ == getattr(module, "__name__", "")
         ]
         return f"; its {self.what}s: {', '.join(names)}" if names else ""
 

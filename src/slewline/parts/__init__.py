@@ -74,9 +74,7 @@ KINDS = {
 # fmt: on
 
 
-CATALOGUE = Catalogue(
-    "part", Part, "slewline.parts", {kind: f"{__name__}.{row.at}" for kind, row in KINDS.items()}
-)
+CATALOGUE = Catalogue("part", Part, "slewline.parts", {kind: f"{__name__}.{row.at}" for kind, row in KINDS.items()})
 
 
 def part_class(kind: str, *, allow_code: bool = True) -> type[Part]:
