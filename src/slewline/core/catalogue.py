@@ -16,6 +16,7 @@ from difflib import get_close_matches
 from importlib import import_module
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from weakref import WeakKeyDictionary
 
 from ..errors import UnknownName, UsageError
 
@@ -45,6 +46,7 @@ class Catalogue(Generic[T]):
         spelled: Callable[[str], str] = str,
     ) -> None:
         self.what, self.base, self.group, self.ours, self.spelled = what, base, group, ours, spelled
+        self._guests: WeakKeyDictionary[type[T], str] = WeakKeyDictionary()  # names; to look for one takes 10 ms
 
     def load(self, name: str, *, allow_code: bool) -> type[T]:
         """Return the class of a name.
@@ -70,7 +72,7 @@ class Catalogue(Generic[T]):
             return self._imported(key, f"{self.what} {key!r}")
         brought = self.brought_as(key)
         if brought is None:
-            raise self.unknown(key)
+            raise self.unknown(name)
         return self._imported(brought.value, f"{self.what} {key!r} of {package(brought)} ({brought.value})")
 
     def canonical(self, name: str) -> str:
@@ -89,10 +91,10 @@ class Catalogue(Generic[T]):
         for name, ours in self.ours.items():
             if ours == place:
                 return name
-        for name, brought in self.brought().items():
-            if len(brought) == 1 and brought[0].value == place:
-                return name
-        return place
+        if cls not in self._guests:
+            alone = {found[0].value: name for name, found in self.brought().items() if len(found) == 1}
+            self._guests[cls] = alone.get(place, place)
+        return self._guests[cls]
 
     def names(self) -> list[str]:
         """Return all names: ours, then those of installed packages."""
@@ -101,7 +103,7 @@ class Catalogue(Generic[T]):
     # ------------------------------------------------------------------------------------------- installed packages
     def brought(self) -> dict[str, list[EntryPoint]]:
         """Return the entry points of installed packages by name; several, where packages contradict each other."""
-        from importlib.metadata import entry_points  # 20 ms, and most runs want ours
+        from importlib.metadata import entry_points  # it takes long to load, and most runs want ours
 
         found: dict[str, list[EntryPoint]] = {}
         for point in sorted(entry_points(group=self.group), key=lambda point: point.name):
@@ -125,7 +127,7 @@ class Catalogue(Generic[T]):
     def unknown(self, name: object) -> UnknownName:
         """Return the error that nothing has a name, with the names there are."""
         names, remedy = self.names(), ""
-        if near := get_close_matches(str(name), names, 1):
+        if near := get_close_matches(self.spelled(str(name)), names, 1):
             remedy = f"; did you mean {near[0]}?"
         elif "." in str(name):
             remedy = f"; a class of your own is module:Class, such as {name}:Class"
