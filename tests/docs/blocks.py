@@ -146,7 +146,7 @@ def modules_here() -> Iterator[None]:
         yield
     finally:
         sys.path[:] = before
-        for name, module in [*sys.modules.items()]:
+        for name, module in sys.modules.copy().items():
             if Path(getattr(module, "__file__", None) or os.sep).is_relative_to(here):
                 del sys.modules[name]
 
