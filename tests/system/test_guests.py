@@ -263,7 +263,7 @@ def test_a_file_ending_names_what_is_installed(installed, call):
 def test_modules_are_found_in_the_current_directory_behind_all_others(lab, call, monkeypatch):
     written("stranger.py", MX10)
     Path("my_lab").mkdir()
-    written("my_lab/mx10.py", "raise RuntimeError('the wrong one')")
+    written("my_lab/__init__.py", "raise RuntimeError('the wrong one')")
     assert call("describe", "stranger:Mx10", "V")[0] == 0
     assert call("describe", NAME, "V")[0] == 0
     monkeypatch.setattr(sys, "path", [place for place in sys.path if place != os.getcwd()])
