@@ -1,7 +1,8 @@
 """Runs the code blocks of a page, in their order, in the current directory.
 
     python    is executed; blocks of a page share their names, and what one prints is kept.  If the first line is a
-              comment with a file name (`# test_it.py`), it is written to that file instead
+              comment with a file name (`# test_it.py`), it is written to that file instead, or added to it
+              (`# test_it.py, continued`); modules in such files can be imported
     toml      is written to the file that its first line names (`# drill.toml`)
     text      is written likewise (`; go.cy525`); without a name it is what the Python block before it printed
     console   `$ slewline ...` is called, and must print what follows; a line `...` stands for any lines.  sigrok-cli
@@ -19,7 +20,8 @@ import re
 import shlex
 import subprocess
 import sys
-from contextlib import redirect_stderr, redirect_stdout
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from io import BytesIO, StringIO, TextIOWrapper
 from pathlib import Path
 
@@ -34,7 +36,7 @@ from ..oracles import programs
 from .pictures import images
 
 ROOT = Path(__file__).parents[2]
-NAMED = re.compile(r"(?:#|;) ([\w/]+\.[\w-]+)\b.*\n")
+NAMED = re.compile(r"(?:#|;) ([\w/]+\.[\w-]+)\b(, continued)?.*\n")
 execute = PythonEvaluator()
 
 
@@ -64,7 +66,8 @@ def written(example: Example) -> bool:
     """Write the block to the file that its first line names, if it does."""
     named = NAMED.match(example.parsed)
     if named:
-        Path(named[1]).write_text(example.parsed, "utf-8")
+        before = Path(named[1]).read_text("utf-8") + "\n\n" if named[2] else ""
+        Path(named[1]).write_text(before + example.parsed, "utf-8")
     return bool(named)
 
 
@@ -126,11 +129,26 @@ def run_page(path: Path, languages: tuple[str, ...] = tuple(EVALUATORS)) -> int:
     """Run the blocks of a page in some languages, and compare its pictures; returns how many blocks there were."""
     document = SYBIL.parse(path)
     count = 0
-    for example in document.examples():
-        if wanted(example, languages):
-            example.evaluate()
-        count += language_of(example) in languages
+    with modules_here():
+        for example in document.examples():
+            if wanted(example, languages):
+                example.evaluate()
+            count += language_of(example) in languages
     return count
+
+
+@contextmanager
+def modules_here() -> Iterator[None]:
+    """Modules in the current directory can be imported, as those beside a script can, and are forgotten afterwards."""
+    here, before = os.getcwd(), [*sys.path]
+    sys.path.insert(0, here)
+    try:
+        yield
+    finally:
+        sys.path[:] = before
+        for name, module in sys.modules.copy().items():
+            if Path(getattr(module, "__file__", None) or os.sep).is_relative_to(here):
+                del sys.modules[name]
 
 
 def wanted(example: Example, languages: tuple[str, ...]) -> bool:

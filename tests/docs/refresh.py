@@ -60,7 +60,8 @@ if __name__ == "__main__":
     for page in pages:
         with tempfile.TemporaryDirectory() as folder:
             os.chdir(folder)
-            refresh(page, tuple(blocks.EVALUATORS) if page in TRIED else CODE)
+            with blocks.modules_here():
+                refresh(page, tuple(blocks.EVALUATORS) if page in TRIED else CODE)
             os.chdir(blocks.ROOT)
     for left in without_page():
         left.unlink()

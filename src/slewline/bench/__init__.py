@@ -6,12 +6,13 @@ from .replaying import replay
 __all__ = ["Bench", "load", "replay"]
 
 
-def load(path: str, *, anywhere: bool = False, **options: object) -> Bench:
+def load(path: str, *, anywhere: bool = False, allow_code: bool = False, **options: object) -> Bench:
     """Return the bench that a bench file (TOML) describes, with chips, parts and wires, its scripts queued.
 
     Args:
         path: the file.
         anywhere: let the file name files outside its own folder.
+        allow_code: let it name chips and parts as module:Class, whose import runs the code of the module.
         options: of the bench, such as journal="run.jsonl".
 
     Raises:
@@ -20,4 +21,4 @@ def load(path: str, *, anywhere: bool = False, **options: object) -> Bench:
     """
     from .file import load_bench
 
-    return load_bench(path, anywhere=anywhere, **options)
+    return load_bench(path, anywhere=anywhere, allow_code=allow_code, **options)

@@ -6,7 +6,7 @@
     timeout = "60 s"                # ... but no longer than this
 
     [[chip]]
-    part = "cy525"
+    part = "cy525"                  # or a guest: the name of an entry point, or "my_lab.mx10:Mx10", if that is allowed
     name = "x"                      # the part number, if left out
     crystal = "11 MHz"
     straps = { ascii_binary = 0 }   # fixed levels of inputs
@@ -14,7 +14,7 @@
     options = { rate = 80 }         # of the part: what the registers hold at power-up, stepwise, cold
 
     [[part]]                        # anything else with pins; further keys are its own options
-    kind = "inverter"
+    kind = "inverter"               # or a guest, as above
     name = "not"
 
     [[wire]]
@@ -42,6 +42,9 @@
     keep = "10 s"
 
 Times are text with a unit, or whole picoseconds.
+
+A bench file comes from anybody: it reads files of its own folder and below, unless it may read `anywhere`, and names no
+module, whose import would run its code, unless that is allowed (`allow_code`).
 """
 
 from __future__ import annotations
@@ -55,8 +58,10 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ..chips import chip_class
 from ..core.timebase import picoseconds
 from ..errors import BenchFileError, ProgramError, SlewlineError
+from ..parts import part_class
 from .bench import Bench
 from .script import check_script, read_script, run_script
 from .stage import Script
@@ -94,28 +99,26 @@ class Served(NamedTuple):
 
 
 # -------------------------------------------------------------------------------------------------------------- reading
-def load_bench(path: str | PathLike[str], *, anywhere: bool = False, **options: Any) -> Bench:
+def load_bench(path: str | PathLike[str], *, anywhere: bool = False, allow_code: bool = False, **options: Any) -> Bench:
     """A bench from a bench file, furnished, its scripts queued.
 
     Args:
         anywhere: the file may name files outside its own folder.
+        allow_code: it may name chips and parts as module:Class, whose import runs the code of the module.
         options: of the bench, such as journal="run.jsonl".
 
     Raises:
         BenchFileError: the file cannot be read or does not make a bench; file, line and key are in the message.
         ProgramError: a script has lines that cannot be played.
     """
-    return BenchFile(path, anywhere).load(**options)
+    return BenchFile(path, anywhere, allow_code).load(**options)
 
 
 class BenchFile:
-    """A bench file that was read: `tables`, and where they stand in the text.
+    """A bench file that was read: `tables`, and where they stand in the text."""
 
-    A bench file comes from anybody: it reads files of its own folder and below, unless it may read `anywhere`.
-    """
-
-    def __init__(self, path: str | PathLike[str], anywhere: bool = False) -> None:
-        self.path, self.anywhere = Path(path), anywhere
+    def __init__(self, path: str | PathLike[str], anywhere: bool = False, allow_code: bool = False) -> None:
+        self.path, self.anywhere, self.allow_code = Path(path), anywhere, allow_code
         self.text = read_text(path)
         try:
             self.data = tomllib.loads(self.text)
@@ -254,7 +257,8 @@ class BenchFile:
             for key in sorted(chip.options.keys() & {*keys_of(["chip"])}):
                 raise self.error(("chip", number, "options"), f"{key} stands beside the options, not among them")
             with self.at("chip", number):
-                bench.add(chip.part, chip.name, chip.crystal, chip.straps, chip.bare, **chip.options)
+                cls = chip_class(chip.part, allow_code=self.allow_code)
+                bench.add(cls, chip.name, chip.crystal, chip.straps, chip.bare, **chip.options)
         for number, part in enumerate(self.tables.part):
             with self.at("part", number):
                 if "kind" not in part:
@@ -262,7 +266,8 @@ class BenchFile:
                 for key in ("kind", "name", "to", "on"):
                     if not isinstance(part.get(key, ""), str):
                         raise SlewlineError(f"{key}: found {part[key]!r}; allowed text")
-                bench.part(**part)
+                kind = part_class(part["kind"], allow_code=self.allow_code)
+                bench.part(kind, **{key: value for key, value in part.items() if key != "kind"})
 
     def hosts(self, bench: Bench) -> list[Computer]:
         """Put the hosts on the bench."""

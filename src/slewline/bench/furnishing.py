@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from random import Random
 from typing import TYPE_CHECKING, Any
 
-from ..chips import chip_class
+from ..chips import CATALOGUE as CHIPS
+from ..chips import chip_class, sheet_of
 from ..chips.line import LineChip
 from ..core.chip import Chip, Finding
 from ..core.hook import Hook
@@ -16,6 +17,7 @@ from ..core.pin import Terminal
 from ..core.table import Sheet
 from ..core.timebase import Time, hertz, picoseconds
 from ..errors import UnknownName, UsageError, WiringError
+from ..parts import CATALOGUE as PARTS
 from ..parts import make_part, part_class
 from ..parts.host import Host
 from ..parts.packet_host import PacketHost
@@ -79,7 +81,8 @@ class Furnished(Drawing):
         `serve`, slewline:// and the pytest plugin strap it for 9600 baud (a table in docs/reference/api.md).
 
         Args:
-            part: part number in lower case, for example "cy525"; or the class of a chip of one's own.
+            part: part number in lower case, for example "cy525"; a chip of one's own by the name of its entry point
+                (slewline.chips), as "my_lab.mx10:Mx10", which imports the module, or the class itself.
             name: defaults to the part number, numbered when there are several.
             crystal: "11 MHz", or hertz; the sheet's own by default.
             straps: fixed levels of input pins.
@@ -88,11 +91,12 @@ class Furnished(Drawing):
 
         Raises:
             UnknownName: no such part, or a strap that is no pin of it; the message lists those there are.
-            UsageError: a name that is taken, a crystal, strap or option out of range.
+            UsageError: a name that is taken, a crystal, strap or option out of range, a module that cannot be imported.
         """
         cls = chip_class(part) if isinstance(part, str) else part
         if not (isinstance(cls, type) and issubclass(cls, Chip)):
             raise UsageError(f"add({part!r}): expected a part number such as 'cy525', or the class of a chip")
+        sheet_of(cls)  # which it must have
         name = self._new_name(name, cls.sheet.part.replace("-", "_"))
         hz = None if crystal is None else crystal_for(cls.sheet, crystal)
         if self.stores is not None and cls.sheet.keeps:
@@ -103,7 +107,7 @@ class Furnished(Drawing):
             kept = {"store": list(options["store"].read())} if options.get("store") is not None else {}
             self.outside.tell(
                 "add",
-                part=cls.sheet.part,
+                part=CHIPS.name_of(cls),
                 behaviour=cls.sheet.behaviour,
                 name=name,
                 crystal_hz=hz,
@@ -119,7 +123,7 @@ class Furnished(Drawing):
     def part(
         self,
         /,
-        kind: str,
+        kind: str | type[Part],
         name: str | None = None,
         to: Chip | Part | str | None = None,
         on: Part | str | None = None,
@@ -128,21 +132,26 @@ class Furnished(Drawing):
         """Make a part and put it on the bench, at any time; it works from this instant on.
 
         Args:
-            kind: for example "uart"; slewline.parts.KINDS lists them.
-            name: defaults to the kind, numbered when there are several.
+            kind: for example "uart"; slewline.parts.KINDS lists ours.  A part of one's own by the name of its entry
+                point (slewline.parts), as "my_lab.lamp:Lamp", which imports the module, or the class itself.
+            name: defaults to the kind, or the class in lower case; numbered when there are several.
             to: chip or part to whose pins those of the new part are wired in the standard way: by their roles.
             on: part on whose shaft the new part sits: a motor, a gear, a carriage.
             options: of the part.
 
         Raises:
             UnknownName: no such kind or neighbour.
-            UsageError: a name that is taken, an option that the kind does not have or allow; it does not sit there.
+            UsageError: a name that is taken, an option that the kind does not have or allow; it does not sit there; a
+                module that cannot be imported.
             WiringError: the neighbour lacks a pin that the part needs; nothing has been put on the bench then.
         """
-        sits = part_class(kind).sits
-        name = self._new_name(name, kind)
+        cls = kind if isinstance(kind, type) else part_class(kind)
+        if not issubclass(cls, Part):
+            raise UsageError(f"part({kind!r}): expected a kind such as 'uart', or the class of a part")
+        kind = PARTS.name_of(cls)
+        name = self._new_name(name, cls.__name__.lower() if ":" in kind else kind.replace("-", "_"))
         neighbour = None if to is None else self._there(to)
-        part = make_part(kind, self.kernel, name, options, **self._mounted(kind, sits, name, on))
+        part = make_part(cls, self.kernel, name, options, **self._mounted(kind, cls.sits, name, on))
         pairs = [] if neighbour is None else joints(kind, part, neighbour)
         lists = (bytes, bytearray, set, frozenset)
         self.outside.tell(

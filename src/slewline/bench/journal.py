@@ -8,6 +8,8 @@
 is before its changes commit; the rest is done after the instant.  Lines are written as they happen, so a journal of a
 run that was killed is good up to its last whole line.
 
+`part` and, of a part, `kind` are names that find the class again: ours, those of entry points, or module:Class.
+
 A run is repeated to the bit only by the laws that made it: `behaviour` is the column of that name in the sheet of the
 part.  A journal without it was made before the column was there, and counts as 1.
 """

@@ -1,6 +1,7 @@
 """Playing a journal again: its entries are read, checked against the laws of today, and done at their instants.
 
-`journal.py` says what stands in it.
+`journal.py` says what stands in it.  A journal comes from anybody: it names no module, whose import would run its code,
+unless that is allowed (`allow_code`).
 """
 
 from __future__ import annotations
@@ -9,16 +10,21 @@ import json
 import warnings
 from collections.abc import Callable, Iterable
 from os import PathLike
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..chips import PARTS, sheet_of
+from ..chips import chip_class
 from ..core.store import Memory
 from ..core.timebase import Time, moment
-from ..errors import BenchFileError, OtherLaws, TornJournal
+from ..errors import BenchFileError, OtherLaws, TornJournal, UsageError
+from ..parts import part_class
 from ..version import __version__
 from .bench import Bench
 from .journal import VERSION
 from .text import read_file
+
+if TYPE_CHECKING:
+    from ..core.chip import Chip
+    from ..parts.part import Part
 
 
 def entries(path: str | PathLike[str]) -> list[dict[str, Any]]:
@@ -50,10 +56,35 @@ def entries(path: str | PathLike[str]) -> list[dict[str, Any]]:
     return found
 
 
-def differing(found: Iterable[dict[str, Any]]) -> str:
+class Named(NamedTuple):
+    """The classes that a journal names."""
+
+    chips: dict[str, type[Chip]]
+    parts: dict[str, type[Part]]
+
+
+def named(path: str | PathLike[str], found: Iterable[dict[str, Any]], allow_code: bool) -> Named:
+    """Return the classes of all chips and parts in a journal, before anything is done.
+
+    Raises:
+        BenchFileError: one is not there, or is named as module:Class and that is not allowed; with its line.
+    """
+    classes = Named({}, {})
+    for number, entry in enumerate(found, 1):
+        try:
+            if entry["do"] == "add":
+                classes.chips[entry["part"]] = chip_class(entry["part"], allow_code=allow_code)
+            elif entry["do"] == "part":
+                classes.parts[entry["kind"]] = part_class(entry["kind"], allow_code=allow_code)
+        except (KeyError, TypeError, UsageError) as error:
+            raise BenchFileError(f"journal {path}, line {number}: {error}") from error
+    return classes
+
+
+def differing(found: Iterable[dict[str, Any]], classes: Named) -> str:
     """Which parts of a journal behaved by other laws than here; empty: none."""
     added = {entry["part"]: entry.get("behaviour", 1) for entry in found if entry["do"] == "add"}
-    here = {part: sheet_of(part).behaviour for part in added if part in PARTS}
+    here = {part: cls.sheet.behaviour for part, cls in classes.chips.items()}
     different = [part for part in here if here[part] != added[part]]
     return ", ".join(f"{part} had behaviour {added[part]} and has {here[part]}" for part in different)
 
@@ -65,6 +96,7 @@ def replay(
     shuffle: int | None = None,
     prepare: Callable[[Bench], object] | None = None,
     other_laws: bool = False,
+    allow_code: bool = False,
 ) -> Bench:
     """Run a journal again; return the bench as the recorded run left it, or as it was at an instant.
 
@@ -75,14 +107,16 @@ def replay(
         prepare: called with the furnished bench, before time passes: to record pins, for example.
         other_laws: replay it also if its parts have another behaviour now; the run may then be another one, which the
             warning OtherLaws says.
+        allow_code: it may name chips and parts as module:Class, whose import runs the code of the module.
 
     Raises:
-        BenchFileError: not a journal, or one whose parts behaved by other laws.
+        BenchFileError: not a journal, or one whose parts behaved by other laws, are not there or not allowed.
         TimeError: `until` is no instant.
     """
     found = entries(path)
     stop = found[-1]["t"] if until is None else moment(until)
-    _check_laws(path, found, other_laws)
+    classes = named(path, found, allow_code)
+    _check_laws(path, found, classes, other_laws)
     bench = Bench(seed=found[0]["seed"], shuffle=shuffle)
     early: dict[int, list[dict[str, Any]]] = {}  # what is done in the first round of an instant, in its order
     for number, entry in enumerate(found[1:], 2):
@@ -96,12 +130,12 @@ def replay(
                 at = entry["t"]
                 if at not in early:
                     early[at] = []
-                    bench.at(f"{at} ps", lambda at=at: apply_all(bench, early[at]))  # type: ignore[misc]
+                    bench.at(f"{at} ps", lambda at=at: apply_all(bench, early[at], classes))  # type: ignore[misc]
                 early[at].append(entry)
             else:
                 if entry["t"] > bench.now_ps:
                     bench.run_to(f"{entry['t']} ps")
-                apply(bench, entry)
+                apply(bench, entry, classes)
         except (KeyError, TypeError, ValueError) as error:
             raise BenchFileError(f"journal {path}, line {number}: {error}") from error
     if prepare is not None:
@@ -111,9 +145,9 @@ def replay(
     return bench
 
 
-def _check_laws(path: str | PathLike[str], found: list[dict[str, Any]], allowed: bool) -> None:
+def _check_laws(path: str | PathLike[str], found: list[dict[str, Any]], classes: Named, allowed: bool) -> None:
     """Refuse a journal that was made by other laws, or warn of it."""
-    different = differing(found)
+    different = differing(found, classes)
     if not different:
         return
     maker = found[0].get("slewline", "up to 0.1.0")
@@ -126,20 +160,21 @@ def _check_laws(path: str | PathLike[str], found: list[dict[str, Any]], allowed:
     warnings.warn(f"{made}; the run may be another one", OtherLaws, stacklevel=3)
 
 
-def apply_all(bench: Bench, found: Iterable[dict[str, Any]]) -> None:
+def apply_all(bench: Bench, found: Iterable[dict[str, Any]], classes: Named) -> None:
     """Do again what entries say, one after the other."""
     for entry in found:
-        apply(bench, entry)
+        apply(bench, entry, classes)
 
 
-def apply(bench: Bench, entry: dict[str, Any]) -> None:
+def apply(bench: Bench, entry: dict[str, Any], classes: Named) -> None:
     """Do again what an entry says."""
     do = entry["do"]
     if do == "add":
         options = entry["options"]
         if options.get("store") is not None:
             options["store"] = Memory(bytes(options["store"]))
-        bench.add(entry["part"], entry["name"], entry["crystal_hz"], entry["straps"], entry["bare"], **options)
+        cls = classes.chips[entry["part"]]
+        bench.add(cls, entry["name"], entry["crystal_hz"], entry["straps"], entry["bare"], **options)
     elif do == "host":
         chips = [bench.chips[name] for name in entry["chips"]]
         line = bench[entry["line"]] if entry.get("line") else None
@@ -147,7 +182,7 @@ def apply(bench: Bench, entry: dict[str, Any]) -> None:
     elif do == "connect":
         bench.connect(bench[entry["part"]], [bench.chips[name] for name in entry["chips"]])
     elif do == "part":
-        bench.part(entry["kind"], entry["name"], entry.get("to"), entry.get("on"), **entry["options"])
+        bench.part(classes.parts[entry["kind"]], entry["name"], entry.get("to"), entry.get("on"), **entry["options"])
     elif do == "input":
         getattr(bench[entry["part"]], entry["verb"])(*entry["args"])
     elif do == "wire":

@@ -1,25 +1,34 @@
-"""The chips of the house: an explicit list, no scanning."""
+"""The chips: ours, an explicit list without scanning, and guests, which are found by module:Class or by an entry point.
+
+A guest is a class whose `sheet` is all that it must have.  What the tools take beside it, it names likewise:
+
+    class Mx10(LineChip):
+        sheet = MX10
+        checks = (go_without_speed,)     # rules for its linter (language/lint.py, Check)
+        ramps = Mx10Ramps(MX10)          # its ramp calculator (language/ramps.py, Calculator)
+        quirks = (Quirk(...),)           # what its manual leaves open (core/quirk.py)
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from difflib import get_close_matches
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from ..errors import UnknownName
+from ..core.catalogue import Catalogue
+from ..core.chip import Chip
+from ..core.table import Sheet
+from ..errors import UsageError
 
 if TYPE_CHECKING:
-    from ..core.chip import Chip
     from ..core.quirk import Quirk
-    from ..core.table import Sheet
     from ..language.lint import Check
     from ..language.ramps import Calculator
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Listed:
-    """A chip of the house: what it is, and where its things are, as `module:name` within its folder.
+    """A chip of ours: what it is, and where its things are, as `module:name` within its folder.
 
     `checks` is a function of the sheet: what only the linter of this chip knows; `ramps` one that returns its ramp
     calculator; `quirks` are what its manual leaves open.
@@ -49,18 +58,87 @@ PARTS = {
 # fmt: on
 
 
+CATALOGUE = Catalogue(
+    "chip",
+    Chip,
+    "slewline.chips",
+    {part: f"{__name__}.{row.folder}.{row.chip}" for part, row in PARTS.items()},
+    lambda part: part.lower().replace("_", "-"),
+)
+
+
 def listed(part: str) -> Listed:
-    """Return the row of a part by its number, for example "cy525".
+    """Return the row of a part of ours by its number, for example "cy525".
 
     Raises:
         UnknownName: no such part; the message says which there are.
     """
-    number = part.lower().replace("_", "-")
-    if number in PARTS:
-        return PARTS[number]
-    near = get_close_matches(number, PARTS, 1)
-    remedy = f"; did you mean {near[0]}?" if near else ""
-    raise UnknownName(f"no chip {part!r}; there are: {', '.join(PARTS)}{remedy}")
+    row = PARTS.get(CATALOGUE.canonical(part))
+    if row is None:
+        raise CATALOGUE.unknown(part)
+    return row
+
+
+def chip_class(part: str, *, allow_code: bool = True) -> type[Chip]:
+    """Return the class of a part: "cy525", the name of an entry point, or module:Class.
+
+    Args:
+        allow_code: a name may be module:Class, whose import runs the code of the module.
+
+    Raises:
+        UnknownName: no such part; the message says which there are.
+        UsageError: module:Class where that is not allowed; what it names is no class of a chip with a sheet; or the
+            module fails when it is imported.
+    """
+    cls = CATALOGUE.load(part, allow_code=allow_code)
+    _sheet(cls)
+    return cls
+
+
+def sheet_of(part: str | type[Chip], *, allow_code: bool = True) -> Sheet:
+    """Return the data sheet of a part, without starting anything; args and errors are those of `chip_class`."""
+    row = _ours(part)
+    if row is not None:
+        return _of(row, row.sheet)  # type: ignore[no-any-return]
+    return _sheet(part if isinstance(part, type) else CATALOGUE.load(part, allow_code=allow_code))
+
+
+def checks_of(part: str | type[Chip]) -> tuple[Check, ...]:
+    """Return what only the linter of this part knows; raises as `chip_class`."""
+    row = _ours(part)
+    if row is not None:
+        return _of(row, row.checks)(sheet_of(part))  # type: ignore[no-any-return]
+    found = _named(part, "checks", ())
+    if not isinstance(found, tuple) or not all(callable(check) for check in found):
+        raise UsageError(f"{_called(part)}.checks: found {found!r}; allowed a tuple of functions of a source")
+    return found
+
+
+def ramps_of(part: str | type[Chip]) -> Calculator:
+    """Return the ramp calculator of a part; raises as `chip_class`, and UsageError for a part that has none."""
+    row = _ours(part)
+    if row is not None:
+        return _of(row, row.ramps)(sheet_of(part))  # type: ignore[no-any-return]
+    from ..language.ramps import Calculator
+
+    found = _named(part, "ramps", None)
+    if not isinstance(found, Calculator):
+        wrong = "has no ramp calculator" if found is None else f"ramps: found {found!r}"
+        raise UsageError(f"{_called(part)}: {wrong}; a class names one as `ramps`, a Calculator of language/ramps.py")
+    return found
+
+
+def quirks_of(part: str | type[Chip]) -> tuple[Quirk, ...]:
+    """Return what the manual of a part leaves open, and what the model does; raises as `chip_class`."""
+    row = _ours(part)
+    if row is not None:
+        return _of(row, row.quirks)  # type: ignore[no-any-return]
+    return tuple(_named(part, "quirks", ()))
+
+
+def _ours(part: str | type[Chip]) -> Listed | None:
+    """The row of a part of ours; None: it is a guest."""
+    return PARTS.get(CATALOGUE.name_of(part) if isinstance(part, type) else CATALOGUE.canonical(part))
 
 
 def _of(row: Listed, place: str) -> Any:
@@ -68,31 +146,20 @@ def _of(row: Listed, place: str) -> Any:
     return getattr(import_module(f"{__name__}.{row.folder}.{module}"), name)
 
 
-def chip_class(part: str) -> type[Chip]:
-    """Return the class of a part, for example of "cy525"; raises UnknownName as `listed`."""
-    row = listed(part)
-    return _of(row, row.chip)  # type: ignore[no-any-return]
+def _named(part: str | type[Chip], attribute: str, default: Any) -> Any:
+    """What the class of a guest names."""
+    return getattr(part if isinstance(part, type) else chip_class(part), attribute, default)
 
 
-def sheet_of(part: str) -> Sheet:
-    """Return the data sheet of a part, without starting anything; raises UnknownName as `listed`."""
-    row = listed(part)
-    return _of(row, row.sheet)  # type: ignore[no-any-return]
+def _called(part: str | type[Chip]) -> str:
+    return part if isinstance(part, str) else CATALOGUE.name_of(part)
 
 
-def checks_of(part: str) -> tuple[Check, ...]:
-    """Return what only the linter of this part knows; raises UnknownName as `listed`."""
-    row = listed(part)
-    return _of(row, row.checks)(sheet_of(part))  # type: ignore[no-any-return]
-
-
-def ramps_of(part: str) -> Calculator:
-    """Return the ramp calculator of a part; raises UnknownName as `listed`."""
-    row = listed(part)
-    return _of(row, row.ramps)(sheet_of(part))  # type: ignore[no-any-return]
-
-
-def quirks_of(part: str) -> tuple[Quirk, ...]:
-    """Return what the manual of a part leaves open, and what the model does; raises UnknownName as `listed`."""
-    row = listed(part)
-    return _of(row, row.quirks)  # type: ignore[no-any-return]
+def _sheet(cls: type[Chip]) -> Sheet:
+    found = getattr(cls, "sheet", None)
+    if not isinstance(found, Sheet):
+        wrong = "has no sheet" if found is None else f"sheet: found {found!r}"
+        raise UsageError(
+            f"{CATALOGUE.name_of(cls)}: {wrong}; a class of a chip names its data sheet: sheet = Sheet(...)"
+        )
+    return found

@@ -6,10 +6,18 @@ from typing import Any
 
 import click
 
-from .options import Drive, Frequency, Names, Setting, Strap, TimeWithUnit
+from .options import Drive, Frequency, Names, Part, Setting, Strap, TimeWithUnit, look_here
 
 EXIT = "Exit status: 0 all is well, 1 a problem was found or time ran out, 2 wrong use."
-CHIP = click.option("--chip", metavar="CHIP", help="The part; else the ending of FILE says it, as .cy525 does.")
+CHIP = click.option(
+    "--chip", type=Part(), metavar="CHIP", help="The part; else the ending of FILE says it, as .cy525 does."
+)
+ALLOW_CODE = click.option(
+    "--allow-code",
+    is_flag=True,
+    callback=look_here,
+    help="A bench file or journal may name a chip or part as module:Class, which runs the code of the module.",
+)
 JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON instead.")
 
 
@@ -19,6 +27,9 @@ def cli() -> None:
     """Programmable stepper motor controllers, as software.
 
     A file holds what a host computer would send to the chip, a command a line.  Try: slewline demo
+
+    CHIP is a part number such as cy525 (slewline chips lists them), or a chip of your own, module:Class.  The module is
+    looked for wherever Python looks, then in the current directory.
     """
 
 
@@ -50,6 +61,7 @@ class Guided(click.Command):
 @click.option("--replay", metavar="F", help="Repeat the run of a journal; no FILE then.")
 @click.option("--other-laws", is_flag=True, help="Replay also what parts of another behaviour did, with a warning.")
 @click.option("--anywhere", is_flag=True, help="The bench file may name files outside its own folder.")
+@ALLOW_CODE
 @click.option("--json", metavar="F", is_flag=False, flag_value="-", help="Write the result as JSON; - prints it.")
 @click.option("--steps", metavar="F.csv", help="Write every step: time_ps, chip, axis, direction, position.")
 @click.option("--vcd", metavar="F", help="Write all pins as a VCD file, for waveform viewers.")
@@ -117,6 +129,7 @@ def dis_command(**options: Any) -> int:
 @click.argument("files", metavar="FILE...", nargs=-1, required=True)
 @CHIP
 @click.option("--strict", is_flag=True, help="Exit status 1 for warnings too.")
+@ALLOW_CODE
 @JSON
 def lint_command(**options: Any) -> int:
     """Look for mistakes in programs, or in the scripts of bench files (BENCH.toml); exit status 1 if there are errors.
@@ -129,7 +142,7 @@ def lint_command(**options: Any) -> int:
 
 
 @cli.command("ramp", short_help="What a ramp does, and which parameters give the ramp that is wanted.", epilog=EXIT)
-@click.argument("chip")
+@click.argument("chip", type=Part())
 @click.argument("parameters", metavar="[NAME=VALUE]...", nargs=-1)
 @click.option("--crystal", type=Frequency(), help="Such as '11 MHz'; the chip's own by default.")
 @click.option("--distance", type=int, metavar="STEPS", help="Tell of a move of so many steps, too.")
@@ -194,7 +207,7 @@ def compare_command(**options: Any) -> int:
 
 
 @cli.command("describe", short_help="The reference of a chip, or of a command.", epilog=EXIT)
-@click.argument("chip")
+@click.argument("chip", type=Part())
 @click.argument("command", required=False)
 @JSON
 def describe_command(**options: Any) -> int:
@@ -214,7 +227,7 @@ def chips_command(**options: Any) -> int:
 
 
 @cli.command("serve", short_help="Chips on ports, for host software that knows nothing of this.", epilog=EXIT)
-@click.argument("chip", required=False)
+@click.argument("chip", type=Part(), required=False)
 @click.option("--bench", metavar="FILE", help="A bench file with [[serve]] tables, instead of CHIP.")
 @click.option("--pty", metavar="LINK", help="On a pseudo-terminal, found by a link of this name.")
 @click.option("--tcp", metavar="HOST:PORT", help="On a TCP socket; port 0: any free one.")
@@ -234,6 +247,7 @@ def chips_command(**options: Any) -> int:
 @click.option("--log", metavar="F", help="Write a transcript of all lines behind what is in F; -: on standard error.")
 @click.option("--journal", metavar="F", help="Write every input from outside, for slewline run --replay.")
 @click.option("--anywhere", is_flag=True, help="The bench file may name files outside its own folder.")
+@ALLOW_CODE
 @click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=0. May be repeated.")
 @click.option(
     "--option",

@@ -11,7 +11,7 @@ from pathlib import Path
 import click
 
 from ..bench.text import read_text
-from ..chips import PARTS, sheet_of
+from ..chips import CATALOGUE, sheet_of
 from ..core.table import Sheet
 from ..errors import BenchFileError, UsageError
 
@@ -38,12 +38,20 @@ def chip_of(path: str, chip: str | None) -> str:
         UsageError: neither of the two.
     """
     if chip is not None:
-        return chip.lower()
+        return chip
     part = Path(path).suffix[1:].lower()
-    if part in PARTS:
+    if part in CATALOGUE.ours:
         return part
-    endings = ", ".join(f".{name}" for name in PARTS)
-    raise UsageError(f"{path}: for which chip? Give --chip {next(iter(PARTS))}, or a file name ending in {endings}")
+    names = CATALOGUE.names()
+    if part in names:
+        return part
+    endings = ", ".join(f".{name}" for name in names)
+    raise UsageError(f"{path}: for which chip? Give --chip {names[0]}, or a file name ending in {endings}")
+
+
+def is_bench(path: str) -> bool:
+    """Is it a bench file?  Its name says so."""
+    return path.lower().endswith(".toml")
 
 
 def sheet_for(path: str, chip: str | None) -> Sheet:

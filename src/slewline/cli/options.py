@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+import sys
 from typing import Any
 
 import click
@@ -54,6 +56,24 @@ class Drive(click.ParamType[tuple[str, int, int]]):
             return match[1], int(match[2]), picoseconds(match[3] or 0)
         except TimeError as error:
             self.fail(str(error), param, ctx)
+
+
+class Part(click.ParamType[str]):
+    """The name of a chip: a part number, or module:Class."""
+
+    name = "chip"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """As it was written."""
+        look_here(None, None, ":" in value)
+        return str(value)
+
+
+def look_here(ctx: click.Context | None, param: click.Parameter | None, wanted: bool) -> bool:
+    """Let modules be found in the current directory, as `python -m` does, behind all other places."""
+    if wanted and os.getcwd() not in sys.path:
+        sys.path.append(os.getcwd())
+    return wanted
 
 
 class Names(click.ParamType[tuple[str, ...]]):

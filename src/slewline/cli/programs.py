@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from ..bench.text import read_file, read_text
-from ..chips import PARTS, checks_of, sheet_of
+from ..chips import CATALOGUE, PARTS, checks_of, sheet_of
 from ..errors import BenchFileError, UsageError
-from .files import STDIN, Outputs, chip_of, read_program, sheet_for
+from .files import STDIN, Outputs, chip_of, is_bench, read_program, sheet_for
 
 if TYPE_CHECKING:
     from ..bench import Bench
@@ -181,11 +181,13 @@ def looks_like_source(raw: bytes, sheet: Sheet) -> bool:
 
 
 # ----------------------------------------------------------------------------------------------------------------- lint
-def lint(files: tuple[str, ...], chip: str | None, strict: bool, as_json: bool) -> int:
+def lint(files: tuple[str, ...], chip: str | None, strict: bool, allow_code: bool, as_json: bool) -> int:
     """Print what is odd about programs."""
     from ..language.problems import picture
 
-    found = [linted for file in files for linted in texts_of(file, chip)]
+    if allow_code and not any(is_bench(file) for file in files):
+        raise click.UsageError("--allow-code goes with a bench file; --chip is allowed to name a module anyway")
+    found = [linted for file in files for linted in texts_of(file, chip, allow_code)]
     if as_json:
         told: dict[str, list[dict[str, Any]]] = {}
         for where, _, problems in found:  # two hosts of a bench may play the same file
@@ -209,7 +211,7 @@ class Linted(NamedTuple):
     problems: list[Problem]
 
 
-def texts_of(file: str, chip: str | None) -> list[Linted]:
+def texts_of(file: str, chip: str | None, allow_code: bool = False) -> list[Linted]:
     """Return a program file, or the scripts of a bench file, with what is odd about each.
 
     Raises:
@@ -219,10 +221,10 @@ def texts_of(file: str, chip: str | None) -> list[Linted]:
     from ..bench.file import BenchFile
     from .run import read
 
-    if file.lower().endswith(".toml"):
+    if is_bench(file):
         if chip is not None:
             raise UsageError("a bench file says which chips there are; leave out --chip")
-        bench, scripts = BenchFile(file).staged()
+        bench, scripts = BenchFile(file, allow_code=allow_code).staged()
         found = [Linted(script.where, script.text, problems_of(bench, host, script)) for host, script in scripts]
         return found or [Linted(file, "", [])]
     part, text = chip_of(file, chip), read_program(file)
@@ -240,7 +242,7 @@ def problems_of(bench: Bench, host: Computer, script: Script) -> list[Problem]:
     from ..language.lint import lint as check
 
     alone = len(host.chips) == 1
-    found = check(script.text, host.chip.sheet, checks_of(host.chip.sheet.part)) if alone else []
+    found = check(script.text, host.chip.sheet, checks_of(type(host.chip))) if alone else []
     wrong = {problem.line for problem in found if problem.severity == "error"}
     return sorted([*found, *(problem for problem in refused(bench, host, script) if problem.line not in wrong)])
 
@@ -291,9 +293,16 @@ def sheet_object(sheet: Sheet, command: str | None) -> dict[str, Any]:
 
 def chips(as_json: bool) -> int:
     """Print the parts."""
+    found, failed = {part: row.says for part, row in PARTS.items()}, False
+    for part in CATALOGUE.brought():
+        try:
+            found[part] = sheet_of(part).title
+        except UsageError as error:
+            click.echo(f"slewline: {error}", err=True)
+            failed = True
     if as_json:
-        print_json([{"chip": part, "title": row.says} for part, row in PARTS.items()])
+        print_json([{"chip": part, "title": title} for part, title in found.items()])
     else:
-        for part, row in PARTS.items():
-            click.echo(f"{part:<12}{row.says}")
-    return 0
+        for part, title in found.items():
+            click.echo(f"{part:<12}{title}")
+    return int(failed)

@@ -17,7 +17,7 @@ from ..errors import ProgramError, Timeout, TornJournal
 from ..record.layouts import layout_paths
 from ..record.pictures import SUFFIXES
 from ..record.vcd import unit_of
-from .files import STDIN, Outputs, chip_of, read_program, say_replaced
+from .files import STDIN, Outputs, chip_of, is_bench, read_program, say_replaced
 from .transcript import Transcript, seconds
 
 if TYPE_CHECKING:
@@ -64,6 +64,7 @@ class Run:
     replay: str | None
     other_laws: bool
     anywhere: bool
+    allow_code: bool
     json: str | None
     steps: str | None
     vcd: str | None
@@ -115,13 +116,17 @@ class Run:
             raise click.UsageError("--other-laws goes with --replay")
         if self.anywhere and not self.is_bench:
             raise click.UsageError("--anywhere goes with a bench file")
+        if self.allow_code and not (self.is_bench or self.replay):
+            raise click.UsageError(
+                "--allow-code goes with a bench file or --replay; --chip is allowed to name a module anyway"
+            )
         if self.is_bench and {"chip", "crystal", "strap"} & set(given):
             raise click.UsageError("a bench file says which chips there are; leave out --chip, --crystal and --strap")
 
     @property
     def is_bench(self) -> bool:
         """Is the file a bench file?"""
-        return self.file is not None and self.file.lower().endswith(".toml")
+        return self.file is not None and is_bench(self.file)
 
     @property
     def layouts(self) -> list[str]:
@@ -136,7 +141,7 @@ class Run:
             return self.single(self.file, journal)
         from ..bench.file import BenchFile
 
-        bench_file = BenchFile(self.file, self.anywhere)
+        bench_file = BenchFile(self.file, self.anywhere, self.allow_code)
         times = bench_file.tables.bench
         bench_file.check_times()
         if self.until is None and self.timeout is None and times.until is not None:
@@ -195,7 +200,13 @@ class Run:
         assert self.replay is not None
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always")
-            bench = replay(self.replay, until=self.until, prepare=self.prepare, other_laws=self.other_laws)
+            bench = replay(
+                self.replay,
+                until=self.until,
+                prepare=self.prepare,
+                other_laws=self.other_laws,
+                allow_code=self.allow_code,
+            )
         for warning in told:
             click.echo(f"slewline: {warning.message}", err=True)
         self.torn = any(issubclass(warning.category, TornJournal) for warning in told)

@@ -60,6 +60,7 @@ class Serve:
     log: str | None
     journal: str | None
     anywhere: bool
+    allow_code: bool
     strap: tuple[tuple[str, int], ...]
     option: tuple[tuple[str, str], ...]
     allow_remote: bool
@@ -110,6 +111,8 @@ class Serve:
             raise click.UsageError("--lockstep has no clock; leave out --rate")
         if self.anywhere and self.bench is None:
             raise click.UsageError("--anywhere goes with --bench")
+        if self.allow_code and self.bench is None:
+            raise click.UsageError("--allow-code goes with --bench; CHIP is allowed to name a module anyway")
         if self.log and self.journal and os.path.realpath(self.log) == os.path.realpath(self.journal):
             raise click.UsageError("--log and --journal: the same file; give each a file of its own")
         if self.state is not None and self.chip is not None and not keeps(self.chip):
@@ -122,7 +125,7 @@ class Serve:
         if self.bench is not None:
             from ..bench.file import BenchFile
 
-            self.file = BenchFile(self.bench, self.anywhere)
+            self.file = BenchFile(self.bench, self.anywhere, self.allow_code)
             if not self.file.tables.serve:
                 raise UsageError(f"{self.bench}: no [[serve]] table, so there is nothing to serve")
             return self.file.load(journal=self.journal, stores=stores)

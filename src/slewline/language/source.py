@@ -225,10 +225,10 @@ class _CommandLine(_Line):
 
     def take(self, labels: tuple[str, ...]) -> tuple[str, ...]:
         port, text = self.sheet.port, self.text
-        if port is not None and len(text) > port.longest:
-            self.error(
-                0, len(text), "too-long", f"{len(text)} characters", f"{port.longest}", port.where.split("; ")[-1]
-            )
+        longest = port.longest if port is not None and port.longest else LINE_LIMIT
+        if len(text) > longest:
+            section = port.where.split("; ")[-1] if port is not None else ""
+            self.error(0, len(text), "too-long", f"{len(text)} characters", f"{longest}", section)
             return ()
         found = parse(self.sheet, text)
         if isinstance(found, Refusal):

@@ -32,7 +32,11 @@ class ChipsetHost:
 
     def __init__(self, host: str, port: int, timeout: float = 10.0) -> None:
         self.port = ChipsetPort(host, port, timeout)
-        self.sheet = sheet_of(self.port.part)
+        try:
+            self.sheet = sheet_of(self.port.part, allow_code=False)  # a name that comes from outside
+        except BaseException:
+            self.port.close()
+            raise
         self.updated = False  # nobody knows yet that the cycle has begun which works the last update
 
     def command(self, name: str, *values: int | str, axis: int = 0) -> int | None:

@@ -1,6 +1,7 @@
-"""What stands around a chip: an explicit list, no scanning.
+"""What stands around a chip: an explicit list without scanning, and guests, found by module:Class or an entry point.
 
     bench.part("uart", to="x", baud=9600)
+    bench.part("my_lab.lamp:Lamp", to="x")
 
 With `to`, the pins of the part are wired to those of a neighbour in the standard way.
 """
@@ -8,17 +9,15 @@ With `to`, the pins of the part are wired to those of a neighbour in the standar
 from __future__ import annotations
 
 from dataclasses import dataclass
-from difflib import get_close_matches
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from ..core.catalogue import Catalogue
 from ..core.option import checked
-from ..errors import UnknownName
+from .part import Part
 
 if TYPE_CHECKING:
     from ..core.kernel import Kernel
     from ..core.shaft import Shaft
-    from .part import Part
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,26 +74,26 @@ KINDS = {
 # fmt: on
 
 
-def part_class(kind: str) -> type[Part]:
-    """Return the class of a part by its kind, for example "uart".
+CATALOGUE = Catalogue("part", Part, "slewline.parts", {kind: f"{__name__}.{row.at}" for kind, row in KINDS.items()})
+
+
+def part_class(kind: str, *, allow_code: bool = True) -> type[Part]:
+    """Return the class of a part by its kind: "uart", the name of an entry point, or module:Class.
+
+    Args:
+        allow_code: a kind may be module:Class, whose import runs the code of the module.
 
     Raises:
         UnknownName: no such kind; the message says which there are.
+        UsageError: module:Class where that is not allowed, or what it names is no class of a part.
     """
-    if not isinstance(kind, str) or kind not in KINDS:
-        near = get_close_matches(str(kind), KINDS, 1)
-        remedy = f"; did you mean {near[0]}?" if near else ""
-        raise UnknownName(f"no part {kind!r}; there are: {', '.join(KINDS)}{remedy}")
-    module, _, name = KINDS[kind].at.partition(":")
-    return getattr(import_module(f"{__name__}.{module}"), name)  # type: ignore[no-any-return]
+    return CATALOGUE.load(kind, allow_code=allow_code)
 
 
-def make_part(kind: str, kernel: Kernel, name: str, options: dict[str, Any], **mounted: Shaft) -> Part:
-    """Return a part of a kind, on a shaft where it sits on one; its constructor gets every option, checked.
+def make_part(cls: type[Part], kernel: Kernel, name: str, options: dict[str, Any], **mounted: Shaft) -> Part:
+    """Return a part of a class, on a shaft where it sits on one; its constructor gets every option, checked.
 
     Raises:
-        UnknownName: no such kind.
-        UsageError: an option that the kind does not have, or does not allow.
+        UsageError: an option that the class does not have, or does not allow.
     """
-    cls = part_class(kind)
     return cls(kernel, name, **mounted, **checked(name, cls.options, options))

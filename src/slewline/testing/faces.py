@@ -14,6 +14,7 @@ from tempfile import mkdtemp
 from threading import Event, Thread
 from typing import Any
 
+from ..core.chip import Chip
 from ..core.net import Net
 from ..errors import SlewlineError, UsageError
 from ..links.pace import Lockstep, Pace, Paced, Wait
@@ -28,10 +29,10 @@ PATIENCE_S = 60.0  # of the wall clock: a server that does not answer for so lon
 class Named(Rig):
     """A module that programs of this process find by its URL."""
 
-    def __init__(self, part: str, **settings: Any) -> None:
+    def __init__(self, part: str | type[Chip], **settings: Any) -> None:
         super().__init__(part, **settings)
         self.key = f"{self.chip.name}_{next(NUMBERS)}"
-        self.url = f"{SCHEME}://{part}?name={self.key}"
+        self.url = f"{SCHEME}://{self.part}?name={self.key}"
         NAMED[self.key] = self
 
     def close(self) -> None:
@@ -47,7 +48,7 @@ class Served(Rig):
         on: "tcp", "pty" or "rfc2217".
     """
 
-    def __init__(self, part: str, on: str, **settings: Any) -> None:
+    def __init__(self, part: str | type[Chip], on: str, **settings: Any) -> None:
         super().__init__(part, **settings)
         self.server = Server(self.bench, self.pace)
         self.server.lines[self.line.name] = self.line
@@ -100,11 +101,11 @@ class Served(Rig):
 FACES = ("url", "tcp", "pty", "rfc2217")
 
 
-def running(part: str, on: str = "url", seed: int = 0, **settings: Any) -> Controller:
+def running(part: str | type[Chip], on: str = "url", seed: int = 0, **settings: Any) -> Controller:
     """Return a running module.
 
     Args:
-        part: its number, such as "gs-c200s".
+        part: as `Rig` takes it.
         on: where a program finds it: "url", "tcp", "pty", "rfc2217".
         seed: of everything that is random, such as a garbled character.
         settings: straps, rate, store, and options of the part.
@@ -116,6 +117,6 @@ def running(part: str, on: str = "url", seed: int = 0, **settings: Any) -> Contr
     if on not in FACES:
         raise UsageError(f"on {on!r}; allowed {', '.join(FACES)}")
     rig = Named(part, seed=seed, **settings) if on == "url" else Served(part, on, seed=seed, **settings)
-    controller = Controller(rig, f"{part} on {on}", seed)
+    controller = Controller(rig, f"{rig.part} on {on}", seed)
     rig.begin()
     return controller

@@ -7,6 +7,7 @@
 
     def test_two(slewline_module):                                      several, or of another part
         left, right = slewline_module("gs-c200"), slewline_module("gs-c200s", on="pty")
+        guest = slewline_module("my_lab.mx10:Mx10")
 
 The report of a failed test gets a section for each module: seed, faults, findings and the last lines that were said.
 A run without these fixtures loads nothing more than this file.
@@ -20,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
+    from ..core.chip import Chip
     from .controller import Controller
 
     Make = Callable[..., Controller]
@@ -47,7 +49,7 @@ def slewline_module(request: pytest.FixtureRequest) -> Iterator[Make]:
     modules: list[Controller] = request.node.stash.setdefault(MODULES, [])
     marker = request.node.get_closest_marker("slewline")
 
-    def make(part: str, **settings: Any) -> Controller:
+    def make(part: str | type[Chip], **settings: Any) -> Controller:
         modules.append(running(part, **{**(marker.kwargs if marker else {}), **settings}))
         return modules[-1]
 

@@ -7,6 +7,9 @@
     slewline://gs-c200s?rate=1.0                 virtual time follows the wall clock
     slewline://gs-c200s?eeprom_time=20 ms        any option of the part, load.v5_20=80 in a table; also seed=...,
                                                  log=FILE for a transcript
+    slewline://my_lab.mx10:Mx10                  a chip of one's own, which imports a Python module; only where the
+                                                 program says so: serial_for_url(url, allow_code=True).  One that an
+                                                 installed package brings needs no leave: slewline://mx10
 
 Virtual time passes while the program waits: a read lets it pass until the characters are there or its timeout is over,
 however long that is, at once.  Whoever only looks (in_waiting, timeout=0) pays a character's time for it, so that a
@@ -44,6 +47,10 @@ class Serial(SerialBase):
     rig: Rig
     _url: str | None = None  # whose module the rig is
 
+    def __init__(self, *args: Any, allow_code: bool = False, **settings: Any) -> None:
+        self._allow_code = allow_code
+        super().__init__(*args, **settings)
+
     # ------------------------------------------------------------------------------------------------- open and close
     def open(self) -> None:
         """Connect to the module; it is switched on, and was before.  A port that was closed finds its own again."""
@@ -53,7 +60,7 @@ class Serial(SerialBase):
             raise SerialException(f"{self.port}: is open already")
         self._word()  # a mistake here makes no module
         if self._url != self.port:
-            self.rig, self._url = from_url(self.port), self.port
+            self.rig, self._url = from_url(self.port, self._allow_code), self.port
         if self.rig.line.host is not None:
             raise SerialException(f"{self.port}: somebody else has it open; one host at a time")
         self.rig.resume()

@@ -17,7 +17,8 @@ from typing import Any, TypeVar
 from urllib.parse import parse_qsl, urlsplit
 
 from ..bench import Bench
-from ..chips import sheet_of
+from ..chips import CATALOGUE, sheet_of
+from ..core.chip import Chip
 from ..core.net import Net
 from ..core.option import Option, read
 from ..core.timebase import PS_PER_S
@@ -60,7 +61,7 @@ class Rig:
     """A module, its bench, its line.
 
     Args:
-        part: for example "gs-c200s".
+        part: for example "gs-c200s"; the name of an entry point, "my_lab.mx10:Mx10", or the class of a chip.
         straps: of the module; nothing said about BR0 to BR2, it speaks at the highest rate of its sheet.
         store: a file that keeps the EEPROM.
         rate: virtual seconds per second; None: virtual time does not wait for the wall clock.
@@ -70,7 +71,7 @@ class Rig:
 
     def __init__(
         self,
-        part: str,
+        part: str | type[Chip],
         *,
         name: str | None = None,
         straps: Mapping[str, int] | None = None,
@@ -80,9 +81,10 @@ class Rig:
         log: str | PathLike[str] | None = None,
         **options: Any,
     ) -> None:
+        self.part = CATALOGUE.name_of(part) if isinstance(part, type) else CATALOGUE.canonical(part)
         port = sheet_of(part).port
         if port is None:
-            raise UsageError(f"{part}: has no serial line; use bench.host(x)")
+            raise UsageError(f"{self.part}: has no serial line; use bench.host(x)")
         if not isinstance(seed, int):
             raise UsageError(f"seed {seed!r}; allowed a whole number")
         self.bench = Bench(seed)
@@ -93,7 +95,7 @@ class Rig:
         self.pace = self.pace_of(rate)
         self.log = Log(self.bench.kernel, log)
         self.line = SerialLine(self.chip.name, [self.chip], self.pace, self.log, self.host)
-        self.url = f"{SCHEME}://{part}?name={self.chip.name}"
+        self.url = f"{SCHEME}://{self.part}?name={self.chip.name}"
         self.lock = Condition()  # programs read in one thread and write in another; handed over while one waits
 
     def begin(self) -> None:
@@ -169,22 +171,28 @@ def store_at(path: str | PathLike[str]) -> FileStore:
 
 
 # ----------------------------------------------------------------------------------------------------------------- URLs
-def from_url(url: str) -> Rig:
+def from_url(url: str, allow_code: bool = False) -> Rig:
     """Return the module that a URL means: a new one; or, with a name, the one made for this name before.
+
+    A URL may come from anybody, such as a file of settings: it names no Python module, unless that is allowed.
+
+    Args:
+        allow_code: the part may be module:Class, whose import runs the code of the module.
 
     Raises:
         UsageError: no such part, strap or option; or the name stands for another module already.
     """
     split = urlsplit(url)
-    part, query = split.netloc.lower(), _query(url, split.query)
+    part, query = CATALOGUE.canonical(split.netloc), _query(url, split.query)
     junk = split.path.strip("/") or split.fragment
     if junk:
         raise UsageError(f"{url}: {junk!r} belongs to nothing; expected {SCHEME}://{part}?name=value&...")
-    try:
-        sheet_of(part)
-    except UnknownName as error:
-        raise UsageError(f"{url}: {error}") from None  # a ValueError, as pySerial has it of a wrong URL
     name = query.get("name")
+    try:
+        if name not in NAMED or NAMED[name].part != part:
+            sheet_of(part, allow_code=allow_code)
+    except (UnknownName, UsageError) as error:
+        raise UsageError(f"{url}: {error}") from None  # a ValueError, as pySerial has it of a wrong URL
     if name not in NAMED:
         rig = Rig(part, **settings(part, query))
         rig.begin()
@@ -192,7 +200,7 @@ def from_url(url: str) -> Rig:
             return rig
         NAMED[name], rig.url = rig, url
     rig = NAMED[name]
-    named = rig.chip.sheet.part
+    named = rig.part
     if part != named or (len(query) > 1 and url != rig.url):
         raise UsageError(f"{url}: {name!r} is {rig.url} already; name it as then, or by {SCHEME}://{named}?name={name}")
     return rig
