@@ -50,7 +50,7 @@ def chip_of(path: str, chip: str | None) -> str:
 
 
 def is_bench(path: str) -> bool:
-    """Is it a bench file?  Its name says so."""
+    """Return whether a file is a bench file; its name says so."""
     return path.lower().endswith(".toml")
 
 

@@ -64,7 +64,7 @@ class Part(click.ParamType[str]):
     name = "chip"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """As it was written."""
+        """Return the name as it was written; one with a colon may be found in the current directory."""
         look_here(None, None, ":" in value)
         return str(value)
 
