@@ -37,6 +37,8 @@ Within = Callable[[], Awaitable[bool]]  # what is done at a look within a step; 
 class Motion:
     """The stepping part of the firmware.  `moving` is true from the command to MOTION COMPLETE."""
 
+    held_high = False  # STEP INHIBIT holds a step with PULSE high
+
     def __init__(
         self, chip: Chip, ticks: Mapping[str, int], registers: Registers, outputs: StepOutputs, port: BusPort
     ) -> None:
@@ -245,7 +247,7 @@ class Motion:
         return (train.begin(step + 1) - self.high, self.hold) if step < train.steps else (end, None)
 
     async def hold(self) -> bool:
-        """At the end of a step: while STEP INHIBIT is high, PULSE stays low; then the step ends.
+        """At the end of a step: while STEP INHIBIT is high, PULSE stays as it is held; then the step ends.
 
         Returns whether the step has become longer.
         """
@@ -253,6 +255,8 @@ class Motion:
             return False
         self.chip.waits(f"{self.text} held by step_inhibit=1")
         self.departs("event", "STEP INHIBIT")
+        if self.held_high:
+            self.outputs.pulse.drive(1)
         await self.chip.polled(self.inhibit, 0, self.ticks["inhibit_poll"])
         await self.rises()
         return True
