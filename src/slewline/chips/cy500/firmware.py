@@ -11,10 +11,12 @@ from ..cy5xx import interpreter
 from ..cy5xx.firmware import Cy5xx
 from ..cy5xx.lines import line_in
 from ..cy5xx.program import Moves
+from ..cy5xx.steps import Patterns
 from ..cy5xx.supply import PowerUp
-from . import profile, sheet
+from . import profile
 from .instructions import Instructions, Registers
 from .motion import Motion
+from .sheet import POWER_UP, SHEET
 
 
 class Interpreter(interpreter.Interpreter):
@@ -23,6 +25,22 @@ class Interpreter(interpreter.Interpreter):
     lasting = frozenset(("GOSTEP", "POSITION", "ONESTEP", "UNTIL"))
     announces = False
     instructions: Instructions
+
+    async def next_byte(self) -> int:
+        """The next byte of the host.  In jog mode XSS goes before a command: while it is low, the motor runs."""
+        port, program, registers = self.port, self.program, self.instructions.registers
+        xss = line_in(self.chip, "xss")
+        while True:
+            jogs = registers.jog and self.decoder.at_letter and not program.entering
+            port.others = ((xss, 0),) if jogs else ()
+            if not (jogs and xss.level == 0):
+                byte = await super().next_byte()
+                if byte >= 0:
+                    return byte
+            self.chip.sync()
+            port.close()
+            await program.motion.move(1, self.instructions.sign, "J")
+            port.open()
 
     async def perform(self, code: int, values: tuple[int, ...]) -> None:
         """Call the handler of a command; the next one may look back at it."""
@@ -39,9 +57,29 @@ class Interpreter(interpreter.Interpreter):
 class Cy500(Cy5xx):
     """A CY500 on a bench."""
 
-    sheet = sheet.SHEET
-    power_up = PowerUp(sheet.POWER_UP_RESET_PS, sheet.POWER_UP_RC_PS)
+    sheet = SHEET
+    power_up = PowerUp(*POWER_UP)
+    crystal_where = "the article"
+    live_commands = False
     registers_class = Registers
     instructions_class = Instructions
     interpreter_class = Interpreter
     state: Registers
+
+    def clocks(self) -> dict[str, int]:
+        """Return the times of the sheet in clocks, as far as the option `inferred` does not replace them."""
+        inferred: Mapping[str, int] = self.options.inferred
+        return {name: inferred[name] for name in self.sheet.times}
+
+    def patterns(self) -> Patterns:
+        """Return the phases of whole steps."""
+        return profile.half_steps(self.options.inferred)[::2]
+
+    def moves(self, ticks: Mapping[str, int]) -> Moves:
+        """Make what moves the motor: the fast way, or its slow twin."""
+        law = profile.law(self.options.inferred)
+        if self.options.stepwise:
+            from .twin import Stepwise
+
+            return Stepwise(self, ticks, self.state, self.outputs, self.port, law)
+        return Motion(self, ticks, self.state, self.outputs, self.port, law)

@@ -43,6 +43,7 @@ class Instructions(instructions.Instructions):
     """The handlers."""
 
     registers: Registers
+    request_ends_wait = False
 
     def do_athome(self) -> None:
         registers = self.registers
@@ -66,7 +67,9 @@ class Instructions(instructions.Instructions):
 
     def do_factor(self, factor: int) -> None:
         if self.registers.sloped:
-            self.chip.finding("factor-in-slope", "F while there are slopes, which force the factor to 1: it counts behind them")
+            self.chip.finding(
+                "factor-in-slope", "F while there are slopes, which force the factor to 1: it counts behind them"
+            )
         self.registers.load("factor", factor)
 
     def do_slope(self, slope: int) -> None:

@@ -1,9 +1,9 @@
 r"""How the CY500 moves: every input is looked at as a step begins.
 
-    b                              b'
-    |______________________________|‾‾‾ held ‾‾‾|______     PULSE, high for 16 us at 6 MHz before each step
-    |
-    TRIGGER high holds the step; ABORT low, or XSS high in a run of J: no further one; XDIR gives its direction
+b                              b'
+|______________________________|‾‾‾ held ‾‾‾|______     PULSE, high for 16 us at 6 MHz before each step
+|
+TRIGGER high holds the step; ABORT low, or XSS high in a run of J: no further one; XDIR gives its direction
 """
 
 from __future__ import annotations
@@ -52,13 +52,13 @@ class Motion(motion.Motion):
         )
 
     # -------------------------------------------------------------------------------------------- before the first step
-    def parameters(self, number: int) -> Parameters:
+    def parameters(self, number: int) -> Callable[[], Parameters]:
         """The parameters of a motion that begins now."""
         registers = self.registers
         rate = registers.values["rate"]
         slope = 0 if self.text in ("O", "J") else registers.slope
         self.made = Made(self.chip.crystal_hz, rate, slope, registers.factor, number, self.law)
-        return self.made.parameters()
+        return self.made.parameters
 
     def planned(self) -> Plan:
         """The plan of this motion, unless ABORT is low: then no step is made."""
@@ -74,23 +74,22 @@ class Motion(motion.Motion):
         """What makes the ideal of this motion, whose first step begins now."""
         return partial(self.made.ideal, plan, self.kernel.now, self.axis.position, self.sign)
 
-    # -------------------------------------------------------------------------------------------------- as a step begins
+    # ------------------------------------------------------------------------------------------------- as a step begins
     def watched(self) -> list[tuple[Net, int]]:
         """The inputs whose change matters now, each with the level that would be a change."""
         jogs, follows = self.text == "J", self.registers.external
         turned = (self.xdir, 0 if self.sign > 0 else 1)
         return [(self.inhibit, 1), (self.abort, 0), *[(self.xss, 1)] * jogs, *[turned] * follows]
 
-    def look_after(self, net: Net) -> tuple[int, bool]:
+    def look_after(self, net: Net) -> tuple[int, None]:
         """Every input is looked at as the next step begins."""
-        return self.train.begin(self.train.begun(self.kernel.now)), False
+        return self.train.begin(self.train.begun(self.kernel.now)), None
 
     async def look(self, plan: Plan, step: int) -> Plan:
         """Look at the inputs before a step begins; returns the plan to go on with (an empty one: stop)."""
         if step >= plan.steps:
             return plan  # on the target
-        went_on = self.inhibit.level == 0
-        if not went_on:
+        if self.inhibit.level == 1:
             self.departs("event", "TRIGGER")
             await self.uninhibited()
             self.chip.waits(self.progress)
@@ -98,17 +97,17 @@ class Motion(motion.Motion):
             if net.level == ends:
                 self.departs("command", name)
                 return STOP
-        return plan if not self.faces() and went_on else rest(plan, step)
+        return rest(plan, step) if self.faces() else plan
 
     def faces(self) -> bool:
         """Take the direction of XDIR if it counts; return whether it is another one."""
         sign = (1 if self.xdir.level else -1) if self.registers.external else self.sign
         turned = sign != self.sign
-        if turned and self.done:
-            self.departs("event", "XDIR")
         if turned:
-            self.settle()
-        self.sign = sign
+            if self.done:
+                self.departs("event", "XDIR")
+            self.settle()  # with the steps of the direction so far
+            self.sign = sign
         return turned
 
     @property

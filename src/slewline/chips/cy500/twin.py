@@ -37,12 +37,12 @@ class Stepwise(twin.Stepwise):
         self.text = text
         await super().move(number, sign, text)
 
-    def parameters(self, number: int) -> Parameters:
+    def parameters(self, number: int) -> Callable[[], Parameters]:
         registers = self.registers
         slope = registers.values["slope"] if registers.sloped and self.text not in ("O", "J") else 0
         factor = 1 if registers.sloped else registers.values["factor"] or 256
         self.motion_made = Made(self.chip.crystal_hz, registers.values["rate"], slope, factor, number, self.law)
-        return self.motion_made.parameters()
+        return self.motion_made.parameters
 
     async def ordered(self) -> None:
         await self.chip.polled(self.trigger, 0, self.ticks["inhibit_poll"])
@@ -79,7 +79,8 @@ class Stepwise(twin.Stepwise):
     def sloped(self, number: int) -> list[Step]:
         """The steps of a slope: the chip turns when R is reached, or when just the way down is left."""
         slope, top = self.motion_made.slope, self.top
-        parameter, way, ups = self.law.start, [], []
+        parameter, ups = self.law.start, []
+        way: list[Step] = []
         while len(way) < number and parameter < top.rate:
             way.append(Step(UP, parameter, self.law.periods[parameter]))
             ups.append(parameter)
