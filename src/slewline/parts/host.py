@@ -41,7 +41,8 @@ class Port:
             """The net of a pin; of one that the part lacks, one that leads nowhere."""
             return chip.pins[name].net if name in chip.pins else Net(chip.bus.kernel, f"{host}.({name})", tie=1)
 
-        self.request, self.select, self.prog = (Driver(line(name), host) for name in ("io_request", "io_select", "prog"))
+        driven = ("io_request", "io_select", "prog")
+        self.request, self.select, self.prog = (Driver(line(name), host) for name in driven)
         self.bus = Driver(chip.bus, host)
         self.request.drive(1)
         self.select.drive(0)

@@ -35,6 +35,7 @@ class Motion(motion.Motion):
     """Plays what profile.py plans.  The text of a motion says what it is: G and P, one step of O, a run of J."""
 
     registers: Registers
+    holder = "trigger"
 
     def __init__(
         self,
@@ -47,9 +48,7 @@ class Motion(motion.Motion):
     ) -> None:
         super().__init__(chip, ticks, registers, outputs, port)
         self.law = law
-        self.inhibit, self.abort, self.xss, self.xdir = (
-            line_in(chip, name) for name in ("trigger", "abort", "xss", "xdir")
-        )
+        self.abort, self.xss, self.xdir = (line_in(chip, name) for name in ("abort", "xss", "xdir"))
 
     # -------------------------------------------------------------------------------------------- before the first step
     def parameters(self, number: int) -> Callable[[], Parameters]:

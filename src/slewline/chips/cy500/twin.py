@@ -59,6 +59,7 @@ class Stepwise(twin.Stepwise):
         self.plan = deque()
         if self.abort.level == 0:
             self.endless = False
+            self.axis.log.stop()
             return
         self.face()
         if self.text == "O":
