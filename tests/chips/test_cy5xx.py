@@ -97,6 +97,7 @@ def test_commands_that_every_part_has_take_the_same_arguments(part: str, letter:
 @family
 def test_a_byte_is_taken_in_the_same_clocks_by_every_part(part: str) -> None:
     rig = Sister(part, "io_request", "instrobe", "ready")
+    rig.bench.run("1 us")
     rig.host.send("B")
     rig.bench.run("1 ms")
     request = rig.falls("io_request")[0]
@@ -506,9 +507,17 @@ def test_q_in_command_mode_is_a_mistake_but_in_the_cy500(part: str) -> None:
 
 
 @pytest.mark.fact("CY500-FAM-2")
-def test_the_cy500_takes_its_program_from_a_keyboard_a_prom_or_a_bus() -> None:
+@family
+@pytest.mark.parametrize("source", ["keyboard", "prom", "host"])
+def test_a_program_comes_from_a_keyboard_a_prom_or_a_bus(part: str, source: str) -> None:
     bench = slewline.Bench()
-    x = bench.add("cy500", name="x")
-    bench.part("keyboard", "keys", chip=x) if False else bench.host(x).send("E\rC\rQ")
-    bench.run("10 ms")
-    assert x.program == b"C"
+    x = bench.add(part, name="x")
+    text = "E\rC\rN 7\r0\rQ"
+    if source == "host":
+        bench.host(x).send(text)
+    elif source == "keyboard":
+        bench.part("keyboard", to="x", down="1 ms", apart="2 ms").type(text)
+    else:
+        bench.part("prom", to="x", image=text)
+    bench.run("100 ms")
+    assert x.program.hex() == "434e070000"
