@@ -6,6 +6,7 @@ What CY512 and CY525 alone have in common stands in test_cy5xx_family.py.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import pytest
 from conftest import Rig
@@ -300,7 +301,7 @@ def test_unknown_letters_bad_numbers_and_line_feeds(part: str) -> None:
     assert rig.level("programmable_output") == 0
 
 
-# ------------------------------------------------------------------------------- alike in the older parts, not in the CY525
+# -------------------------------------------------------------------------- alike in the older parts, not in the CY525
 @older
 def test_d_runs_the_program(part: str) -> None:
     rig = alone(part).say("C")
@@ -332,9 +333,9 @@ def test_a_factor_divides_the_rate(part: str) -> None:
 def test_a_slope_starts_at_rate_1_and_is_steeper_the_faster_it_is(part: str) -> None:
     rig = alone(part).quick("S 10", "N 100", "G")
     times = rig.x.steps().times_ps.tolist()
-    gaps = [b - a for a, b in zip(times, times[1:], strict=False)]
+    gaps = [b - a for a, b in pairwise(times)]
     assert gaps[:26] == sorted(gaps[:26], reverse=True)
-    falls = [a - b for a, b in zip(gaps[:24], gaps[1:25], strict=True)]
+    falls = [a - b for a, b in pairwise(gaps[:25])]
     assert max(falls) - min(falls) < 2 * US  # the period, not the rate, changes evenly
     assert gaps[-25:] == pytest.approx(gaps[25:0:-1], abs=US)
 

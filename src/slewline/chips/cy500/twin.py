@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Mapping
 from functools import partial
+from itertools import groupby
 
 from ...core.chip import Chip
 from ...core.ideal import Ideal
 from ...core.motions import Parameters
 from ...core.plan import Leg, Plan
+from ...core.train import OPEN
 from ..cy5xx import twin
 from ..cy5xx.lines import line_in
 from ..cy5xx.port import BusPort
@@ -48,9 +50,10 @@ class Stepwise(twin.Stepwise):
         await self.chip.polled(self.trigger, 0, self.ticks["inhibit_poll"])
 
     def expected(self) -> Callable[[], Ideal]:
-        steps = [*self.plan, *[self.coming()] * self.endless]
-        legs = tuple(Leg(step.kind, ((step.period, 1),), at, 1) for at, step in enumerate(steps) if step is not None)
-        return partial(self.motion_made.ideal, Plan(legs), self.kernel.now, self.axis.position, self.sign)
+        alike = [(step, len(list(steps))) for step, steps in groupby(self.plan)]
+        runs = [(self.top, OPEN)] if self.endless else alike
+        plan = Plan(tuple(Leg(step.kind, ((step.period, count),), 0, count) for step, count in runs))
+        return partial(self.motion_made.ideal, plan, self.kernel.now, self.axis.position, self.sign)
 
     # ------------------------------------------------------------------------------------------------------- the steps
     def prepare(self) -> None:

@@ -80,7 +80,8 @@ class Made(NamedTuple):
         """
         runs = [run for leg in plan.legs for run in leg.runs]
         lasting = ((interval / self.crystal_hz, n) for interval, n in runs)
-        return Ideal(start, position, [IdealPiece(s * n if n < OPEN else FOREVER, 1 / s) for s, n in lasting], sign)
+        pieces = [IdealPiece(s * n if n < OPEN else FOREVER, 1 / s) for s, n in lasting]
+        return Ideal(start, position, pieces or [IdealPiece(0.0, 0.0)], sign)
 
 
 # ----------------------------------------------------------------------------------------------- the ramp calculator
