@@ -14,7 +14,7 @@ from slewline.chips.cy5xx.slope import Law
 from slewline.chips.cy500 import profile
 from slewline.chips.cy500.sheet import PERIODS
 from slewline.core.plan import steps
-from slewline.errors import UsageError
+from slewline.errors import UsageError, WiringError
 
 LAW = Law(PERIODS)
 both = pytest.mark.parametrize("stepwise", [False, True], ids=["fast", "twin"])
@@ -429,3 +429,13 @@ def test_the_sheet_says_what_is_inferred() -> None:
     stated = {pin.name for pin in sheet.pins if pin.trust == "stated" and pin.role}
     assert stated == {"xss", "programmable_output"}
     assert steps(profile.one(LAW).runs) == 1
+
+
+@pytest.mark.fact("CY500-PIN-2", "CY500-PIN-4")
+def test_a_rotor_follows_the_phases_and_a_translator_misses_a_direction() -> None:
+    rig = Rig500()
+    rotor = rig.bench.part("rotor", name="motor", to="x")
+    rig.say("R 253", "N 12", "+", "G", "-", "N 3", "G")
+    assert rotor.position == 9
+    with pytest.raises(WiringError, match="gives the direction"):
+        rig.bench.part("translator", to="x")
