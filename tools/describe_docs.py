@@ -59,8 +59,8 @@ def cy500_page() -> str:
     quirks = quirk_lines("cy500")
     quirks[:2] = [
         "\n## What we do not know\n",
-        "No manual of the CY500 is at hand. What no source tells is inferred (UND), most of it from its successors; where\n"
-        "two disagree (CON), one is chosen. The numbers among it are replaced in a bench file, without touching code:\n\n"
+        "No manual of the CY500 is at hand. What no source tells is inferred (UND), most of it from its successors;\n"
+        "where two disagree (CON), one is chosen. Its numbers are replaced in a bench file, without touching code:\n\n"
         '```toml\n[[chip]]\npart = "cy500"\n[chip.options.inferred]\npulse_high = 60\n```\n',
     ]
     return "\n".join([NOTE + describe(sheet_of("cy500")), *quirks])
