@@ -31,6 +31,8 @@ def codes_of(path):
     makes = "_note" if path.name == "dialects.py" else "finding"
     loops = [node for node in ast.walk(tree) if isinstance(node, ast.For)]
     for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef) and node.name == "odd":  # what the loop below goes through
+            yield from (each.value.elts[1].value for each in ast.walk(node) if isinstance(each, ast.Yield))
         if isinstance(node, ast.Call) and ast.unparse(node.func).split(".")[-1] in (makes, "mistake") and node.args:
             first, around = node.args[0], [loop for loop in loops if node in ast.walk(loop)]
             if isinstance(first, ast.Constant):
@@ -38,7 +40,8 @@ def codes_of(path):
             elif isinstance(first, ast.Name) and first.id == "code" and around:  # a column
                 (loop,) = around
                 column = [ast.unparse(name) for name in loop.target.elts].index("code")
-                yield from (row.elts[column].value for row in loop.iter.elts)
+                if isinstance(loop.iter, ast.Tuple):
+                    yield from (row.elts[column].value for row in loop.iter.elts)
             else:
                 yield {"note.code": None, "found": None, "code": None}[ast.unparse(first)]  # passed on: made elsewhere
 
