@@ -1,7 +1,8 @@
 """What a data sheet is made of: pins, arguments, command rows, registers, times.  Data only, no behaviour.
 
 Rules of this file: every number names its source (`where`) and how sure we are (`trust`): "stated" by the manual,
-"derived" from statements of the manual, or "chosen" by us where the manual is silent.
+"derived" from statements of the manual, "chosen" by us where the manual is silent, or "inferred" about a part of which
+no manual is at hand, from what others say of it.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import Literal
 from ..errors import SheetError
 from .option import Option
 
-Trust = Literal["stated", "derived", "chosen"]
+Trust = Literal["stated", "derived", "chosen", "inferred"]
 Way = Literal["in", "out", "both", "power", "none"]
 Order = Literal["little", "big"]
 AXIS_ROLES: Mapping[str, str] = MappingProxyType(  # a pin of an axis that ...
@@ -99,6 +100,7 @@ class Pin:
     axis: int = 1
     sense: int | None = None
     told: tuple[str, str] | None = None
+    trust: Trust = "stated"
 
     def __post_init__(self) -> None:
         if self.role and self.role not in ROLES:
@@ -119,6 +121,8 @@ class Arg:
     An argument of size 0 is added to the opcode instead.  `zero` tells whether 0 counts as within the range;
     an `optional` argument that is missing is `high`.
 
+    What does not fit into the bytes is cut off, but for the numbers in `alias`, which count as another one: 256 as 255.
+
     `fraction` bits of the number stand behind the binary point: with 16 it counts 1/65536 of its unit.  The unit has
     the chip's cycle in its denominator `cycles` times: once in a speed, twice in an acceleration.
     """
@@ -134,11 +138,16 @@ class Arg:
     optional: bool = False
     fraction: int = 0
     cycles: int = 0
+    alias: tuple[tuple[int, int], ...] = ()
 
     @property
     def modulus(self) -> int:
         """Numbers wrap at this value: 256 or 65536."""
         return 1 << (8 * self.size)
+
+    def fit(self, number: int) -> int:
+        """Return what the part makes of a number, whatever its range."""
+        return dict(self.alias).get(number, number % self.modulus)
 
     def allows(self, value: int) -> bool:
         """Is the value within the range?"""
@@ -200,6 +209,7 @@ class Row:
     reads: tuple[Arg, ...] = ()
     buffered: bool = False
     encoder: bool = False
+    trust: Trust = "stated"
 
     def __post_init__(self) -> None:
         if not self.head:

@@ -51,7 +51,7 @@ def _in_full(sheet: Sheet, row: Row) -> str:
         f"- program buffer: {f'{_bytes(row.size)}, `{stored(row)}`' if row.stored else 'not stored'}",
         f"- time at {_mhz(sheet.crystal_hz)} MHz: {_busy(row)}"
         + (f"; {row.program_us} µs in a program" if row.stored else ""),
-        f"- manual: {row.where}",
+        f"- manual: {_source(row)}",
     ]
     text += [f"- `{arg.name}`: {_range(sheet, arg)}, {_bytes(arg.size)}" for arg in row.args]
     text += [f"- {sheet.slips[row.form]}"] if row.form in sheet.slips else []
@@ -217,7 +217,7 @@ def _letter_table(sheet: Sheet) -> str:
             f"{row.size}: `{stored(row)}`" if row.stored else "0",
             f"`{binary(row)}`",
             row.time_us,
-            row.where,
+            _source(row),
         )
         for row in sheet.commands
     ]
@@ -333,7 +333,7 @@ def _pins(sheet: Sheet) -> str:
     )
     rows = [
         (
-            pin.number,
+            pin.number or "",
             f"`{pin.name}`",
             pin.way,
             pin.says,
@@ -343,7 +343,7 @@ def _pins(sheet: Sheet) -> str:
             LEVEL[pin.tie],
             LEVEL[pin.reset],
             pin.seen,
-            pin.where,
+            _source(pin),
         )
         for pin in sheet.pins
     ]
@@ -352,6 +352,11 @@ def _pins(sheet: Sheet) -> str:
         "it holds, where that is not the active one."
     )
     return f"## Pins\n\n{table(heads, rows)}\n\n{note}" if rows else ""
+
+
+def _source(of: Row | Pin) -> str:
+    """Return where a row or a pin stands in the manual; marked, where it is inferred."""
+    return of.where if of.trust == "stated" else f"{of.where} ({of.trust})"
 
 
 def _role(pin: Pin, sheet: Sheet) -> str:
@@ -389,6 +394,8 @@ def _times(sheet: Sheet) -> str:
         for name, time in sheet.times.items()
     ]
     note = "Trust: *stated* by the manual, *derived* from what it states, or *chosen* where it is silent."
+    if any(time.trust == "inferred" for time in sheet.times.values()):
+        note += " *Inferred*: no manual is at hand."
     return f"## Times\n\n{table(heads, rows)}\n\n{note}" if rows else ""
 
 

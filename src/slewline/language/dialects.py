@@ -231,7 +231,7 @@ class Decoder:
     def _fit(self, row: Row, arg: Arg, number: int) -> int:
         """Cut a number to the bytes of its argument, whatever its range; the command deals with what is left."""
         self._check(row, arg, number)
-        return number % arg.modulus
+        return arg.fit(number)
 
     # --------------------------------------------------------------------------------------------------- binary
 

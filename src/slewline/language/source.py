@@ -207,7 +207,7 @@ class _Line:
             if not arg.low <= number <= arg.high:
                 remedy = f"the nearest is {min(max(number, arg.low), arg.high)}"
                 self.error(at, at + len(word), "range", named, f"{arg.low}..{arg.high}", section, remedy)
-            return Operand(*place, number % arg.modulus)
+            return Operand(*place, arg.fit(number))
         if arg.label and len(word) == 1 and word in self.sheet.labels:
             return Operand(*place, ord(word), word)
         remedy = slip_remedy(self.sheet, word) or "numbers are decimal digits alone"
