@@ -1,0 +1,47 @@
+"""The law of motion of the CY500: parameters in, a plan out.  Rates and slopes are those of cy5xx/slope.py.
+
+    rate   R .......___           R ....../|          R ..
+                   /   \\                 / |               /|
+                  /     \\               /  |              / |
+                 |       |             |   |             |  |
+           N: ramp + slew + ramp      2 ramps > N       ramp >= N
+
+The chip knows where to turn only when R is reached: a move too short for that ends abruptly, in the way down or, where
+R is never reached, at full speed.  The user must see to N > 2 R (art. T.2 S).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ...core.plan import Plan, head, mirrored, plan, steps
+from ...core.train import OPEN
+from ..cy5xx.slope import Law
+from .sheet import PERIODS, RATE_TOP
+
+
+def law(inferred: Mapping[str, Any]) -> Law:
+    """Return the law that the option `inferred` asks for."""
+    return Law(inferred["periods"] or PERIODS, inferred["ramp_start"])
+
+
+def move(number: int, rate: int, slope: int, factor: int, law: Law) -> Plan:
+    """Return the plan of a move of `number` steps, 1 to 65535; a slope of 0 is none, and with one no factor counts."""
+    up = law.up(rate, slope)
+    if not up:
+        return plan(("slew", ((law.period(rate) * (1 if slope else factor), number),))).verified(number)
+    rest = number - steps(up)
+    down = head(mirrored(up), rest)
+    slew = ((law.period(rate), rest - steps(down)),) if rest > steps(down) else ()
+    return plan(("up", head(up, number)), ("slew", slew), ("down", down), shortest=law.period(rate)).verified(number)
+
+
+def jog(rate: int, factor: int, law: Law) -> Plan:
+    """Return the plan of a run without end, at a steady rate."""
+    return plan(("slew", ((law.period(rate) * factor, OPEN),)))
+
+
+def one(law: Law) -> Plan:
+    """Return the plan of a single step, which is as short as the shortest one."""
+    return plan(("slew", ((law.period(RATE_TOP), 1),)))

@@ -1,0 +1,14 @@
+"""The CY500's ramp calculator: R and S."""
+
+from __future__ import annotations
+
+from ...core.table import Sheet
+from ...language.ramps import Calculator
+from ..cy5xx.slope import Law, SlopeRamps
+from .profile import move
+from .sheet import PERIODS
+
+
+def ramps(sheet: Sheet) -> Calculator:
+    """Return the calculator of this part."""
+    return SlopeRamps(sheet, Law(PERIODS), move)
