@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from slewline.chips.cy525.firmware import Cy525
+from slewline.chips.cy525.instructions import Instructions
 from slewline.chips.cy525.sheet import SHEET
 
 US = 1_000_000  # picoseconds
@@ -23,7 +23,7 @@ OUTPUTS = tuple(pin.name for pin in SHEET.pins if pin.reset is not None and pin.
 # ------------------------------------------------------------------------------------------------ the language at large
 @pytest.mark.fact("LANG-SET-1", "CON-INSTR-COUNT")
 def test_rows_and_handlers_match_one_to_one():
-    handlers = {name for name in dir(Cy525) if name.startswith("do_")}
+    handlers = {name for name in dir(Instructions) if name.startswith("do_")}
     assert {row.handler for row in SHEET.commands} == handlers
     assert [row.form for row in SHEET.commands] == list("ABCDEFGHIJLNOPQRSTUVWXZ+-0")
     assert SHEET.labels == "ABCDE"

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import slewline
+from slewline.chips.cy5xx import firmware as family
 from slewline.chips.cy525 import firmware
 from slewline.chips.cy525.sheet import POWER_UP_RC_PS, SHEET
 from slewline.core import chip as chip_base
@@ -263,7 +264,12 @@ def stack(task):
     return found
 
 
-FIRMWARE = [path for path in Path(firmware.__file__).parent.glob("*.py") if path.name != "stepwise.py"]
+FIRMWARE = [
+    path
+    for folder in (firmware, family)
+    for path in sorted(Path(folder.__file__).parent.glob("*.py"))
+    if path.name != "twin.py"
+]
 NEVER_SUSPENDED = {
     "return down if self.continuous else await self.rate_request(down, 0)"
 }  # a normal motion halts at once

@@ -44,7 +44,7 @@ class Rig:
         self.kernel.settle()
 
     async def host(self, text: str) -> None:
-        ready = self.chip.ready.net
+        ready = self.chip.pins["ready"].net
         for byte in text.encode():
             await level(ready, 1)
             self.put("db0", byte)
@@ -60,7 +60,7 @@ class Rig:
         """Send a motion command and run up to its first fall of PULSE; that instant is clock 0."""
         self.send(text)
         self.kernel.settle()
-        while self.chip.pulse.net.level == 1:
+        while self.chip.pins["pulse"].net.level == 1:
             self.kernel.run(self.kernel.next_time() or 0)
         self.origin = self.chip.clock.ticks_until(self.kernel.now)
         self.seen.clear()
@@ -74,7 +74,7 @@ class Rig:
     def begins(self, clocks: int) -> list[int]:
         """Begins of the steps in the first so many clocks."""
         start = self.chip.clock.ps(self.origin)
-        times = self.chip.axis1.steps(start, self.chip.clock.ps(self.origin + clocks)).times_ps
+        times = self.chip.axes[0].steps(start, self.chip.clock.ps(self.origin + clocks)).times_ps
         return [self.chip.clock.ticks_until(int(time)) - self.origin for time in times]
 
     def periods(self, clocks: int) -> list[int]:
@@ -95,7 +95,7 @@ def test_three_steps_at_the_first_rate() -> None:
     assert rig.edges("motion_complete")[-1] == (33000, 0)
     assert rig.edges("ready")[-1] == (33000 + 180, 1)  # 30 us at 6 MHz
     assert rig.chip.position == 2
-    assert [driver.net.level for driver in rig.chip.phase_pins] == [0, 1, 1, 0]  # offset 3
+    assert [driver.net.level for driver in rig.chip.outputs.phases] == [0, 1, 1, 0]  # offset 3
     assert not rig.falls("slew")
 
 
@@ -155,7 +155,9 @@ def test_read_out_stretches_a_ramp_step() -> None:
     rig.send("G\r")
     bus = rig.chip.bus
     seen: list[tuple[int, object, object]] = []
-    rig.chip.outstrobe.net.watch(lambda net: seen.append((net.level, bus.byte, rig.chip.motion_complete.net.level)))
+    rig.chip.pins["outstrobe"].net.watch(
+        lambda net: seen.append((net.level, bus.byte, rig.chip.pins["motion_complete"].net.level))
+    )
     rig.begin("")
     rig.inputs["db0"].drive(None)  # the host lets go of the bus
     rig.put("io_select", 1, 1)

@@ -82,8 +82,8 @@ class Mad:
         self.effects: Counter[str] = Counter()
         self.findings: Counter[str] = Counter()
         self.accepted = 0
-        for code, handler in list(self.chip.handlers.items()):
-            self.chip.handlers[code] = self._counted(code, handler)
+        for code, handler in list(self.chip.interpreter.handlers.items()):
+            self.chip.interpreter.handlers[code] = self._counted(code, handler)
 
     def _counted(self, code: int, handler: Any) -> Any:
         letter = chr(code or 0x30)

@@ -20,8 +20,8 @@ from typing import NamedTuple
 
 from ...core.ideal import FOREVER, Ideal, IdealPiece, duration, mirrored, there_and_down, travelled
 from ...core.motions import Parameters
+from . import sheet
 from .profile import Law, unit_ticks
-from .sheet import RATE_TOP, STEP_TICKS
 
 
 class Made(NamedTuple):
@@ -37,7 +37,7 @@ class Made(NamedTuple):
 
     def steps_per_s(self, rate: int) -> float:
         """Return the steps/s of a rate parameter."""
-        return self.crystal_hz / int(STEP_TICKS[min(rate, RATE_TOP)])
+        return self.crystal_hz / int(sheet.STEP_TICKS[min(rate, sheet.RATE_TOP)])
 
     @lru_cache(maxsize=64)  # noqa: B019 (tuples)
     def parameters(self) -> Parameters:
@@ -57,8 +57,8 @@ class Made(NamedTuple):
             slews: it comes to slewing; else what is left behind the ramps is made at F.
             endless: it slews until something ends it.
         """
-        first = min(self.first, RATE_TOP)
-        last = max(first, min(self.rate, RATE_TOP))
+        first = min(self.first, sheet.RATE_TOP)
+        last = max(first, min(self.rate, sheet.RATE_TOP))
         unit = unit_ticks(self.slope, self.divisor, self.law) / self.crystal_hz
         rates = [self.steps_per_s(rate) for rate in range(first, last + 1)]
         up = [IdealPiece(unit, a, (b - a) / unit) for a, b in pairwise(rates)]
@@ -70,3 +70,9 @@ class Made(NamedTuple):
         else:
             pieces = [*up, *mirrored(up), IdealPiece(duration(rates[0], surplus), rates[0])]
         return Ideal(start, position, pieces, sign)
+
+
+def made(crystal_hz: int, values: Mapping[str, int], number: int, law: Law) -> Made:
+    """Return the parameters of a motion of some steps that begins now; `values` are the registers by name."""
+    first, rate, slope, divisor = (values[name] for name in ("firstrate", "rate", "slope", "divisor"))
+    return Made(crystal_hz, first, rate, slope, divisor, number, law)

@@ -18,22 +18,21 @@ case).  Where the travel is too short to reach R, both ramps get half of it.
 
 from __future__ import annotations
 
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import NamedTuple
 
 from ...core.plan import Leg, Plan, Runs, head, mirrored, steps, tail
 from ...core.plan import plan as core_plan
 from ...core.train import OPEN
-from .sheet import RAMP_UNIT_TICKS, RATE_TOP, SHORT_SLEW_STEPS, STEP_TICKS
+from . import sheet
 
 __all__ = ["Law", "Leg", "Plan", "Runs", "head", "mirrored", "move", "plan", "ramp", "rate", "steady", "steps", "tail"]
-RATE_OF = {ticks: rate for rate, ticks in enumerate(STEP_TICKS)}
 
 
 class Law(NamedTuple):
     """How fast the rate parameter moves."""
 
-    unit: int = RAMP_UNIT_TICKS  # clocks of one rate unit at S 255, Z 1
+    unit: int = sheet.RAMP_UNIT_TICKS  # clocks of one rate unit at S 255, Z 1
     jumps: bool = False  # take all units that are due when a step begins, not one
 
 
@@ -49,10 +48,10 @@ def unit_ticks(slope: int, divisor: int, law: Law = LAW) -> int:
 def ramp(low: int, high: int, slope: int, divisor: int, law: Law = LAW) -> Runs:
     """The way up: runs from the first step at rate `low` to the last one below rate `high`; empty unless low < high."""
     unit = unit_ticks(slope, divisor, law)
-    runs = []
+    runs, intervals = [], sheet.STEP_TICKS
     elapsed, rate = 0, low
     while rate < high:
-        interval = STEP_TICKS[rate]
+        interval = intervals[rate]
         left = (rate - low + 1) * unit - elapsed  # clocks until the next unit is due
         count = max(1, -(-left // interval))  # a step at least, however late the unit is
         runs.append((interval, count))
@@ -61,12 +60,24 @@ def ramp(low: int, high: int, slope: int, divisor: int, law: Law = LAW) -> Runs:
     return tuple(runs)
 
 
-plan = partial(core_plan, shortest=STEP_TICKS[RATE_TOP])
+def plan(*parts: tuple[str, Runs]) -> Plan:
+    """Return a plan from named parts, none of whose steps may be faster than the highest rate."""
+    return core_plan(*parts, shortest=sheet.STEP_TICKS[sheet.RATE_TOP])
+
+
+@lru_cache(maxsize=1)
+def _rates() -> dict[int, int]:
+    return {ticks: rate for rate, ticks in enumerate(sheet.STEP_TICKS)}
+
+
+def rate_of(interval: int) -> int:
+    """Return the rate parameter whose steps take so many clocks."""
+    return _rates()[interval]
 
 
 def rate(of: Plan, step: int) -> int:
-    """The rate parameter of a step."""
-    return RATE_OF[of.interval(step)]
+    """Return the rate parameter of a step."""
+    return rate_of(of.interval(step))
 
 
 @lru_cache(maxsize=64)
@@ -84,16 +95,16 @@ def move(number: int, first: int, rate: int, slope: int, divisor: int, law: Law 
     if 2 * full > number:
         up = head(up, number // 2)
     rest = number - 2 * min(full, number // 2)
-    slew = rest if rest >= SHORT_SLEW_STEPS else 0
+    slew = rest if rest >= sheet.SHORT_SLEW_STEPS else 0
     top = max(first, rate)
     return plan(
         ("up", up),
-        ("slew", ((STEP_TICKS[top], slew),) if slew else ()),
+        ("slew", ((sheet.STEP_TICKS[top], slew),) if slew else ()),
         ("down", mirrored(up)),
-        ("crawl", ((STEP_TICKS[first], rest - slew),) if rest > slew else ()),
+        ("crawl", ((sheet.STEP_TICKS[first], rest - slew),) if rest > slew else ()),
     ).verified(number)
 
 
 def steady(rate: int, before: tuple[str, Runs] = ("up", ())) -> Plan:
     """A change of rate in a continuous motion: a ramp, then steps at `rate` without end."""
-    return plan(before, ("slew", ((STEP_TICKS[rate], OPEN),)))
+    return plan(before, ("slew", ((sheet.STEP_TICKS[rate], OPEN),)))

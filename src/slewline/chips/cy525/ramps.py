@@ -61,7 +61,7 @@ class CyRamp(Ramp):
     def table(self) -> Iterator[Stretch]:
         ticks = position = 0
         for interval, count in self.runs:
-            rate = profile.RATE_OF[interval]
+            rate = profile.rate_of(interval)
             yield Stretch(self.clock.ps(ticks), position, count, self.crystal_hz / interval, rate)
             ticks, position = ticks + interval * count, position + count
 

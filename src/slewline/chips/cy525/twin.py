@@ -1,0 +1,224 @@
+"""The CY525's motion, one step at a time: ramps, ABORT, rates on the fly, read-outs, each looked at when it is due.
+
+It shares nothing with motion.py and profile.py but the law's two numbers.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from functools import partial
+
+from ...core.chip import Chip
+from ...core.ideal import Ideal
+from ...core.motions import Parameters
+from ...core.net import Wave
+from ..cy5xx import twin
+from ..cy5xx.lines import line_in
+from ..cy5xx.port import BusPort
+from ..cy5xx.steps import StepOutputs
+from ..cy5xx.twin import CRAWL, DOWN, SAME, SLEW, UP, Step
+from . import sheet
+from .ideal import made
+from .instructions import Registers
+from .profile import Law
+
+
+def step_of(kind: str, rate: int) -> Step:
+    """Return a step at a rate parameter."""
+    return Step(kind, rate, sheet.STEP_TICKS[rate])
+
+
+class Stepwise(twin.Stepwise):
+    """Plays every motion step by step."""
+
+    registers: Registers
+
+    def __init__(
+        self,
+        chip: Chip,
+        ticks: Mapping[str, int],
+        registers: Registers,
+        outputs: StepOutputs,
+        port: BusPort,
+        law: Law,
+    ) -> None:
+        super().__init__(chip, ticks, registers, outputs, port)
+        self.law, self.request, self.select, self.abort = law, port.request, port.select, line_in(chip, "abort")
+        self.first = self.top = 0  # the effective F and the rate of slewing
+        self.continuous = False  # a motion without end, even when aborted
+        self.endless = False  # the plan is followed by slewing without end
+        self.abort_enabled = self.abort_used = False
+        self.served = False  # the present low of I/O REQUEST has had its answer
+
+    # ------------------------------------------------------------------------------------------ before the first step
+    def parameters(self, number: int) -> Callable[[], Parameters]:
+        """Return what tells the parameters of a motion that begins now, when somebody asks."""
+        self.motion_made = made(self.chip.crystal_hz, self.registers.values, number, self.law)
+        return self.motion_made.parameters
+
+    async def ordered(self) -> None:
+        """I/O REQUEST must have been high; then ABORT says whether it counts for this motion."""
+        await self.chip.polled(self.request, 1, 1)
+        self.abort_enabled = self.abort.level == 1
+
+    def expected(self) -> Callable[[], Ideal]:
+        """What makes the ideal of this motion, whose first step begins now."""
+        slews = self.endless or any(step.kind == SLEW for step in self.plan)
+        return partial(self.motion_made.ideal, self.kernel.now, self.axis.position, self.sign, slews, self.endless)
+
+    def over(self) -> None:
+        """The flag of H counts for one motion."""
+        self.registers.continuous = False
+
+    # ------------------------------------------------------------------------------------------------------- the plan
+    def prepare(self) -> None:
+        """The plan of an undisturbed motion."""
+        number, self.abort_used, self.served = self.number, False, False
+        self.first = min(self.registers.values["firstrate"], sheet.RATE_TOP)
+        self.top = max(min(self.registers.values["rate"], sheet.RATE_TOP), self.first)  # R below F: the whole move at F
+        up = self.way_up(self.first, self.top, number)
+        if 2 * len(up) > number:  # too short to reach R: turn in the middle
+            up = up[: number // 2]
+        rest = number - 2 * len(up)
+        slews = rest if rest >= sheet.SHORT_SLEW_STEPS else 0
+        self.continuous = self.endless = self.registers.continuous and slews > 0
+        self.registers.continuous = self.continuous
+        self.plan = deque(step_of(UP, rate) for rate in up)
+        if not self.endless:
+            self.plan.extend([step_of(SLEW, self.top)] * slews)
+            self.plan.extend(step_of(DOWN, rate) for rate in reversed(up))
+            self.plan.extend([step_of(CRAWL, self.first)] * (rest - slews))
+
+    def way_up(self, low: int, high: int, most: int | None = None) -> list[int]:
+        """Rates of the steps, one by one, that lead from one rate to (not including) another; at most so many."""
+        unit = (self.registers.values["divisor"] or 256) * (256 - self.registers.values["slope"]) * self.law.unit
+        rates: list[int] = []
+        rate, ramp_time = low, 0
+        while rate < high and (most is None or len(rates) < most):
+            rates.append(rate)
+            ramp_time += sheet.STEP_TICKS[rate]
+            due = low + ramp_time // unit
+            rate = due if self.law.jumps else min(rate + 1, due)
+        return rates
+
+    def coming(self) -> Step | None:
+        """The step that comes next as things stand; None: the target is reached."""
+        if self.plan:
+            return self.plan[0]
+        return step_of(SLEW, self.top) if self.endless else None
+
+    # ------------------------------------------------------------------------------------------------------- one step
+    def stretched(self, step: Step) -> int:
+        """I/O SELECT while stepping: a read-out, which lengthens a step of a ramp."""
+        if not (self.select.level == 1 and self.request.level == 1):
+            return 0
+        self.read_out((self.axis.position + self.sign) % 65536)
+        return self.ticks["readout_stretch"] if step.kind in (UP, DOWN) else 0
+
+    def read_out(self, position: int) -> None:
+        """I/O SELECT while stepping: the position on the bus, high byte first; all is over long before the step is."""
+        chip, ps = self.chip, self.chip.clock.ps
+        high, width = chip.tick + self.ticks["readout_delay"], self.ticks["strobe_width"]
+        low = high + self.ticks["readout_spacing"]
+        falls = high + self.ticks["readout_spacing"] // 2
+        rises = falls + self.ticks["readout_spacing"]
+        self.port.outstrobe.play(Wave(1, (ps(high), ps(high + width), ps(low), ps(low + width)), (0, 1, 0, 1)))
+        self.port.motion_complete.play(Wave(1, (ps(falls), ps(rises)), (0, 1)))
+        both = (0xFF, position >> 8), (0xFF, position & 0xFF)
+        chip.bus_driver.play(Wave(None, (ps(high), ps(falls), ps(rises)), (*both, None)))
+
+    # ----------------------------------------------------------------------------------- the looks between two steps
+    async def goes_on(self, just: Step) -> bool:
+        """Look at everything at the end of a step, in the chip's order; false: the motion is over."""
+        # 1. the target
+        if self.coming() is None:
+            return False
+        # 2. ABORT, once per motion
+        if self.abort_enabled and not self.abort_used and self.abort.level == 0:
+            self.abort_used = True
+            self.departs("command", "ABORT")
+            if just.kind == CRAWL or not self.turned_down(just):
+                return False
+        coming = self.coming()
+        assert coming is not None
+        # 3. the bottom of the ramp of an abort
+        if self.abort_used and just.kind == DOWN and coming.kind != DOWN and self.abort.level == 0:
+            return False
+        # 4. a rate request
+        if not self.continuous:
+            if self.request.level == 0:
+                self.departs("command", "I/O REQUEST")
+            return bool(self.request.level == 1)
+        if self.request.level == 1:
+            self.served = False
+        elif self.endless and not self.served and SLEW in (just.kind, coming.kind):
+            self.served = True
+            return await self.rate_request()
+        return True
+
+    def turned_down(self, just: Step) -> bool:
+        """ABORT is low: plan the way down, and steps at the first rate to the target; false: there is no way down."""
+        if just.kind == DOWN:  # it goes down already
+            down = [step for step in self.plan if step.kind == DOWN]
+        elif not (down := [step_of(DOWN, rate) for rate in reversed(self.way_up(self.first, just.rate))]):
+            return False
+        remaining = self.number - self.made
+        if self.continuous:  # the target comes round every 65536 steps
+            remaining = remaining % 65536 or 65536
+        down = down[:remaining]
+        self.plan = deque(down + [step_of(CRAWL, self.first)] * (remaining - len(down)))
+        self.endless = False
+        return True
+
+    # ----------------------------------------------------------------------------------------------- rates on the fly
+    def taken_rate(self) -> int:
+        """The byte on the bus, acknowledged by INSTROBE."""
+        chip, now, over = self.chip, self.chip.tick, self.chip.tick + self.ticks["strobe_width"]
+        self.port.instrobe.play(Wave(1, (chip.clock.ps(now), chip.clock.ps(over)), (0, 1)))
+        rate = min(chip.bus.byte, sheet.RATE_TOP)
+        self.departs("command", f"R {rate}")
+        return rate
+
+    def ramp_up_to(self, rate: int) -> None:
+        self.plan = deque(step_of(UP, way) for way in self.way_up(self.top, rate))
+        self.slews_at(rate)
+
+    def slews_at(self, rate: int) -> None:
+        self.top = rate
+        self.axis.log.change(partial(self.motion_made.rates, self.first, rate))
+
+    async def rate_request(self) -> bool:
+        """I/O REQUEST low while slewing; false: the motion ended in the zero-rate state."""
+        rate = self.taken_rate()
+        if rate == 0:
+            return await self.zero_rate()
+        if rate > self.top:
+            self.ramp_up_to(rate)
+        elif rate < self.top:
+            self.plan = deque(step_of(DOWN, way) for way in reversed(self.way_up(rate, self.top)))
+            self.first = rate
+            self.slews_at(rate)
+        else:
+            self.plan = deque([step_of(SAME, rate)])
+            self.slews_at(rate)
+        return True
+
+    async def zero_rate(self) -> bool:
+        """Slewing at zero steps per second, until a higher rate than before comes (true) or ABORT (false)."""
+        chip, ps, every = self.chip, self.chip.clock.ps, self.ticks["wait_poll"]
+        self.outputs.slew.play(Wave(0, (ps(chip.tick), ps(chip.tick + self.ticks["slew_blink"])), (1, 0)))
+        self.port.motion_complete.drive(0)
+        self.axis.log.change(dict)  # no rate is in force
+        ends = ((self.abort, 0),) if self.abort_enabled else ()
+        rate = 0
+        while rate <= self.top:
+            for level in (1, 0):  # high again first, then low
+                if await chip.polled(self.request, level, every, *ends) is not self.request:
+                    return False
+            rate = self.taken_rate()
+        self.outputs.slew.drive(1)
+        await chip.polled(self.inhibit, 0, self.ticks["inhibit_poll"])
+        self.port.motion_complete.drive(1)
+        self.ramp_up_to(rate)
+        return True

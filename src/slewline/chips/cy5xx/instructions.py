@@ -1,0 +1,189 @@
+"""What commands do: one method a row of the sheet, found by its name (do_loop for LOOP), and what several of them need.
+
+Here are those that work alike in the family; a part adds its own, and those that it performs in another way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Iterable, Mapping
+
+from ...core.chip import Chip
+from ...core.timebase import readable
+from .lines import line_in, line_out
+from .port import BusPort
+from .program import Moves, Program
+from .readout import ReadOut
+from .registers import Registers
+from .steps import StepOutputs
+
+
+class Instructions:
+    """The handlers of the family."""
+
+    def __init__(
+        self,
+        chip: Chip,
+        ticks: Mapping[str, int],
+        registers: Registers,
+        outputs: StepOutputs,
+        port: BusPort,
+        readout: ReadOut,
+        program: Program,
+        motion: Moves,
+    ) -> None:
+        self.chip, self.ticks, self.registers, self.outputs = chip, ticks, registers, outputs
+        self.port, self.readout, self.program, self.motion = port, readout, program, motion
+        self.axis = chip.axes[0]
+        self.wait, self.dowhile = line_in(chip, "wait"), line_in(chip, "dowhile")
+        self.programmable_output = line_out(chip, "programmable_output")
+        self.said: set[str] = set()  # findings that are reported once
+
+    # ------------------------------------------------------------------------------------------------- parameters
+    def do_number(self, steps: int) -> None:
+        self.registers.load("number", steps)
+
+    def do_rate(self, rate: int) -> None:
+        self.registers.load("rate", rate)
+
+    def do_slope(self, slope: int) -> None:
+        self.registers.load("slope", slope)
+
+    def do_cw(self) -> None:
+        self.outputs.turn(True)
+
+    def do_ccw(self) -> None:
+        self.outputs.turn(False)
+
+    def declare(self, position: int, text: str) -> None:
+        """Give the position register a value."""
+        self.axis.load(position)
+        self.axis.log.mark("command", text)
+        self.registers.unset.discard("position")
+
+    # ------------------------------------------------------------------------------------------------------- lines
+    def do_bitset(self) -> None:
+        self.programmable_output.drive(1)
+
+    def do_clearbit(self) -> None:
+        self.programmable_output.drive(0)
+
+    async def do_until(self) -> None:
+        await self.wait_for("U", 0)
+
+    async def do_wait(self) -> None:
+        await self.wait_for("W", 1)
+
+    async def wait_for(self, letter: str, wanted: int) -> None:
+        """U and W: look at WAIT every 8 us; a new low of I/O REQUEST ends the wait too (s.3 item 8)."""
+        chip, program, port, poll = self.chip, self.program, self.port, self.ticks["wait_poll"]
+        request = port.request
+        chip.waits(f"{letter}: wait={wanted}")
+        program.waits = True
+        try:
+            if not program.running and request.changes == port.accepted:
+                ended = await chip.polled(self.wait, wanted, poll, (request, 1))
+                if ended is self.wait:
+                    return  # else the request of the terminator has gone away, and a new one counts
+            before = request.changes
+            ended = await chip.polled(self.wait, wanted, poll, (request, 0))
+            if ended is request and request.changes > before:
+                port.spend(handshake=not program.running)
+        finally:
+            program.waits = False
+
+    async def pause(self, letter: str, delay: int) -> None:
+        """Let milliseconds pass."""
+        clocks = delay * self.ticks["millisecond"]
+        self.chip.waits(f"{letter} {delay} ({readable(self.chip.clock.ps(clocks))})")
+        await self.chip.ticks(clocks)
+
+    # ----------------------------------------------------------------------------------------------------- motions
+    def do_go(self) -> Awaitable[None]:
+        self.check_registers("G", "number")
+        return self.motion.move(self.registers.values["number"], 1 if self.registers.clockwise else -1, "G")
+
+    async def do_position(self, position: int) -> None:
+        self.check_registers(f"P {position}", "position")
+        here = self.axis.position
+        clockwise = position >= here
+        number = position - here if clockwise else here - position
+        await self.motion.move(number, 1 if clockwise else -1, f"P {position}")
+
+    def check_registers(self, text: str, distance: str) -> None:
+        """Parameters of a motion that the manual does not allow, or that nobody has set; each is reported once."""
+        registers = self.registers
+        used = (set(registers.values) - {"number"}) | {distance}
+        for name in sorted(used & registers.unset):
+            registers.unset.discard(name)
+            self.chip.finding("uninitialised", f"{text} uses the {name} register, which nobody has set since power-up")
+        for bad, code, what in self.odd():
+            if bad and what not in self.said:
+                self.said.add(what)
+                self.chip.finding(code, what)
+
+    def odd(self) -> Iterable[tuple[bool, str, str]]:
+        """Yield what a motion should not find in the parameters: whether it does, code and text of a finding."""
+        return ()
+
+    # ----------------------------------------------------------------------------------------------------- read-out
+    def do_verify(self, group: int) -> None:
+        if group not in self.readout.sizes:
+            last = max(self.readout.sizes)
+            self.chip.finding("verify-group", f"V {group}: there are groups 0 to {last}; the pointer stays")
+            return
+        ascii = self.port.ascii
+        if self.program.running:
+            self.chip.finding("verify-in-program", "V in a program: it only sets the pointer")
+            ascii = self.port.mode.level == 1
+        self.readout.point(group, ascii)
+
+    # ------------------------------------------------------------------------------------------------------ program
+    def do_enter(self) -> None:
+        if self.program.pc is not None:
+            became = "refused" if self.program.live else "skipped"
+            self.chip.finding("enter-while-running", f"E in a running program: {became}")
+            return
+        self.program.enter()
+
+    def do_quit(self) -> None:
+        if not self.program.entering:
+            self.chip.finding("quit-outside-entry", "Q outside program entry: no action")
+        self.program.quit()
+
+    def do_initialize(self) -> None:
+        self.program.clear()
+        self.readout.clear()
+        self.registers.clear()
+        self.outputs.clear()
+        self.outputs.turn(True)
+        self.outputs.show([1] * len(self.outputs.phases))
+        self.program.rest()
+
+    def do_command(self) -> None:
+        self.program.end()
+
+    def do_jump(self, target: int) -> None:
+        self.program.begin(self.program.resolved(target))
+
+    def do_loop(self, count: int, target: int) -> None:
+        program, finding = self.program, self.chip.finding
+        target = program.resolved(target)
+        if not program.running:
+            if count != 1:
+                finding("loop-command", "L given as a command starts the program at its target")
+                program.begin(target)
+            return
+        if program.loop is None:
+            if count == 0:
+                finding("loop-zero", "L 0: an 8-bit counter runs through, 256 passes")
+            program.loop = (program.at, count or 256)
+        elif program.loop[0] != program.at and "nested-loop" not in self.said:
+            self.said.add("nested-loop")
+            finding(
+                "nested-loop",
+                f"L at byte {program.at} while the L at byte {program.loop[0]} is counting: it takes over its count",
+            )
+        left = program.loop[1] - 1
+        program.loop = (program.loop[0], left) if left else None
+        if left:
+            program.pc = target

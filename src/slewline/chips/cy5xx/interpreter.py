@@ -1,0 +1,179 @@
+"""What the chip does with commands: those of the host as they come, the stored program, live commands.
+
+The effect of a command shows shortly before READY returns; motions, delays and waits begin where READY would return.
+An instruction of a running program takes its time first and then acts, so signals between two instructions exist.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Mapping
+
+from ...core.chip import Chip
+from ...core.net import Net
+from ...core.table import Row
+from ...language.dialects import Command, Decoder, Label
+from .instructions import Instructions
+from .port import BusPort
+from .program import Program
+
+UNKNOWN_US = 40  # what a byte of the program takes that is no opcode
+
+
+class Interpreter:
+    """The firmware from reset on."""
+
+    lasting = frozenset(("GO", "POSITION", "DELAY", "UNTIL", "WAIT"))  # these go on for as long as they take
+    announces = True  # READY is low for motions of a program
+
+    def __init__(
+        self, chip: Chip, ticks: Mapping[str, int], port: BusPort, program: Program, instructions: Instructions
+    ) -> None:
+        self.chip, self.ticks, self.port, self.program = chip, ticks, port, program
+        self.instructions = instructions
+        self.decoder = Decoder(chip.sheet)
+        self.per_us = chip.sheet.crystal_hz // 1_000_000  # clocks
+        stored = [row for row in chip.sheet.commands if row.stored]
+        self.rows = {row.code: row for row in stored}
+        self.handlers: dict[int, Callable[..., Awaitable[None] | None]] = {
+            row.code: getattr(instructions, row.handler) for row in stored
+        }
+        self.leave = chip.sheet.leave[-1]
+        port.select.watch(self._selected)
+
+    def _selected(self, _net: Net) -> None:
+        if self.chip.task is not None and self.port.ready.net.level == 0 and not self.program.motion.moving:
+            self.chip.finding("select-while-busy", "I/O SELECT changed while READY is low: it counts at the next READY")
+
+    def lead(self, row: Row) -> int:
+        """How many clocks before its time a command begins: motions set READY and DIRECTION ahead of the first step."""
+        return self.ticks["step_lead"] if row.motion else 0
+
+    async def run(self) -> None:
+        """Commands as they come, a program when one is started."""
+        while True:
+            command = await self.next_command()
+            await self.execute(command)
+            if self.program.pc is not None:
+                await self.run_program()
+
+    # ------------------------------------------------------------------------------------------------------- commands
+    async def next_command(self) -> Command:
+        """The next command that is to be executed; in program entry commands are stored instead, until Q."""
+        chip, port, program, decoder = self.chip, self.port, self.program, self.decoder
+        while True:
+            live, letter = program.live, decoder.at_letter
+            awaited = "the rest of a command" if not letter else "a live command" if live else "a command"
+            byte = await port.next_byte(awaited, letter, program.pc is None, live)
+            found = decoder.feed(byte, port.ascii, program.entering)
+            if decoder.notes:
+                for note in decoder.take_notes():
+                    chip.finding(note.code, note.text)
+            if type(found) is Command:
+                if not program.entering or found.row.name == self.leave:
+                    return found
+                chip.on_command(found.text)
+                program.store(found)
+                await port.finish(port.busy_from + self.ticks["store"] + found.digits * self.ticks["digit"])
+                chip.on_command("")
+                continue
+            if type(found) is Label:
+                program.mark(found.letter)
+            await port.finish(port.requested + self.ticks["letter"])
+
+    async def execute(self, command: Command) -> None:
+        """Perform a command given by the host, and end its handshake."""
+        chip, row = self.chip, command.row
+        end = self.port.busy_from + row.time_us * self.per_us + command.digits * self.ticks["digit"]
+        chip.waits(f"{command.text} in work")
+        chip.on_command(command.text)
+        if row.name == self.leave:
+            await chip.at_tick(end - self.ticks["effect_lead"])
+            self.instructions.do_quit()
+        elif row.name in self.lasting:
+            await chip.at_tick(end - self.lead(row))
+            await self.perform(row.code, command.values)
+            end = chip.tick
+        else:
+            await chip.at_tick(end - self.ticks["effect_lead"])
+            await self.perform(row.code, command.values)
+        await self.port.finish(end)
+        chip.on_command("")
+
+    async def perform(self, code: int, values: tuple[int, ...]) -> None:
+        """Call the handler of a command, and wait for it if it takes time."""
+        work = self.handlers[code](*values)
+        if work is not None:
+            await work
+
+    # --------------------------------------------------------------------------------------------- the stored program
+    async def run_program(self) -> None:
+        """Fetch and perform instructions until 0, I or reset; between two of them PROG/LIVE is looked at (s.7)."""
+        chip, program = self.chip, self.program
+        due = program.run_fell + self.ticks["first_instruction"]
+        chip.sync()
+        while program.pc is not None:
+            program.at = program.pc
+            if program.prog_in.level == 0:
+                await self.live_commands()
+                due = chip.tick
+                continue
+            if not 0 <= program.pc < len(program.buffer):
+                await self.no_instruction()
+                continue
+            await self.instruction(due)
+            due = chip.tick
+
+    async def no_instruction(self) -> None:
+        """The program has come to where nothing is stored."""
+        chip, program = self.chip, self.program
+        assert program.pc is not None
+        chip.on_command("")
+        room = chip.sheet.buffer_bytes
+        if program.pc >= room and program.pc != program.following:
+            where = f"byte {program.pc} is outside the program buffer (0 to {room - 1})"
+            chip.finding("bad-target", f"{where}: run mode, nothing to execute")
+        else:
+            chip.finding("end-of-program", f"no instruction at byte {program.pc}: run mode, nothing to execute")
+        chip.waits("run mode with nothing to execute: a live 0 or RESET")
+        await chip.polled(program.prog_in, 0, self.ticks["wait_poll"])
+
+    async def instruction(self, due: int) -> None:
+        """One instruction: its time passes first, then it acts.  The first one acts 60 us after RUN fell."""
+        chip, program, buffer = self.chip, self.program, self.program.buffer
+        assert program.pc is not None
+        at = program.pc
+        program.began()
+        code = buffer[at]
+        row = self.rows.get(code)
+        first = due > chip.tick
+        if row is None:
+            chip.finding("unknown-opcode", f"byte {at} of the program, {code:02X}: skipped")
+            program.pc = program.following = at + 1
+            chip.waits(f"byte {at}, {code:02X}, is skipped")
+            await chip.ticks(UNKNOWN_US * self.per_us)
+            return
+        values = row.unpack(bytes(buffer[at + 1 : at + row.size]))
+        program.pc = program.following = at + row.size
+        chip.waits(f"{row.form} at byte {at} in work")
+        await chip.at_tick((due if first else chip.tick + row.program_us * self.per_us) - self.lead(row))
+        if not (row.motion and self.announces):
+            await self.perform(code, values)
+            return
+        self.port.close()
+        await self.perform(code, values)
+        self.port.open()
+
+    async def live_commands(self) -> None:
+        """PROG/LIVE is low: take commands from the host until it is high after one of them."""
+        program = self.program
+        program.live = True
+        self.chip.on_command("")
+        try:
+            while program.pc is not None:
+                command = await self.next_command()
+                await self.execute(command)
+                if program.prog_in.level == 1:
+                    break
+        finally:
+            program.live = False
+        self.chip.sync()

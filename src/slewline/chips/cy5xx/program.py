@@ -1,0 +1,167 @@
+"""The program buffer: what program entry stores, where the program runs, and the pins PROG/LIVE and RUN."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+from ...core.chip import Chip
+from ...core.net import Net
+from ...language.dialects import Command
+from .lines import line_in, line_out
+from .port import BusPort
+
+if TYPE_CHECKING:
+    from ...core.program import ProgramRow
+
+
+class Moves(Protocol):
+    """What moves the motor: motion.py, or its slow twin."""
+
+    moving: bool
+
+    async def move(self, number: int, sign: int, text: str) -> None:
+        """Take steps; return when READY may rise."""
+
+    def killed(self) -> None:
+        """Reset: whatever has begun by now stands, nothing follows."""
+
+
+class Program:
+    """The stored program: bytes, labels, counter; whether it runs, is being entered, takes live commands.
+
+    `pc` is the address of the next instruction, None while no program runs; `at` that of the running one.
+    """
+
+    def __init__(self, chip: Chip, port: BusPort, motion: Moves) -> None:
+        self.chip, self.port, self.motion, self.sheet = chip, port, motion, chip.sheet
+        both = chip.sheet.pin("prog").way == "both"  # pulled low by the host it admits live commands
+        self.prog, self.run = line_out(chip, "prog"), line_out(chip, "run")
+        self.prog_in = line_in(chip, "prog") if both else line_in(chip, "live")
+        self.prog_rest = None if both else 1
+        self.pc: int | None = None
+        self.waits = False  # U or W is in work, which look at I/O REQUEST themselves
+        self.run_fell = 0  # tick at which RUN fell
+        self.at = self.following = 0  # addresses of the running instruction and of the one behind it
+        self.clear()
+
+    def clear(self) -> None:
+        """RESET and I: no program, none that runs or is entered."""
+        self.end()
+        self.erase()
+        self.loop: tuple[int, int] | None = None  # (address of the L that counts, what is left)
+        self.entering = self.live = self.waits = False
+
+    def erase(self) -> None:
+        """Empty the buffer."""
+        self.buffer = bytearray()
+        self.labels: dict[str, int] = {}
+        self.overflowed = False
+
+    # ------------------------------------------------------------------------------------------------- program entry
+    def enter(self) -> None:
+        """E: commands are stored from here on."""
+        self.erase()
+        self.entering = True
+        self.prog.drive(0)
+
+    def quit(self) -> None:
+        """Q: commands are performed again."""
+        self.entering = False
+        self.rest()
+
+    def rest(self) -> None:
+        """PROG/LIVE without program entry."""
+        self.prog.drive(self.prog_rest)
+
+    def store(self, command: Command) -> None:
+        """Keep a command; what does not fit is dropped."""
+        room = self.sheet.buffer_bytes
+        self.buffer += command.stored
+        if len(self.buffer) > room:
+            del self.buffer[room:]
+            if not self.overflowed:
+                self.chip.finding(
+                    "overflow", f"{command.text} does not fit into the {room} bytes of the program buffer"
+                )
+            self.overflowed = True
+
+    def mark(self, letter: str) -> None:
+        """`A$`: name the next instruction of the program."""
+        if not self.entering:
+            self.chip.finding("label-outside-program", f"{letter}$ outside program entry: ignored")
+            return
+        if letter in self.labels:
+            self.chip.finding("label-twice", f"{letter}$ again: the last one counts")
+        self.labels[letter] = len(self.buffer)
+
+    # ------------------------------------------------------------------------------------------------------- running
+    @property
+    def running(self) -> bool:
+        """Is the instruction in work one of the program (not a command of the host)?"""
+        return self.pc is not None and not self.live
+
+    @property
+    def counter(self) -> int | None:
+        """Where the instruction in work begins, or the next one while live commands come; None: no program runs."""
+        return self.pc if self.pc is None or self.live else self.at
+
+    def begin(self, target: int) -> None:
+        """Start the program, or send it elsewhere."""
+        if self.pc is None or self.live:
+            self.loop = None
+        if self.pc is None:
+            self.run_fell, self.at = self.chip.tick, target
+            self.run.drive(0)
+            self.port.request.watch(self._requested)
+        self.pc, self.following = target, 0
+
+    def end(self) -> None:
+        """The program, if one runs, is over."""
+        if self.pc is not None:
+            self.pc = None
+            self.chip.on_command("")
+            self.run.drive(1)
+            self.port.request.unwatch(self._requested)
+
+    def _requested(self, net: Net) -> None:
+        """A running program does not see a request; only its edge can tell (watched while a program runs)."""
+        if net.level == 0 and self.prog_in.level == 1 and not (self.live or self.motion.moving or self.waits):
+            self.port.ignore()
+            self.chip.finding(
+                "request-while-running", "I/O REQUEST lowered in a running program without PROG/LIVE: not answered"
+            )
+
+    def resolved(self, target: int) -> int:
+        """A branch target: a label gives way to its address, in the buffer too, when it is first executed (s.3)."""
+        if target < self.sheet.buffer_bytes or chr(target) not in self.sheet.labels:
+            return target
+        address = self.labels.get(chr(target))
+        if address is None:
+            self.chip.finding("missing-label", f"label {chr(target)} was never defined")
+            return target
+        if self.running:
+            assert self.pc is not None
+            self.buffer[self.pc - 1] = address
+        return address
+
+    # ------------------------------------------------------------------------------------------------ as others see it
+    def began(self) -> None:
+        """Tell of the instruction that is in work from now on."""
+        if self.chip.on_instruction:
+            self.chip.on_instruction(self.at)
+        if self.chip.on_command:
+            from ...language.disassemble import text_at
+
+            self.chip.on_command(text_at(bytes(self.buffer), self.at, self.sheet))
+
+    def rows(self) -> list[ProgramRow]:
+        """Return the program, an instruction a row: address, bytes and text."""
+        from ...language.disassemble import program_rows
+
+        return program_rows(bytes(self.buffer), self.sheet)
+
+    def listing(self) -> str:
+        """Return the program as text, with addresses."""
+        from ...language.disassemble import listing
+
+        return listing(bytes(self.buffer), self.sheet)

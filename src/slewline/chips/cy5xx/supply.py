@@ -1,0 +1,136 @@
+"""Power and RESET.
+
+RESET low for 15 us (at 6 MHz) is seen; after power-up it takes 10 ms, which the capacitor of fig. 9.1 gives to a chip
+whose RESET nobody drives.  The reset acts through an inner net, so it is the last thing that happens in its instant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple, Protocol
+
+from ...core.chip import Chip
+from ...core.net import Driver, Net
+from ...core.table import Timing
+from ...core.timebase import readable
+
+
+class PowerUp(NamedTuple):
+    """How long RESET is low after power-up, whatever the crystal: at least, and by the capacitor; in ps."""
+
+    least_ps: int
+    charged_ps: int
+
+
+class Supplied(Protocol):
+    """What has a supply: a chip that does this when power comes and goes, and when it is reset."""
+
+    def powered_up(self) -> None:
+        """Give the registers their values after power-up; every output is driven, the clock runs."""
+
+    def cleared(self) -> None:
+        """The firmware has been killed: no program, no motion, no command; flags and pointers as after reset."""
+
+    def driven(self, on: bool) -> None:
+        """Drive every output to its level in reset; or let go of all of them, without supply."""
+
+
+class Supply:
+    """The supply pins and RESET.  It starts the firmware, and kills it."""
+
+    def __init__(self, chip: Chip, supplied: Supplied, times: Mapping[str, Timing], power_up: PowerUp) -> None:
+        self.chip, self.supplied, self.kernel, self.clock = chip, supplied, chip.kernel, chip.clock
+        self.shortest, self.power_up = times["reset_pulse"], power_up
+        self.pin = chip.pins["reset"].net
+        cold: bool = chip.options.cold
+        self.powered, self.cold = not cold, cold
+        self.reset_valid = False
+        self.reset_fell = self.powered_at = 0
+        self.inner_reset = Driver(Net(chip.kernel, f"{chip.name}.(reset seen)"), chip.name)
+        self.inner_reset.drive(0 if cold else 1)
+        chip.kernel.settle()
+        self.inner_reset.net.watch(self._on_inner_reset)
+        self.pin.watch(self._on_reset)
+        chip.waits("power")
+
+    def switch(self, on: bool) -> None:
+        """Switch the supply.  After power-up the registers hold their power-up values, and RESET must be low for 10 ms;
+        when nobody drives RESET, the capacitor of fig. 9.1 does it."""
+        chip = self.chip
+        if on == self.powered:
+            return
+        chip.switched(on)
+        self.powered, self.cold, self.reset_valid = on, True, False
+        self.inner_reset.drive(0)
+        if on:
+            self.supplied.powered_up()
+            self._power_up_reset()
+        else:
+            self.supplied.driven(False)
+            chip.waits("power")
+        self.kernel.settle()
+
+    def _power_up_reset(self) -> None:
+        """Start the power-up reset: the capacitor of fig. 9.1 if RESET is undriven, else wait for the pin."""
+        on = self.powered_at = self.kernel.now
+        if all(driver.at(self.kernel.seen) is None for driver in self.pin.drivers):
+            charged = on + self.power_up.charged_ps
+            self.chip.waits(f"the capacitor at RESET, charged at {readable(charged)}")
+            self.kernel.call_at(charged, lambda: self._capacitor_charged(on))
+            return
+        self.chip.waits(f"RESET low for {self._least}")
+        if self.pin.level == 0:
+            self._on_reset(self.pin)
+        else:
+            self.chip.finding(
+                "no-power-up-reset", "RESET is high at power-up: the chip stays inert until a valid reset"
+            )
+
+    @property
+    def _least(self) -> str:
+        return f"{self.power_up.least_ps / 1_000_000_000:g} ms"
+
+    def _capacitor_charged(self, on: int) -> None:
+        """RESET rises by itself, unless somebody holds it low by now."""
+        if self.powered and self.cold and self.powered_at == on:
+            if self.pin.level == 0:
+                self.reset_valid = True
+            else:
+                self.cold = False
+                self.inner_reset.drive(1)
+
+    def _on_reset(self, net: Net) -> None:
+        if not self.powered:
+            return
+        if net.level == 0:
+            fell = self.reset_fell = self.kernel.now
+            warm = self.clock.ps(self.clock.ticks_until(fell) + self.shortest.ticks)
+            seen = fell + self.power_up.least_ps if self.cold else warm
+            self.kernel.call_at(seen, lambda: self._reset_seen(fell))
+        elif self.reset_valid:
+            self.reset_valid = self.cold = False
+            self.inner_reset.drive(1)
+        elif self.cold:
+            self.chip.finding(
+                "reset-short", f"RESET low for less than {self._least} after power-up: the chip stays inert"
+            )
+        else:
+            least = f"{self.shortest.us:g} us at {self.shortest.mhz:g} MHz"
+            self.chip.finding("reset-short", f"RESET low for less than {least}: not seen")
+
+    def _reset_seen(self, fell: int) -> None:
+        """RESET has been low for long enough; the inner net makes the kill the last thing of the instant."""
+        if self.powered and self.pin.level == 0 and self.reset_fell == fell:
+            self.reset_valid = True
+            if self.cold:
+                self.chip.waits("RESET high")
+            self.inner_reset.drive(0)
+
+    def _on_inner_reset(self, net: Net) -> None:
+        self.chip.stop()
+        if net.level == 1:
+            self.chip.start()
+            return
+        self.supplied.cleared()
+        self.supplied.driven(self.powered)
+        self.chip.waits("RESET high" if self.powered else "power")
