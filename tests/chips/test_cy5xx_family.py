@@ -108,14 +108,11 @@ def test_a_loop_makes_as_many_passes_as_it_counts(of, count):
 @family
 def test_numbers_come_as_text_and_as_bytes(of):
     texts, data = of.rig(), of.rig()
-    texts.send("N 738\rV 3\r")
+    texts.send("N 738\r")
     data.x.pin("ascii_binary").drive(0)
-    data.send(b"N\2\xe2\2" + b"V\1\3")
-    assert texts.x.registers["number"] == data.x.registers["number"] == 738
+    data.send(b"N\2\xe2\2")
     for r in (texts, data):
-        r.host.read(len(of.readout))
-        r.bench.run_until_idle()
-        assert r.host.received == of.readout
+        assert r.host.verify(3) == of.readout
 
 
 @pytest.mark.fact("CY512-CMD-N-1", "CY512-RAMP-5")
@@ -152,16 +149,13 @@ def test_until_waits_for_low_and_wait_for_high(of, letter, level):
 
 
 @pytest.mark.fact("CY512-CMD-V-1", "CY512-CMD-V-2")
-@pytest.mark.parametrize(("ascii", "expected"), [(1, b"00750"), (0, b"\2\xee")])
+@pytest.mark.parametrize(("text", "expected"), [(1, b"00750"), (0, b"\2\xee")])
 @family
-def test_the_position_is_read_as_digits_or_as_two_bytes(of, ascii, expected):
+def test_the_position_is_read_as_digits_or_as_two_bytes(of, text, expected):
     r = of.rig()
     r.send("P 750\r")
-    r.drive("ascii_binary", ascii)
-    r.send("V 0\r" if ascii else b"V\1\0")
-    r.host.read(len(expected))
-    r.bench.run_until_idle()
-    assert r.host.received == expected
+    r.drive("ascii_binary", text)
+    assert r.host.verify(0) == expected
 
 
 @pytest.mark.fact("CY512-CMD-V-1", "CY512-UND-V-END")
@@ -169,12 +163,10 @@ def test_the_position_is_read_as_digits_or_as_two_bytes(of, ascii, expected):
 def test_program_and_status_are_read_and_ff_behind_the_end(of):
     r = of.rig()
     r.enter("B", "0")
-    r.send("-\rV 1\r")
-    r.host.read(3)
-    r.send("V 2\r")
-    r.host.read(7)
-    r.bench.run_until_idle()
-    assert r.host.received == b"B\0\0" + b"\0\0\0\0\0\x10" + b"\xff" and "verify-overrun" in r.codes
+    r.send("-\r")
+    assert r.host.verify(1, 3) == b"B\0\0" and r.host.verify(2, 6) == b"\0\0\0\0\0\x10"
+    assert "verify-overrun" not in r.codes
+    assert r.host.verify(2, 7)[6] == 0xFF and r.codes[-1] == "verify-overrun"
 
 
 @pytest.mark.fact("CY512-CMD-D-1")
@@ -251,7 +243,7 @@ def test_ready_is_low_for_a_motion_that_the_host_commands(of):
     r.send("N 20\rG\r")
     first, last = r.falls("pulse")[0], r.rises("pulse")[-1]
     assert not [at for at, _ in r.edges("ready") if first <= at <= last]
-    assert r.edges("ready")[-1] > (last, 1)
+    assert r.edges("ready")[-1][0] > last and r.level("ready") == 1
 
 
 @pytest.mark.fact("CY512-PROG-1", "CY512-UND-ERRORS")
