@@ -9,6 +9,7 @@ from collections.abc import Mapping
 
 from ..cy5xx.firmware import Cy5xx
 from ..cy5xx.program import Moves
+from ..cy5xx.steps import Patterns
 from ..cy5xx.supply import PowerUp
 from .instructions import Instructions, Registers
 from .motion import Motion
@@ -21,11 +22,14 @@ class Cy525(Cy5xx):
 
     sheet = SHEET
     power_up = PowerUp(POWER_UP_RESET_PS, POWER_UP_RC_PS)
-    patterns = PHASES
     crystal_where = "Table VIII"
     registers_class = Registers
     instructions_class = Instructions
     state: Registers
+
+    def patterns(self) -> Patterns:
+        """Return the levels of the phases, a row a step; clockwise goes down the rows."""
+        return PHASES
 
     def moves(self, ticks: Mapping[str, int]) -> Moves:
         """Make what moves the motor: the fast way, or its slow twin."""

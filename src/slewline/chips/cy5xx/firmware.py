@@ -27,24 +27,25 @@ class Cy5xx(Chip):
     """A stepper motor controller of the family, on a bench.  A part says which classes and tables it is made of."""
 
     power_up: PowerUp
-    patterns: Patterns  # of the phases, a row a step
+    live_commands = True  # PROG/LIVE pulled low lets the host give commands to a running program
     crystal_where = "the manual"  # says which crystals fit
     registers_class: type[Registers] = Registers
+    outputs_class: type[StepOutputs] = StepOutputs
     port_class: type[BusPort] = BusPort
     instructions_class: type[Instructions] = Instructions
     interpreter_class: type[Interpreter] = Interpreter
 
     def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
-        ticks = {name: time.ticks for name, time in self.sheet.times.items()}
+        ticks = self.clocks()
         defaults = {row.name: getattr(self.options, row.name) for row in self.sheet.registers}
         self.state = self.registers_class(defaults)
         self.axes = (Axis(kernel, range(1 << 16), defaults["position"]),)
-        self.outputs = StepOutputs(self, self.state, self.patterns, ticks["pulse_high"])
+        self.outputs = self.outputs_class(self, self.state, self.patterns(), ticks["pulse_high"])
         self.readout = ReadOut(self, self.sheet.verify_bytes, self.group_bytes)
         self.port = self.port_class(self, ticks, self.readout)
         self.motion = self.moves(ticks)
-        self.stored = Program(self, self.port, self.motion)
+        self.stored = Program(self, self.port, self.motion, self.live_commands)
         self.instructions = self.instructions_class(
             self, ticks, self.state, self.outputs, self.port, self.readout, self.stored, self.motion
         )
@@ -59,6 +60,14 @@ class Cy5xx(Chip):
             self.finding("crystal", f"{self.crystal_hz / 1e6:g} MHz is outside the {allowed}; times scale")
         if self.supply.powered:
             self.start()
+
+    def clocks(self) -> dict[str, int]:
+        """Return the times of the sheet by name, in clocks of the crystal."""
+        return {name: time.ticks for name, time in self.sheet.times.items()}
+
+    def patterns(self) -> Patterns:
+        """Return the levels of the phases, a row a step; clockwise goes down the rows."""
+        raise NotImplementedError
 
     def moves(self, ticks: Mapping[str, int]) -> Moves:
         """Make what moves the motor: the fast way, or its slow twin."""

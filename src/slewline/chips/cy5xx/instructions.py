@@ -20,6 +20,8 @@ from .steps import StepOutputs
 class Instructions:
     """The handlers of the family."""
 
+    request_ends_wait = True  # I/O REQUEST, too, ends U and W
+
     def __init__(
         self,
         chip: Chip,
@@ -74,18 +76,18 @@ class Instructions:
         await self.wait_for("W", 1)
 
     async def wait_for(self, letter: str, wanted: int) -> None:
-        """U and W: look at WAIT every 8 us; a new low of I/O REQUEST ends the wait too (s.3 item 8)."""
+        """U and W: look at WAIT every 8 us; a new low of I/O REQUEST may end the wait too (s.3 item 8)."""
         chip, program, port, poll = self.chip, self.program, self.port, self.ticks["wait_poll"]
-        request = port.request
+        request, ends = port.request, self.request_ends_wait
         chip.waits(f"{letter}: wait={wanted}")
-        program.waits = True
+        program.waits = ends
         try:
-            if not program.running and request.changes == port.accepted:
+            if ends and not program.running and request.changes == port.accepted:
                 ended = await chip.polled(self.wait, wanted, poll, (request, 1))
                 if ended is self.wait:
                     return  # else the request of the terminator has gone away, and a new one counts
             before = request.changes
-            ended = await chip.polled(self.wait, wanted, poll, (request, 0))
+            ended = await chip.polled(self.wait, wanted, poll, *(((request, 0),) if ends else ()))
             if ended is request and request.changes > before:
                 port.spend(handshake=not program.running)
         finally:
@@ -174,7 +176,7 @@ class Instructions:
                 program.begin(target)
             return
         if program.loop is None:
-            if count == 0:
+            if count == 0 and self.chip.sheet.commands["L"].args[0].low > 0:
                 finding("loop-zero", "L 0: an 8-bit counter runs through, 256 passes")
             program.loop = (program.at, count or 256)
         elif program.loop[0] != program.at and "nested-loop" not in self.said:

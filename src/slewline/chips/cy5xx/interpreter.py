@@ -61,9 +61,7 @@ class Interpreter:
         """The next command that is to be executed; in program entry commands are stored instead, until Q."""
         chip, port, program, decoder = self.chip, self.port, self.program, self.decoder
         while True:
-            live, letter = program.live, decoder.at_letter
-            awaited = "the rest of a command" if not letter else "a live command" if live else "a command"
-            byte = await port.next_byte(awaited, letter, program.pc is None, live)
+            byte = await self.next_byte()
             found = decoder.feed(byte, port.ascii, program.entering)
             if decoder.notes:
                 for note in decoder.take_notes():
@@ -79,6 +77,12 @@ class Interpreter:
             if type(found) is Label:
                 program.mark(found.letter)
             await port.finish(port.requested + self.ticks["letter"])
+
+    async def next_byte(self) -> int:
+        """The next byte of the host."""
+        live, letter = self.program.live, self.decoder.at_letter
+        awaited = "the rest of a command" if not letter else "a live command" if live else "a command"
+        return await self.port.next_byte(awaited, letter, self.program.pc is None, live)
 
     async def execute(self, command: Command) -> None:
         """Perform a command given by the host, and end its handshake."""
@@ -134,7 +138,8 @@ class Interpreter:
             chip.finding("bad-target", f"{where}: run mode, nothing to execute")
         else:
             chip.finding("end-of-program", f"no instruction at byte {program.pc}: run mode, nothing to execute")
-        chip.waits("run mode with nothing to execute: a live 0 or RESET")
+        way = "a live 0 or RESET" if program.live_commands else "RESET"
+        chip.waits(f"run mode with nothing to execute: {way}")
         await chip.polled(program.prog_in, 0, self.ticks["wait_poll"])
 
     async def instruction(self, due: int) -> None:

@@ -16,7 +16,7 @@ A part says what its plans are, which inputs it watches, and what it makes of th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping
 
 from ...core.chip import Chip
 from ...core.ideal import Ideal
@@ -31,10 +31,13 @@ from .registers import Registers
 from .steps import StepOutputs
 
 STOP = Plan(())
+Within = Callable[[], Awaitable[bool]]  # what is done at a look within a step; returns whether its length has changed
 
 
 class Motion:
     """The stepping part of the firmware.  `moving` is true from the command to MOTION COMPLETE."""
+
+    held_high = False  # STEP INHIBIT holds a step with PULSE high
 
     def __init__(
         self, chip: Chip, ticks: Mapping[str, int], registers: Registers, outputs: StepOutputs, port: BusPort
@@ -67,7 +70,10 @@ class Motion:
         return [(self.inhibit, 1)]
 
     async def look(self, plan: Plan, step: int) -> Plan:
-        """Look at the inputs before a step begins; returns the plan to go on with (an empty one: stop)."""
+        """Look at the inputs before a step begins, and wait if one of them holds it.
+
+        Returns the plan to go on with, from its first step if it is another one (an empty one: stop).
+        """
         return plan
 
     def stretched(self, leg: str) -> int:
@@ -154,7 +160,9 @@ class Motion:
         step, fresh = 0, True  # `step` of the plan is about to begin at this tick
         while True:
             if self.done:
+                begin = self.chip.tick
                 changed = await self.look(plan, step)
+                fresh |= self.chip.tick != begin
                 if changed is not plan:
                     plan, step, fresh = changed, 0, True
             if step >= plan.steps:
@@ -195,14 +203,15 @@ class Motion:
     async def until_look(self, stop: int) -> tuple[int, bool]:
         """Let the promise run until a decision: at the begin of step `stop` of the plan, or at an earlier look.
 
-        Returns the step of the plan that is about to begin, and whether it needs a new train (after a hold).
+        Returns the step of the plan that is about to begin, and whether it needs a new train, because a look within a
+        step has changed its length.
         """
         train, playing, clock = self.train, self.playing, self.clock
         assert playing is not None
         departures = self.watched()
         while True:
             last = None if stop >= OPEN else train.begin(stop - self.base)
-            rise = False
+            within: Within | None = None
             watched = departures
             while True:
                 bound = None if last is None else clock.ps(last)
@@ -212,34 +221,48 @@ class Motion:
                 if departed is None:
                     break
                 watched = [pair for pair in watched if pair[0] is not departed]
-                look, is_rise = self.look_after(departed)
+                look, way = self.look_after(departed)
                 if last is None or look < last:
-                    last, rise = look, is_rise
+                    last, within = look, way
             assert last is not None
             self.chip.tick = last
-            if not rise:
+            if within is None:
                 return self.base + train.begun_by(last - 1), False
-            if self.inhibit.level == 1:
-                return await self.hold(self.base + train.begun_by(last)), True
+            step = self.base + train.begun_by(last)
+            if await within():
+                return step, True
 
-    def look_after(self, net: Net) -> tuple[int, bool]:
-        """The first look at a net strictly after this instant: its tick, and whether it is that at the end of PULSE."""
+    def look_after(self, net: Net) -> tuple[int, Within | None]:
+        """Return the tick of the first look at a net strictly after this instant.
+
+        None beside it: that is the begin of a step.  Else the look lies within a step, and this is done there.
+        """
         train, now = self.train, self.kernel.now
         step = train.begun(now)  # steps begun; the running one is step - 1
         end = train.begin(step)
         if net is not self.inhibit:
-            return end, False
+            return end, None
         if self.clock.ps(end - self.high) > now:
-            return end - self.high, True
-        return (train.begin(step + 1) - self.high, True) if step < train.steps else (end, False)
+            return end - self.high, self.hold
+        return (train.begin(step + 1) - self.high, self.hold) if step < train.steps else (end, None)
 
-    async def hold(self, step: int) -> int:
-        """STEP INHIBIT is high at the end of a step: PULSE stays low until it is low, then the step ends."""
-        chip = self.chip
-        chip.waits(f"{self.text} held by step_inhibit=1")
+    async def hold(self) -> bool:
+        """At the end of a step: while STEP INHIBIT is high, PULSE stays as it is held; then the step ends.
+
+        Returns whether the step has become longer.
+        """
+        if self.inhibit.level != 1:
+            return False
+        self.chip.waits(f"{self.text} held by step_inhibit=1")
         self.departs("event", "STEP INHIBIT")
-        await chip.polled(self.inhibit, 0, self.ticks["inhibit_poll"])
+        if self.held_high:
+            self.outputs.pulse.drive(1)
+        await self.chip.polled(self.inhibit, 0, self.ticks["inhibit_poll"])
+        await self.rises()
+        return True
+
+    async def rises(self) -> None:
+        """PULSE rises now: the step ends, and the next one begins when it has been high for long enough."""
         self.outputs.pulse.drive(1)
-        await chip.ticks(self.high)
-        chip.waits(self.progress)
-        return step
+        await self.chip.ticks(self.high)
+        self.chip.waits(self.progress)

@@ -41,7 +41,7 @@ class BusPort:
 
     def begin(self) -> None:
         """Reset: no byte has come."""
-        self.others: tuple[tuple[Net, int], ...] = ()  # inputs that end the wait for a byte, each with its level
+        self.others: tuple[tuple[Net, int], ...] = ()  # inputs that end the wait for a command, each with its level
         self.accepted = self.ended_wait = -1  # changes of I/O REQUEST: with the last byte, when it ended U or W
 
     # ----------------------------------------------------------------------------------------------------------- READY
@@ -90,7 +90,8 @@ class BusPort:
             if request.value != 0:
                 chip.idle = idle
                 chip.waits(awaited)
-                woken = await (first_of(kernel, None, (request, 0), *self.others) if self.others else level(request, 0))
+                others = self.others if letter else ()
+                woken = await (first_of(kernel, None, (request, 0), *others) if others else level(request, 0))
                 chip.idle = False
                 if woken is not None and woken is not request:
                     return -1

@@ -32,12 +32,12 @@ class Program:
     `pc` is the address of the next instruction, None while no program runs; `at` that of the running one.
     """
 
-    def __init__(self, chip: Chip, port: BusPort, motion: Moves) -> None:
+    def __init__(self, chip: Chip, port: BusPort, motion: Moves, live_commands: bool) -> None:
         self.chip, self.port, self.motion, self.sheet = chip, port, motion, chip.sheet
-        both = chip.sheet.pin("prog").way == "both"  # pulled low by the host it admits live commands
         self.prog, self.run = line_out(chip, "prog"), line_out(chip, "run")
-        self.prog_in = line_in(chip, "prog") if both else line_in(chip, "live")
-        self.prog_rest = None if both else 1
+        self.live_commands = live_commands
+        self.prog_in = line_in(chip, "prog" if live_commands else "live")  # pulled low by the host
+        self.prog_rest = None if chip.sheet.pin("prog").way == "both" else 1
         self.pc: int | None = None
         self.waits = False  # U or W is in work, which look at I/O REQUEST themselves
         self.run_fell = 0  # tick at which RUN fell
@@ -127,9 +127,8 @@ class Program:
         """A running program does not see a request; only its edge can tell (watched while a program runs)."""
         if net.level == 0 and self.prog_in.level == 1 and not (self.live or self.motion.moving or self.waits):
             self.port.ignore()
-            self.chip.finding(
-                "request-while-running", "I/O REQUEST lowered in a running program without PROG/LIVE: not answered"
-            )
+            how = " without PROG/LIVE" * self.live_commands
+            self.chip.finding("request-while-running", f"I/O REQUEST lowered in a running program{how}: not answered")
 
     def resolved(self, target: int) -> int:
         """A branch target: a label gives way to its address, in the buffer too, when it is first executed (s.3)."""
