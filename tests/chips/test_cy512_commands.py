@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 
 import slewline
 from slewline.chips import PARTS, sheet_of
-from slewline.chips.cy512.sheet import PHASES
 from slewline.chips.cy5xx.letters import MEANS, exchanged
+from slewline.chips.cy512.sheet import PHASES
 from tests.chips.conftest import Rig
 
 SET = "R 255\rS 0\rF 1\rN 1\rA\r"
@@ -21,7 +23,7 @@ def made(**options: object) -> Rig:
     return r
 
 
-# ---------------------------------------------------------------------------------------------------------------- the set
+# -------------------------------------------------------------------------------------------------------------- the set
 @pytest.mark.fact("CY512-SET-1", "CY512-SET-2")
 def test_there_are_25_commands():
     letters = "".join(row.form for row in sheet_of("cy512").commands)
@@ -57,7 +59,7 @@ def test_there_are_no_labels():
     assert "byte numbers" in sheet_of("cy512").slips["$"] or "here it is unknown" in sheet_of("cy512").slips["$"]
 
 
-# ------------------------------------------------------------------------------------------------------------- parameters
+# ----------------------------------------------------------------------------------------------------------- parameters
 @pytest.mark.fact("CY512-CMD-A-1")
 def test_athome_makes_the_position_zero():
     r = made()
@@ -100,12 +102,14 @@ def test_group_3_has_number_slope_rate_and_factor():
 def test_registers_after_power_up_are_told_at_their_first_use():
     r = Rig(part="cy512")
     assert r.x.registers == {"number": 0, "slope": 0, "rate": 1, "factor": 1, "position": 0xA55A}
-    r.send("N 1\rG\rG\rP 1\r")
-    found = [finding.text.split()[3] for finding in r.x.findings if finding.code == "uninitialised"]
-    assert sorted(found) == ["factor", "rate", "slope"] or sorted(found) == ["factor", "position", "rate", "slope"]
+    r.send("R 255\rG\r")
+    assert r.codes == ["uninitialised"] * 3 + ["no-steps"]
+    r.send(f"N 1\rG\rP {0xA55A}\r")
+    found = [finding.text.split(" uses the ")[1].split()[0] for finding in r.x.findings if "uses" in finding.text]
+    assert found == ["factor", "number", "slope", "position"]
 
 
-# ----------------------------------------------------------------------------------------------------------------- phases
+# --------------------------------------------------------------------------------------------------------------- phases
 @pytest.mark.fact("CY512-CMD-H-1", "CY512-CMD-H-2", "CY512-UND-HALFSTEP")
 @pytest.mark.parametrize(("sign", "way"), [("+", 1), ("-", -1)])
 @pytest.mark.parametrize("stepwise", [False, True])
@@ -174,7 +178,7 @@ def test_offset_shows_one_of_eight_patterns_and_ignores_others():
     assert r.phases == rows[3]
 
 
-# --------------------------------------------------------------------------------------------------------------- programs
+# ------------------------------------------------------------------------------------------------------------- programs
 @pytest.mark.fact("CY512-CMD-L-2", "CY512-UND-L256")
 @pytest.mark.parametrize("count", [0, 256])
 def test_a_loop_counts_up_to_256(count):
@@ -241,8 +245,8 @@ def test_ready_stays_high_for_the_motions_of_a_program():
     r.enter("N 30", "G", "0")
     since = r.bench.now_ps
     r.execute("D")
-    run = r.falls("run", since)[0]
-    assert not r.edges("ready", run) and len(r.falls("pulse", run)) == 30 and r.rises("run", run)
+    pulses = r.falls("pulse", since)
+    assert not r.edges("ready", pulses[0]) and len(pulses) == 30 and r.rises("run", pulses[-1])
 
 
 @pytest.mark.fact("CY512-CMD-D-1", "CY512-CMD-X-1")
@@ -257,7 +261,7 @@ def test_the_loop_of_single_steps_half_a_second_apart():
         assert 500 * MS < gap < 502 * MS
 
 
-# ---------------------------------------------------------------------------------------------------------------- options
+# -------------------------------------------------------------------------------------------------------------- options
 def test_a_bench_file_replaces_what_is_inferred(tmp_path):
     path = tmp_path / "lab.toml"
     periods = [20_000 - 50 * rate for rate in range(256)]
@@ -272,7 +276,7 @@ def test_a_bench_file_replaces_what_is_inferred(tmp_path):
     bench.run_until_idle("5 s")
     times, levels = bench.edges("x.pulse")
     ticks = [x.clock.ticks_until(int(at)) for at in times]
-    assert [b - a for a, b in zip(ticks, ticks[1:], strict=False)] == [9967, 33, 9967, 33, 9967] and levels[0] == 0
+    assert [b - a for a, b in pairwise(ticks)] == [9967, 33, 9967, 33, 9967] and levels[0] == 0
     since = bench.now_ps
     host.send("X 100\r")
     bench.run_until_idle("5 s")

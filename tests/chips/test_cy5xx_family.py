@@ -45,7 +45,7 @@ CY512 = Spoken("cy512", "A", "D", "X", "T", "R 255\rS 0\rF 1\rN 1", 5000, bytes(
 family = pytest.mark.parametrize("of", [CY525, CY512], ids=lambda of: of.part)
 
 
-# -------------------------------------------------------------------------------------------------------------- commands
+# ------------------------------------------------------------------------------------------------------------- commands
 @pytest.mark.fact("CY512-CMD-B-1")
 @family
 def test_bitset_and_clearbit_switch_the_programmable_output(of):
@@ -225,7 +225,7 @@ def test_a_delay_of_nothing_takes_the_command_time(of):
     assert r.bench.now_ps - since < 2 * MS
 
 
-# ---------------------------------------------------------------------------------------------------- handshake and time
+# --------------------------------------------------------------------------------------------------- handshake and time
 @pytest.mark.fact("CY512-HS-1", "CY512-UND-TIMES")
 def test_a_byte_is_taken_at_the_same_instants_by_all():
     edges = []
@@ -273,7 +273,7 @@ def test_a_command_that_the_comparison_leaves_out_has_the_same_row(letter):
     assert sheet_of("cy512").commands[letter] == sheet_of("cy525").commands[letter]
 
 
-# ---------------------------------------------------------------------------------------------------------------- motion
+# --------------------------------------------------------------------------------------------------------------- motion
 @pytest.mark.fact("CY512-INHIB-1")
 @family
 def test_step_inhibit_holds_the_next_step(of):

@@ -20,6 +20,7 @@ class Instructions(instructions.Instructions):
     """The handlers that the CY512 has for itself."""
 
     registers: Registers
+    request_ends_wait = False
 
     def do_athome(self) -> None:
         self.declare(0, "A")
@@ -58,13 +59,8 @@ class Instructions(instructions.Instructions):
         self.registers.phase = row if self.registers.half else row // 2
         self.outputs.show(sheet.PHASES[row])
 
-    async def wait_for(self, letter: str, wanted: int) -> None:
-        """U and W: look at WAIT until it has a level; no request ends that."""
-        self.chip.waits(f"{letter}: wait={wanted}")
-        await self.chip.polled(self.wait, wanted, self.ticks["wait_poll"])
-
     def odd(self) -> Iterable[tuple[bool, str, str]]:
-        """Yield what a motion should not find in the parameters: whether it does, the code and the text of a finding."""
+        """Yield what a motion should not find: whether it does, the code and the text of a finding."""
         rate, factor = (self.registers.values[name] for name in ("rate", "factor"))
         yield rate == 0, "range", "R 0 is outside 1 to 255: a little slower than R 1"
         yield factor == 0, "range", "F 0 is outside 1 to 255: it divides by 256"

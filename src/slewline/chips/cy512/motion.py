@@ -5,7 +5,7 @@ r"""How the CY512 moves.  TERMINATE ends a step before its time, so that an enco
     |                       |
     ABORT, I/O REQUEST      the next step, PULSE having been high for 16 us at 6 MHz
 
-TERMINATE low counts from t = b + 92 machine cycles less that time on, so that a step lasts for 92 machine cycles at least.
+TERMINATE is looked at from there on where the step, with PULSE high behind it, lasts for 92 machine cycles.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ...core.net import Net
 from ...core.plan import Plan, mirrored, plan, tail
 from ..cy5xx import motion
 from ..cy5xx.lines import line_in
-from ..cy5xx.motion import STOP
+from ..cy5xx.motion import STOP, Within
 from ..cy5xx.port import BusPort
 from ..cy5xx.registers import Registers
 from ..cy5xx.slope import Law, Made
@@ -43,18 +43,18 @@ class Motion(motion.Motion):
         super().__init__(chip, ticks, registers, outputs, port)
         self.law, self.request = law, port.request
         self.abort, self.terminate = (line_in(chip, name) for name in ("abort", "terminate"))
-        self.held_level: int = chip.options.inferred["held_pulse"]
+        self.held_high = bool(chip.options.inferred["held_pulse"])
         self.least = ticks["terminated"] - self.high  # clocks from the begin of a step to the first look at TERMINATE
         self.ways: Mapping[str, str] = chip.options.inferred
 
     # ------------------------------------------------------------------------------------------ before the first step
-    def parameters(self, number: int) -> Parameters:
+    def parameters(self, number: int) -> Callable[[], Parameters]:
         """Take over the parameters for this motion."""
         values = self.registers.values
         rate, slope, factor = (values[name] for name in ("rate", "slope", "factor"))
         self.aborted = False
         self.made = Made(self.chip.crystal_hz, rate, slope, factor or 256, number, self.law)
-        return self.made.parameters()
+        return self.made.parameters
 
     def planned(self) -> Plan:
         """The plan of this motion, whose first step begins now."""
@@ -102,26 +102,21 @@ class Motion(motion.Motion):
         return profile.slowed(mirrored(self.law.up(rate, made.slope)), made.factor)
 
     # -------------------------------------------------------------------------------------------------------- TERMINATE
-    def look_after(self, net: Net) -> tuple[int, bool]:
-        """The first look at a net strictly after this instant: its tick, and whether a step may end there."""
+    def look_after(self, net: Net) -> tuple[int, Within | None]:
+        """Return the tick of the first look at a net strictly after this instant, and what is done at one in a step."""
         if net is not self.terminate:
             return super().look_after(net)
         now, train = self.kernel.now, self.train
         step = train.begun(now)
         look = max(train.begin(step - 1) + self.least, self.clock.ticks_until(now) + 1)
         end = train.begin(step)
-        return (look, True) if look < end - self.high else (end, False)
+        return (look, self.terminated) if look < end - self.high else (end, None)
 
-    async def held(self) -> bool:
-        """A step may end: is it held, or ended before its time?"""
-        tick, train = self.chip.tick, self.train
-        early = tick < train.begin(train.begun_by(tick)) - self.high
-        if early and self.terminate.level == 1:
+    async def terminated(self) -> bool:
+        """TERMINATE has gone low: the step ends now.  Returns whether it does."""
+        if self.terminate.level == 1:
             return False
-        if await super().held():
-            return True
-        if early:
-            self.axis.log.depart()
-            self.outputs.pulse.drive(1)
-            await self.chip.ticks(self.high)
-        return early
+        self.axis.log.depart()
+        if not await self.hold():
+            await self.rises()
+        return True

@@ -8,11 +8,13 @@ readings among it: options `inferred.*`.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
+from typing import Any
 
 from ...core.option import Option
-from ...core.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing
+from ...core.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing, Trust
 from ..cy5xx.letters import exchanged
 from ..cy525 import sheet as cy525
 
@@ -28,15 +30,16 @@ DELAY = Arg("delay", 2, 1, 65535, unit="ms at 11 MHz")
 
 def _alike(letter: str, *args: Arg) -> Row:
     """A command of the CY525 that the comparison does not list; its arguments, where their range differs."""
-    row = cy525.COMMANDS[letter]
-    return replace(row, args=args) if args else row
+    row: Row = cy525.COMMANDS[letter]
+    return replace(row, args=args or row.args)
 
 
-def _own(like: str, letter: str, name: str, args: tuple[Arg, ...], says: str, flow: str = "n", sure: bool = False) -> Row:
+def _own(
+    like: str, letter: str, name: str, args: tuple[Arg, ...], says: str, flow: str = "n", trust: Trust = "inferred"
+) -> Row:
     """A command that the comparison lists; its times are those of a command of the CY525."""
-    row, trust = cy525.COMMANDS[like], "stated" if sure else "inferred"
-    where = f"{COMPARED}; {PAGE}"
-    return replace(row, form=letter, head=letter, name=name, args=args, code=ord(letter), says=says, flow=flow, where=where, trust=trust)
+    time_us, where = cy525.COMMANDS[like].time_us, f"{COMPARED}; {PAGE}"
+    return Row(letter, name, args, time_us, says, where, flow=flow, trust=trust)
 
 
 # fmt: off
@@ -44,11 +47,11 @@ COMMANDS = Table(
     _own("B", "A", "ATHOME", (), "this place is position zero"),
     _alike("B"),
     _alike("C"),
-    _own("X", "D", "DOITNOW", (), "run the program from its start", flow="0", sure=True),
+    _own("X", "D", "DOITNOW", (), "run the program from its start", flow="0", trust="stated"),
     _alike("E"),
     _own("F", "F", "FACTOR", (FACTOR,), "divide the rate"),
     _alike("G"),
-    _own("H", "H", "HALFSTEP", (), "half steps, until I or RESET", sure=True),
+    _own("H", "H", "HALFSTEP", (), "half steps, until I or RESET", trust="stated"),
     _alike("I"),
     _alike("J", TARGET),
     _alike("L", Arg("count", 1, 0, 256), TARGET),  # guide: 256, which is 0 in a byte
@@ -56,20 +59,20 @@ COMMANDS = Table(
     _own("O", "O", "OFFSET", (OFFSET,), "phase pattern: 0-3 full steps, 4-7 the half step behind each"),
     _alike("P"),
     _alike("Q"),
-    _own("R", "R", "RATE", (RATE,), "step rate", sure=True),
+    _own("R", "R", "RATE", (RATE,), "step rate", trust="stated"),
     _own("S", "S", "SLOPE", (SLOPE,), "rise of the rate parameter with each step of a ramp; 0: no ramps; above 0 the factor becomes 1"),
     _own("T", "T", "TIL", (), "run the program from its start while DOWHILE is low", flow="n0"),
     _alike("U"),
     _alike("V"),
     _alike("W"),
-    _own("D", "X", "EXPEND", (DELAY,), "wait", sure=True),
+    _own("D", "X", "EXPEND", (DELAY,), "wait", trust="stated"),
     _alike("+"),
     _alike("-"),
     _alike("0"),
 )
 
 # ---------------------------------------------------------------------------------------------------- pins: CY525, T.I
-_ITS = {
+_ITS: Mapping[str, dict[str, Any]] = {
     "io_request": {"says": "byte strobe; low at the end of a step it ends the motion"},
     "abort": {"says": "ramp down to the lowest rate and stop", "trust": "inferred"},
     "step_inhibit": {"says": "high holds the next step, with PULSE high"},

@@ -35,17 +35,17 @@ class Stepwise(twin.Stepwise):
         super().__init__(chip, ticks, registers, outputs, port)
         self.law, self.request, self.abort = law, port.request, line_in(chip, "abort")
         self.terminate = line_in(chip, "terminate")
-        self.held_level: int = chip.options.inferred["held_pulse"]
+        self.held_high = bool(chip.options.inferred["held_pulse"])
         self.ways: Mapping[str, str] = chip.options.inferred
         self.aborted = False
 
-    def parameters(self, number: int) -> Parameters:
+    def parameters(self, number: int) -> Callable[[], Parameters]:
         """The parameters of a motion that begins now."""
         values = self.registers.values
         self.slope, self.factor, self.aborted = values["slope"], values["factor"] or 256, False
         self.top = values["rate"]
         self.of = Made(self.chip.crystal_hz, self.top, self.slope, self.factor, number, self.law)
-        return self.of.parameters()
+        return self.of.parameters
 
     def step_of(self, kind: str, rate: int, factor: int | None = None) -> Step:
         """Return a step at a rate parameter."""
@@ -82,11 +82,10 @@ class Stepwise(twin.Stepwise):
         """A steady leg is one run."""
         return ((leg.runs[0][0], leg.count),) if leg.name in (SLEW, CRAWL) else leg.runs
 
-    async def time_out(self, begin: int, period: int) -> None:
-        """Wait until PULSE may rise; TERMINATE low ends that, but not at once."""
-        chip, high = self.chip, self.ticks["pulse_high"]
-        end = begin + period - high
-        await chip.at_tick(min(begin + self.ticks["terminated"] - high, end))
+    async def time_out(self, end: int) -> None:
+        """A step has begun: wait until PULSE may rise; TERMINATE low ends that, but not at once."""
+        chip, least = self.chip, self.ticks["terminated"] - self.ticks["pulse_high"]
+        await chip.at_tick(min(chip.tick + least, end))
         while chip.tick < end:
             if self.terminate.level == 0:
                 self.axis.log.depart()

@@ -30,7 +30,7 @@ def exchanged(part: str) -> Mapping[str, Mapping[str, str]]:
     sisters = sorted({other for means in MEANS.values() for other in means} - {part})
     return {
         sister: {
-            letter: f"{letter} {means[sister]} in the {sister.upper()}; " + (f"here it {means[part]}" if part in means else "here it is unknown")
+            letter: f"{letter} {means[sister]} in the {sister.upper()}; here it {means.get(part, 'is unknown')}"
             for letter, means in MEANS.items()
             if sister in means and means[sister] != means.get(part)
         }
