@@ -44,7 +44,7 @@ class Motion(motion.Motion):
         self.law, self.request = law, port.request
         self.abort, self.terminate = (line_in(chip, name) for name in ("abort", "terminate"))
         self.held_high = bool(chip.options.inferred["held_pulse"])
-        self.least = ticks["terminated"] - self.high  # clocks from the begin of a step to the first look at TERMINATE
+        self.least = max(ticks["terminated"] - self.high, 1)  # clocks, from the begin of a step on
         self.ways: Mapping[str, str] = chip.options.inferred
 
     # ------------------------------------------------------------------------------------------ before the first step
@@ -74,7 +74,7 @@ class Motion(motion.Motion):
     async def look(self, plan: Plan, step: int) -> Plan:
         """Look at ABORT and I/O REQUEST before a step begins; returns the plan to go on with (an empty one: stop)."""
         if step >= plan.steps:
-            return plan  # on the target
+            return STOP if self.done < self.number else plan  # an end before the target, or on it
         if not self.aborted and self.abort.level == 0:
             plan, step = self.ended("abort", "ABORT", plan, step), 0
         if plan is not STOP and self.request.level == 0:

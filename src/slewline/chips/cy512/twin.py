@@ -84,7 +84,7 @@ class Stepwise(twin.Stepwise):
 
     async def time_out(self, end: int) -> None:
         """A step has begun: wait until PULSE may rise; TERMINATE low ends that, but not at once."""
-        chip, least = self.chip, self.ticks["terminated"] - self.ticks["pulse_high"]
+        chip, least = self.chip, max(self.ticks["terminated"] - self.ticks["pulse_high"], 1)
         await chip.at_tick(min(chip.tick + least, end))
         while chip.tick < end:
             if self.terminate.level == 0:
@@ -96,6 +96,8 @@ class Stepwise(twin.Stepwise):
     async def goes_on(self, just: Step) -> bool:
         """Look at everything at the end of a step, in the chip's order; false: the motion is over."""
         if self.coming() is None:
+            if self.made < self.number:
+                self.axis.log.stop()
             return False
         if self.abort.level == 0 and not self.aborted:
             self.departs("command", "ABORT")
@@ -110,9 +112,10 @@ class Stepwise(twin.Stepwise):
         """The motion is to end: plan the way down; false: there is none."""
         self.aborted = True
         if self.ways[option] == "stop":
-            self.plan = deque(list(self.plan)[:1])  # not on the target
             return False
         if just.kind != DOWN:
             rates = range(self.law.start, just.rate, self.slope) if self.slope and just.kind != CRAWL else ()
             self.plan = deque(self.step_of(DOWN, rate) for rate in reversed(rates))
+            if not self.plan:
+                self.axis.log.stop()
         return bool(self.plan)
