@@ -23,6 +23,9 @@ DIALOGUES = {
     "lines": "{enter}\nS20\nT100\nR5\nA1\n+30\nD1\n-12\nE\n",
     "packets": "SET_VEL 0x10000\nSET_ACC 0x800\nSET_POS 40\nUPDATE\nSET_BRK_PNT 20\nGET_POS\nGET_STATUS\n",
 }
+OWN = {  # of parts whose letters differ from those of their family
+    "cy500": "A\nF 2\nR 253\nS 20\nH\nL\nE\nN 30\nG\nB\nO\nP 0\nC\nN 12\nG\n0\nQD\n",
+}
 ENTER = {"gs-c200": "P", "gs-c200s": "Po"}
 FAST_LINE = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}
 CLOCKS = ("clk15", "clkout")
@@ -36,7 +39,7 @@ def family(part):
 
 
 def dialogue(part):
-    return DIALOGUES[family(part)].format(enter=ENTER.get(part, ""))
+    return OWN.get(part, DIALOGUES[family(part)]).format(enter=ENTER.get(part, ""))
 
 
 def furnished(part, journal=None, **options):

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.hook import Hook
 from ..core.kernel import Kernel, Task
-from ..core.net import Driver
+from ..core.net import Driver, Net
 from ..core.pin import Condition, GotCondition
 from ..core.table import Sheet
 from ..core.timebase import Clock, Time, readable
@@ -36,14 +36,18 @@ class Port:
         self.chip = chip.name
         self.sheet: Sheet = chip.sheet
         self.clock: Clock = chip.clock
-        self.request, self.select = (Driver(chip.pin(name).net, host) for name in ("io_request", "io_select"))
-        self.prog, self.bus = Driver(chip.pin("prog").net, host), Driver(chip.bus, host)
+
+        def line(name: str) -> Net:
+            """The net of a pin; of one that the part lacks, one that leads nowhere."""
+            return chip.pins[name].net if name in chip.pins else Net(chip.bus.kernel, f"{host}.({name})", tie=1)
+
+        driven = ("io_request", "io_select", "prog")
+        self.request, self.select, self.prog = (Driver(line(name), host) for name in driven)
+        self.bus = Driver(chip.bus, host)
         self.request.drive(1)
         self.select.drive(0)
-        pins = chip.pins
-        self.ready, self.slew, self.mode = pins["ready"].net, pins["slew"].net, pins["ascii_binary"].net
-        self.outstrobe, self.motion_complete = pins["outstrobe"].net, pins["motion_complete"].net
-        self.running = pins["run"].net
+        self.ready, self.slew, self.mode = line("ready"), line("slew"), line("ascii_binary")
+        self.outstrobe, self.motion_complete, self.running = line("outstrobe"), line("motion_complete"), line("run")
 
     def ps(self, us: int) -> int:
         """A time that is stated at 11 MHz, at the crystal of the chip."""

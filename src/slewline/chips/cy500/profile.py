@@ -26,6 +26,11 @@ def law(inferred: Mapping[str, Any]) -> Law:
     return Law(inferred["periods"] or PERIODS, inferred["ramp_start"])
 
 
+def half_steps(inferred: Mapping[str, Any]) -> tuple[tuple[int, ...], ...]:
+    """Return the phase patterns of half steps, levels of phase 1 to 4 in a row; full steps take every other one."""
+    return tuple(tuple(pattern >> bit & 1 for bit in (3, 2, 1, 0)) for pattern in inferred["phases"])
+
+
 def move(number: int, rate: int, slope: int, factor: int, law: Law) -> Plan:
     """Return the plan of a move of `number` steps, 1 to 65535; a slope of 0 is none, and with one no factor counts."""
     up = law.up(rate, slope)

@@ -161,6 +161,8 @@ SLIPS = MappingProxyType(
     }
 )
 
+POWER_UP = 10_000_000_000, 71_355_817_782  # ps of RESET low, and of its capacitor, as the CY525 (s.9, fig. 9.1)
+
 SHEET = Sheet(
     part="cy500",
     title="CY500 stored program stepper motor controller",

@@ -37,6 +37,7 @@ Within = Callable[[], Awaitable[bool]]  # what is done at a look within a step; 
 class Motion:
     """The stepping part of the firmware.  `moving` is true from the command to MOTION COMPLETE."""
 
+    holder = "step_inhibit"  # the pin that holds the next step
     held_high = False  # STEP INHIBIT holds a step with PULSE high
 
     def __init__(
@@ -44,7 +45,7 @@ class Motion:
     ) -> None:
         self.chip, self.ticks, self.registers, self.outputs, self.port = chip, ticks, registers, outputs, port
         self.kernel, self.clock, self.axis = chip.kernel, chip.clock, chip.axes[0]
-        self.inhibit = line_in(chip, "step_inhibit", 0)
+        self.inhibit = line_in(chip, self.holder, 0)
         self.high = ticks["pulse_high"]
         self.moving = False
         self.playing: Playing | None = None
@@ -130,7 +131,7 @@ class Motion:
     async def uninhibited(self) -> None:
         """Before the first step: STEP INHIBIT high holds it, with PULSE high."""
         if self.inhibit.level == 1:
-            self.chip.waits(f"{self.text} held by step_inhibit=1")
+            self.chip.waits(f"{self.text} held by {self.holder}=1")
             await self.chip.polled(self.inhibit, 0, self.ticks["inhibit_poll"])
 
     async def end(self) -> None:
@@ -253,7 +254,7 @@ class Motion:
         """
         if self.inhibit.level != 1:
             return False
-        self.chip.waits(f"{self.text} held by step_inhibit=1")
+        self.chip.waits(f"{self.text} held by {self.holder}=1")
         self.departs("event", "STEP INHIBIT")
         if self.held_high:
             self.outputs.pulse.drive(1)

@@ -71,20 +71,17 @@ class Made(NamedTuple):
         return {f"R = {self.rate}": self.crystal_hz / self.law.period(self.rate, self.factor)}
 
     def ideal(self, plan: Plan, start: int, position: int, sign: int) -> Ideal:
-        """Return the ideal of a plan whose first step begins at `start`, ps: straight lines between the rates.
+        """Return the ideal of a plan: its rates one after the other, since the law itself goes from step to step.
 
         Args:
-            position: before the first step.
+            start: of the first step, ps.
+            position: before it.
             sign: 1 clockwise, -1 counter-clockwise.
         """
-        runs = [(leg.name, self.crystal_hz / interval, n) for leg in plan.legs for interval, n in leg.runs]
-        pieces = []
-        for at, (name, rate, count) in enumerate(runs):
-            seconds = count / rate if count < OPEN else FOREVER
-            before, after = runs[max(at - 1, 0)][1], runs[min(at + 1, len(runs) - 1)][1]
-            a, b = {"up": (rate, after), "down": (before, rate)}.get(name, (rate, rate))
-            pieces.append(IdealPiece(seconds, a, (b - a) / seconds))
-        return Ideal(start, position, pieces, sign)
+        runs = [run for leg in plan.legs for run in leg.runs]
+        lasting = ((interval / self.crystal_hz, n) for interval, n in runs)
+        pieces = [IdealPiece(s * n if n < OPEN else FOREVER, 1 / s) for s, n in lasting]
+        return Ideal(start, position, pieces or [IdealPiece(0.0, 0.0)], sign)
 
 
 # ----------------------------------------------------------------------------------------------- the ramp calculator

@@ -1,0 +1,85 @@
+"""The CY500: the first chip of the family, which an external line may start and stop, step by step, and turn round.
+
+Most of what it does where no source tells is inferred from its successors: see quirks.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ..cy5xx import interpreter
+from ..cy5xx.firmware import Cy5xx
+from ..cy5xx.lines import line_in
+from ..cy5xx.program import Moves
+from ..cy5xx.steps import Patterns
+from ..cy5xx.supply import PowerUp
+from . import profile
+from .instructions import Instructions, Registers
+from .motion import Motion
+from .sheet import POWER_UP, SHEET
+
+
+class Interpreter(interpreter.Interpreter):
+    """Commands and the stored program; in jog mode XSS low comes before the next command."""
+
+    lasting = frozenset(("GOSTEP", "POSITION", "ONESTEP", "UNTIL"))
+    announces = False
+    instructions: Instructions
+
+    async def next_byte(self) -> int:
+        """The next byte of the host.  In jog mode XSS goes before a command: while it is low, the motor runs."""
+        port, program, registers = self.port, self.program, self.instructions.registers
+        xss = line_in(self.chip, "xss")
+        while True:
+            jogs = registers.jog and self.decoder.at_letter and not program.entering
+            port.others = ((xss, 0),) if jogs else ()
+            if not (jogs and xss.level == 0):
+                byte = await super().next_byte()
+                if byte >= 0:
+                    return byte
+            self.chip.sync()
+            port.close()
+            await program.motion.move(1, self.instructions.sign, "J")
+            port.open()
+
+    async def perform(self, code: int, values: tuple[int, ...]) -> None:
+        """Call the handler of a command; the next one may look back at it."""
+        registers = self.instructions.registers
+        await super().perform(code, values)
+        registers.last = self.rows[code].name
+
+    async def no_instruction(self) -> None:
+        """The program has come to its end without 0, which is the same."""
+        self.chip.finding("end-of-program", "the program ends without 0: command mode")
+        self.program.end()
+
+
+class Cy500(Cy5xx):
+    """A CY500 on a bench."""
+
+    sheet = SHEET
+    power_up = PowerUp(*POWER_UP)
+    crystal_where = "the article"
+    live_commands = False
+    registers_class = Registers
+    instructions_class = Instructions
+    interpreter_class = Interpreter
+    state: Registers
+
+    def clocks(self) -> dict[str, int]:
+        """Return the times of the sheet in clocks, as far as the option `inferred` does not replace them."""
+        inferred: Mapping[str, int] = self.options.inferred
+        return {name: inferred[name] for name in self.sheet.times}
+
+    def patterns(self) -> Patterns:
+        """Return the phases of whole steps."""
+        return profile.half_steps(self.options.inferred)[::2]
+
+    def moves(self, ticks: Mapping[str, int]) -> Moves:
+        """Make what moves the motor: the fast way, or its slow twin."""
+        law = profile.law(self.options.inferred)
+        if self.options.stepwise:
+            from .twin import Stepwise
+
+            return Stepwise(self, ticks, self.state, self.outputs, self.port, law)
+        return Motion(self, ticks, self.state, self.outputs, self.port, law)

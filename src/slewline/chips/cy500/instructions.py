@@ -1,0 +1,145 @@
+"""What the commands of the CY500 do, where it is not what they do in its successors."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable
+from dataclasses import dataclass, field
+
+from ..cy5xx import instructions, registers
+from ..cy5xx.lines import line_in
+from . import profile
+
+TURNS = ("CW", "CCW")
+
+
+@dataclass
+class Registers(registers.Registers):
+    """The modes and flags of the CY500; those with a factory outlive RESET and I, as the parameters do."""
+
+    target: int | None = field(default_factory=lambda: None)  # of P; None: N was given since, or nothing
+    half: bool = False  # H
+    sloped: bool = False  # S
+    jog: bool = False  # J
+    external: bool = False  # L
+    home: bool = False  # A has been given
+    last: str = ""  # the command that was performed last
+
+    def power_up(self) -> None:
+        super().power_up()
+        self.target, self.unset = None, {"position"}  # the other parameters have values that a motion may use
+
+    @property
+    def slope(self) -> int:
+        """The slope that counts; 0: none."""
+        return self.values["slope"] if self.sloped else 0
+
+    @property
+    def factor(self) -> int:
+        """The factor that counts: a slope forces it to 1.  0 is an 8-bit counter run through."""
+        return 1 if self.sloped else self.values["factor"] or 256
+
+
+class Instructions(instructions.Instructions):
+    """The handlers."""
+
+    registers: Registers
+    request_ends_wait = False
+
+    def do_athome(self) -> None:
+        registers = self.registers
+        if registers.last in TURNS:
+            self.chip.finding("a-after-direction", "A right behind a change of direction")
+        if registers.home:
+            self.chip.finding("a-twice", "A again without RESET or I")
+        registers.home = True
+        self.declare(0, "A")
+
+    def do_number(self, steps: int) -> None:
+        if self.registers.last == "ATHOME" and steps:
+            steps -= 1
+            self.chip.finding("n-after-a", f"N right behind A: one step less, {steps}")
+        self.registers.target = None
+        super().do_number(steps)
+
+    def do_position(self, position: int) -> Awaitable[None] | None:  # type: ignore[override]
+        self.registers.target = position
+        return self.do_gostep() if self.chip.options.p_starts else None
+
+    def do_factor(self, factor: int) -> None:
+        if self.registers.sloped:
+            self.chip.finding(
+                "factor-in-slope", "F while there are slopes, which force the factor to 1: it counts behind them"
+            )
+        self.registers.load("factor", factor)
+
+    def do_slope(self, slope: int) -> None:
+        self.registers.sloped = slope > 0
+        super().do_slope(slope)
+
+    def do_halfstep(self) -> None:
+        if not self.registers.half:
+            self.registers.half = True
+            self.registers.phase *= 2
+            self.outputs.walk(profile.half_steps(self.chip.options.inferred))
+
+    def do_jog(self) -> None:
+        self.registers.jog = True
+
+    def do_leftright(self) -> None:
+        self.registers.external = True
+
+    def do_cw(self) -> None:
+        if not self.registers.external:
+            super().do_cw()
+
+    def do_ccw(self) -> None:
+        if not self.registers.external:
+            super().do_ccw()
+
+    # ----------------------------------------------------------------------------------------------------- motions
+    def do_gostep(self) -> Awaitable[None] | None:
+        if self.registers.jog:
+            self.chip.finding("go-in-jog", "G in jog mode, where XSS starts and stops: ignored")
+            return None
+        return self.relative() if self.registers.target is None else self.absolute(self.registers.target)
+
+    def relative(self) -> Awaitable[None]:
+        """G behind N: so many steps."""
+        number = self.registers.values["number"]
+        if self.chip.options.early_part and number % 256 == 0 and number:
+            number -= 256
+            self.chip.finding("early-part", f"a multiple of 256 in a part of the first batch: {number} steps")
+        return self.motion.move(number, self.sign, "G")
+
+    def absolute(self, target: int) -> Awaitable[None]:
+        """G behind P: to a position, in the direction that is set, right round if need be."""
+        self.check_registers("G", "position")
+        way = (target - self.axis.position) * self.sign
+        if way < 0:
+            self.chip.finding("wrong-way", f"P {target} lies the other way: round through 65535")
+        return self.motion.move(way % (1 << 16), self.sign, f"P {target}")
+
+    def do_onestep(self) -> Awaitable[None]:
+        return self.motion.move(1, self.sign, "O")
+
+    @property
+    def sign(self) -> int:
+        """The direction of a motion that begins now: 1 clockwise, -1 counter-clockwise."""
+        clockwise = line_in(self.chip, "xdir").level if self.registers.external else self.registers.clockwise
+        return 1 if clockwise else -1
+
+    # ----------------------------------------------------------------------------------------------------- program
+    def do_doitnow(self) -> None:
+        if self.program.buffer:
+            self.program.begin(0)
+        else:
+            self.chip.finding("empty-program", "D without a program: command mode")
+
+    def do_til(self) -> None:
+        if self.registers.jog:
+            self.chip.finding("til-and-jog", "T in jog mode: both use XSS")
+        if line_in(self.chip, "xss").level == 0:
+            self.do_doitnow()
+
+    def do_quit(self) -> None:
+        self.program.quit()  # outside program entry it does nothing, and is no mistake: programs end so

@@ -1,0 +1,115 @@
+r"""How the CY500 moves: every input is looked at as a step begins.
+
+b                              b'
+|______________________________|‾‾‾ held ‾‾‾|______     PULSE, high for 16 us at 6 MHz before each step
+|
+TRIGGER high holds the step; ABORT low, or XSS high in a run of J: no further one; XDIR gives its direction
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+from ...core.chip import Chip
+from ...core.ideal import Ideal
+from ...core.motions import Parameters
+from ...core.net import Net
+from ...core.plan import Plan, plan, tail
+from ..cy5xx import motion
+from ..cy5xx.lines import line_in
+from ..cy5xx.motion import STOP
+from ..cy5xx.port import BusPort
+from ..cy5xx.slope import Law, Made
+from ..cy5xx.steps import StepOutputs
+from . import profile
+from .instructions import Registers
+
+
+def rest(of: Plan, step: int) -> Plan:
+    """Return what is left of a plan from a step on."""
+    return plan(*((leg.name, tail(leg.runs, max(step - leg.first, 0))) for leg in of.legs), shortest=of.shortest)
+
+
+class Motion(motion.Motion):
+    """Plays what profile.py plans.  The text of a motion says what it is: G and P, one step of O, a run of J."""
+
+    registers: Registers
+    holder = "trigger"
+
+    def __init__(
+        self,
+        chip: Chip,
+        ticks: Mapping[str, int],
+        registers: Registers,
+        outputs: StepOutputs,
+        port: BusPort,
+        law: Law,
+    ) -> None:
+        super().__init__(chip, ticks, registers, outputs, port)
+        self.law = law
+        self.abort, self.xss, self.xdir = (line_in(chip, name) for name in ("abort", "xss", "xdir"))
+
+    # -------------------------------------------------------------------------------------------- before the first step
+    def parameters(self, number: int) -> Callable[[], Parameters]:
+        """The parameters of a motion that begins now."""
+        registers = self.registers
+        rate = registers.values["rate"]
+        slope = 0 if self.text in ("O", "J") else registers.slope
+        self.made = Made(self.chip.crystal_hz, rate, slope, registers.factor, number, self.law)
+        return self.made.parameters
+
+    def planned(self) -> Plan:
+        """The plan of this motion, unless ABORT is low: then no step is made."""
+        if self.abort.level == 0:
+            return STOP
+        self.faces()
+        _, rate, slope, factor, number, law = self.made
+        if self.text == "O":
+            return profile.one(law)
+        return profile.jog(rate, factor, law) if self.text == "J" else profile.move(number, rate, slope, factor, law)
+
+    def expected(self, plan: Plan) -> Callable[[], Ideal]:
+        """What makes the ideal of this motion, whose first step begins now."""
+        return partial(self.made.ideal, plan, self.kernel.now, self.axis.position, self.sign)
+
+    # ------------------------------------------------------------------------------------------------- as a step begins
+    def watched(self) -> list[tuple[Net, int]]:
+        """The inputs whose change matters now, each with the level that would be a change."""
+        jogs, follows = self.text == "J", self.registers.external
+        turned = (self.xdir, 0 if self.sign > 0 else 1)
+        return [(self.inhibit, 1), (self.abort, 0), *[(self.xss, 1)] * jogs, *[turned] * follows]
+
+    def look_after(self, net: Net) -> tuple[int, None]:
+        """Every input is looked at as the next step begins."""
+        return self.train.begin(self.train.begun(self.kernel.now)), None
+
+    async def look(self, plan: Plan, step: int) -> Plan:
+        """Look at the inputs before a step begins; returns the plan to go on with (an empty one: stop)."""
+        if step >= plan.steps:
+            return plan  # on the target
+        if self.inhibit.level == 1:
+            self.departs("event", "TRIGGER")
+            await self.uninhibited()
+            self.chip.waits(self.progress)
+        for net, ends, name in ((self.abort, 0, "ABORT"), (self.xss, 1 if self.text == "J" else None, "XSS")):
+            if net.level == ends:
+                self.departs("command", name)
+                return STOP
+        return rest(plan, step) if self.faces() else plan
+
+    def faces(self) -> bool:
+        """Take the direction of XDIR if it counts; return whether it is another one."""
+        sign = (1 if self.xdir.level else -1) if self.registers.external else self.sign
+        turned = sign != self.sign
+        if turned:
+            if self.done:
+                self.departs("event", "XDIR")
+            self.settle()  # with the steps of the direction so far
+            self.sign = sign
+        return turned
+
+    @property
+    def progress(self) -> str:
+        """What a running motion waits for."""
+        return "runs until xss=1" if self.text == "J" else super().progress

@@ -1,0 +1,78 @@
+"""What we do not know of the CY500: no manual of it is at hand.  What the model does there, why, which test pins it.
+
+UND-...: no source tells, and it is inferred.  CON-...: two sources disagree.  "CY525": as there.  Data only.
+"""
+
+from __future__ import annotations
+
+from ...core.quirk import Quirk as _Q
+
+# fmt: off
+QUIRKS = (
+    # -------------------------------------------------------------------------------------------- rates and motions
+    _Q("CY500-UND-RATE-LAW", "T.2 R", "the period of a step is linear in R, 78.18 us a unit at 6 MHz; option inferred.periods",
+       "both ends exact, as a preset timer would have it; the rate equation is not printed", "test_the_period_falls_by_the_same_with_each_unit_of_the_rate"),
+    _Q("CY500-UND-R-RANGE", "T.2 R", "R 0 goes on below R 1, at 20.08 ms a step; R 254 and 255 count as 253",
+       "one byte; the highest rate is stated", "test_rates_outside_1_to_253_are_told_of_and_count_as_the_nearest"),
+    _Q("CY500-CON-TOP-SPEED", "T.2 R against CY525 s.1, CY500 page, guide", "3350 steps/s at 6 MHz; 3360 and 3300+ are within half a percent",
+       "the article gives it with its parameter; the 2K of the guide is the same at 3.58 MHz", "test_rates_at_both_ends"),
+    _Q("CY500-CON-SCALE", "text against T.2 R", "rates scale with f/6 MHz", "the text is garbled", "test_rates_follow_the_crystal"),
+    _Q("CY500-UND-RAMP-START", "T.2 S", "step i of a ramp has the parameter 1 + (i - 1) * S; option inferred.ramp_start",
+       "1 is the lowest legal one", "test_a_slope_raises_the_rate_parameter_with_each_step_and_comes_down_the_same_way"),
+    _Q("CY500-UND-SHORT", "T.2 S", "too short a move turns when R is reached, and is cut off at the target; if R is never reached it ends at speed",
+       "so the described procedure does; the user is told to see to it", "test_too_short_a_slope_is_cut_off_at_the_target"),
+    _Q("CY500-CON-N-BOUND", "T.2 S", "N must be above twice the steps of the ramp; twice R is right for S 1",
+       "a ramp of S a step takes (R - 1) / S steps", "test_too_short_a_slope_is_cut_off_at_the_target"),
+    _Q("CY500-UND-SLOPE-OFF", "T.2 S", "S 0, I and RESET end slopes; until then the factor is 1, whenever F was given, and F counts behind them",
+       "no other end is described", "test_slopes_end_with_s_0_and_with_i"),
+    _Q("CY500-UND-P-START", "T.1, T.2 P", "P declares, G starts; option p_starts",
+       "both tables say so", "test_p_declares_and_g_starts_unless_the_option_says_otherwise"),
+    _Q("CY500-CON-P", "T.1, T.2 P against CY525 s.1", "P declares, G starts; option p_starts",
+       "the history writes the command alone", "test_p_declares_and_g_starts_unless_the_option_says_otherwise"),
+    _Q("CY500-UND-P-WRONG", "CY525 s.1", "with the direction away from it the target is reached right round, modulo 65536",
+       "a 16-bit register", "test_the_wrong_direction_leads_right_round"),
+    _Q("CY500-UND-P-N-MODE", "T.2 N, P", "the last of N and P decides what G does",
+       "each is said to select its mode", "test_the_last_of_n_and_p_decides"),
+    _Q("CY500-UND-POSITION-COUNT", "T.2 O, J, H", "every step of any kind counts one, modulo 65536", "there is one register", "test_every_kind_of_step_counts_one"),
+    _Q("CY500-UND-N-ZERO", "T.2 N", "G with N 0 takes no step", "as the CY525", "test_g_with_n_0_takes_no_step"),
+    _Q("CY500-UND-N256", "T.2 N", "option early_part: N 256 * k takes 256 steps too few",
+       "the borrow of a counter of two bytes would do so; how they fail is not told", "test_early_parts_lose_256_steps_at_multiples_of_256"),
+    _Q("CY500-UND-A-RULES", "T.2 A", "A behind a change of direction, and a second A, set zero all the same, with a finding",
+       "what they would do is not told", "test_a_where_it_is_not_allowed_is_told_of"),
+    _Q("CY500-UND-A-N", "T.2 N", "one step less for N as the very next command behind A, in a program too, until the next N",
+       "read to the letter", "test_n_right_behind_a_takes_one_step_less"),
+    _Q("CY500-UND-PULSE", "CY525 s.8", "PULSE is high for 16 us at 6 MHz before each step, within its period",
+       "the CY525's manual has the figure beside its own 2.5 us", "test_pulse_is_high_for_16_us_between_steps"),
+    _Q("CY500-UND-PHASE", "text", "full steps as the CY525, half steps between them", "no table is at hand", "test_half_steps_go_through_eight_patterns_and_full_steps_through_four"),
+    _Q("CY500-CON-PHASES", "text", "four phases", "the same sentence names three outputs and a motor with four phases", "test_half_steps_go_through_eight_patterns_and_full_steps_through_four"),
+    _Q("CY500-UND-HALF-OFF", "T.2 I", "I ends half steps, and the pattern pointer goes to the first row", "it is initialised", "test_i_ends_the_modes_and_keeps_the_parameters"),
+    _Q("CY500-UND-O-PULSE", "T.2 O", "O makes one PULSE of the width of R 253, then MOTION COMPLETE falls", "it is untimed, but a pulse has a width", "test_o_takes_one_step_at_once_whatever_the_rate"),
+    _Q("CY500-UND-TRIGGER", "T.2 O; CY500 page", "TRIGGER is pin 30, high holds the next step; ABORT is pin 6, low ends a motion behind the running step",
+       "the CY525's pins; the guide lists an emergency stop, no ramp down", "test_trigger_holds_the_next_step_with_pulse_high"),
+    # ----------------------------------------------------------------------------------------- external lines, modes
+    _Q("CY500-UND-JOG-COMMAND", "T.2 J", "in jog mode commands are taken while XSS is high; low runs the motor before the next command letter",
+       "stepping needs the processor", "test_commands_wait_while_the_motor_jogs"),
+    _Q("CY500-CON-JOG", "T.2 J against itself", "commands are taken while XSS is high",
+       "low cannot both admit commands and run the motor", "test_commands_wait_while_the_motor_jogs"),
+    _Q("CY500-UND-JOG-END", "T.2 J", "I and RESET end jog mode; G is ignored in it", "no other end is described", "test_g_is_ignored_in_jog_mode_which_i_ends"),
+    _Q("CY500-UND-JOG-SLOPE", "T.2 J", "a jog has no ramp: R with the factor", "its end is not known beforehand", "test_a_jog_has_no_ramp"),
+    _Q("CY500-UND-JOG-SAMPLE", "T.2 J", "XSS is looked at as a step begins", "the running step is finished", "test_xss_low_runs_the_motor_as_long_as_it_is_low"),
+    _Q("CY500-UND-L-END", "T.2 L", "I and RESET give the direction back to + and -", "no other end is described", "test_i_ends_the_modes_and_keeps_the_parameters"),
+    _Q("CY500-CON-I-PROGRAM", "T.1 against T.2 I", "I keeps N, P, R, F and the value of S; program and modes go", "the longer text names the parameters", "test_i_ends_the_modes_and_keeps_the_parameters"),
+    _Q("CY500-CON-U", "T.1 against T.2 U", "U waits until WAIT is low", "so do its successors, whose W waits for high", "test_u_waits_until_wait_is_low"),
+    # ---------------------------------------------------------------------------------------- programs, port, power
+    _Q("CY500-UND-PROG-END", "T.2 D", "the end of the stored bytes is a 0", "D without a program is, too", "test_the_end_of_a_program_is_a_0"),
+    _Q("CY500-UND-ZERO-CODE", "T.2 0", "0 is stored as 00", "as the CY525", "test_a_program_takes_as_many_bytes_as_its_commands"),
+    _Q("CY500-CON-ZERO", "T.2 0", "0 is sent as 30 hex", "the table prints 40, which is the code of no digit", "test_zero_is_the_digit"),
+    _Q("CY500-UND-OVERFLOW", "guide", "what does not fit into the 18 bytes is dropped", "as the CY525", "test_the_nineteenth_byte_is_dropped"),
+    _Q("CY500-UND-NESTED-E", "T.2 E, Q", "E in a program is stored and skipped; Q in command mode does nothing", "Q belongs behind every program", "test_e_in_a_program_is_skipped"),
+    _Q("CY500-UND-BINARY", "CY500 page", "letter, count, data, low byte first; Q alone", "as the CY525", "test_binary_commands_are_letter_count_data"),
+    _Q("CY500-UND-HANDSHAKE", "CY500 page", "I/O REQUEST, READY, INSTROBE as the CY525; in programs READY stays high and requests wait",
+       "so does the CY512, whose pins agree in nine of ten", "test_ready_stays_high_while_a_program_runs"),
+    _Q("CY500-UND-POWERUP", "-", "N 0, R 1, F 1, S 0, clockwise, any position", "as its successors", "test_what_the_registers_hold_at_power_up"),
+    _Q("CY500-UND-ERRORS", "-", "unknown letters and bad numbers as the CY525", "the commands look alike", "test_unknown_letters_take_their_line_along"),
+    _Q("CY500-UND-TIMES", "-", "times in work as the CY525, in clocks; 375 us at 11 MHz for commands that it lacks", "no figures", "test_commands_take_the_clocks_of_the_cy525"),
+    _Q("CY500-CON-INSTR-COUNT", "CY500 page, guide, T.1, T.2", "22 commands", "24 and 21 are printed elsewhere; the tables list 22", "test_there_are_22_commands"),
+    _Q("CY500-CON-DELAY-GUIDE", "guide against T.1", "there is no delay", "no command of the tables is one", "test_there_are_22_commands"),
+)
+# fmt: on
