@@ -69,7 +69,7 @@ def test_athome_makes_the_position_zero():
     assert r.x.position == 0 and r.codes[-1] == "extra-argument"
 
 
-@pytest.mark.fact("CY512-CMD-R-1", "CY512-UND-R-256")
+@pytest.mark.fact("CY512-CMD-R-1", "CY512-UND-R-256", "CY512-CON-R-RANGE")
 def test_r_256_counts_as_255_and_r_0_is_a_little_slower_than_r_1():
     r = made()
     r.send("R 256\r")
@@ -152,7 +152,7 @@ def test_a_half_step_changes_one_phase_and_full_steps_two():
     assert all(sum(row) == 2 for row in PHASES[::2]) and all(sum(row) == 3 for row in PHASES[1::2])
 
 
-@pytest.mark.fact("CY512-CMD-O-1", "CY512-UND-OFFSET")
+@pytest.mark.fact("CY512-CMD-O-1", "CY512-UND-OFFSET", "CY512-CON-O-MEANING")
 def test_offset_shows_one_of_eight_patterns_and_ignores_others():
     r = made()
     rows = {

@@ -111,7 +111,7 @@ def test_a_move_ramps_up_slews_and_ramps_down(rate, slope, steps, ms, stepwise):
     assert r.falls("motion_complete")[-1] - first == pytest.approx(sum(whole) * 10**12 / CLOCK, abs=2)
 
 
-@pytest.mark.fact("CY512-RAMP-1")
+@pytest.mark.fact("CY512-RAMP-1", "CY512-CON-SLOPE-GUIDE")
 def test_half_the_time_of_a_ramp_is_spent_below_a_tenth_of_the_rate():
     r = made()
     r.send("S 1\rN 600\r")
@@ -162,7 +162,7 @@ def test_the_law_is_an_option():
 
 
 # ------------------------------------------------------------------------------------------------------------ TERMINATE
-@pytest.mark.fact("CY512-RATE-2", "CY512-UND-TERMINATE")
+@pytest.mark.fact("CY512-RATE-2", "CY512-UND-TERMINATE", "CY512-CON-SPEED")
 @pytest.mark.parametrize("rate", [1, 200, 255])
 @both
 def test_terminate_held_low_makes_almost_8000_steps_a_second(rate, stepwise):
@@ -367,7 +367,7 @@ def test_a_held_step_leaves_pulse_high_and_the_phases_as_they_are(held, stepwise
     assert r.x.position == 5 and r.codes == []
 
 
-@pytest.mark.fact("CY512-PROG-4", "CY512-RAMP-5")
+@pytest.mark.fact("CY512-PROG-4", "CY512-RAMP-5", "CY512-CON-CONTINUOUS")
 @both
 def test_in_motion_no_position_is_read_and_no_motion_is_endless(stepwise):
     r = made(stepwise=stepwise, record=("outstrobe", "pulse"))

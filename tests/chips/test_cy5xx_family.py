@@ -218,7 +218,7 @@ def test_the_delay_counts_milliseconds_of_an_11_mhz_crystal(of, crystal, ms):
 
 @pytest.mark.fact("CY512-UND-EXPEND")
 @family
-def test_a_delay_of_nothing_takes_the_command_time(of):
+def test_a_delay_of_0_is_over_at_once(of):
     r = of.rig(record=("ready",))
     since = r.bench.now_ps
     r.send(f"{of.delay} 0\r")
@@ -246,7 +246,7 @@ def test_ready_is_low_for_a_motion_that_the_host_commands(of):
     assert r.edges("ready")[-1][0] > last and r.level("ready") == 1
 
 
-@pytest.mark.fact("CY512-PROG-1", "CY512-UND-ERRORS")
+@pytest.mark.fact("CY512-PROG-1", "CY512-UND-ERRORS", "CY512-CON-BUFFER")
 @family
 def test_the_program_buffer_holds_what_the_sheet_says_and_drops_the_rest(of):
     room = sheet_of(of.part).buffer_bytes
