@@ -64,6 +64,14 @@ def cy525_page() -> str:
     )
 
 
+def older_page(part: str) -> str:
+    """The data sheet of a part of which no manual is at hand, and what we do not know of it."""
+    quirks = "\n".join(quirk_lines(part)).replace("## Quirks", "## What we do not know", 1)
+    silent = "Where the manual is silent (UND) or contradicts itself (CON)"
+    told = "No manual is at hand. Where no source tells (UND) or two disagree (CON)"
+    return NOTE + describe(sheet_of(part)) + quirks.replace(silent, told, 1)
+
+
 def ramp_lines() -> Iterator[str]:
     """How long the ramps of the CY525 take, by the manual and by the model."""
     yield "## Ramps\n"
@@ -296,6 +304,7 @@ def conformance_page(folder: str) -> str:
 # ---------------------------------------------------------------------------------------------------------------- pages
 FILES = {
     "reference/cy525.md": cy525_page,
+    "reference/cy512.md": partial(older_page, "cy512"),
     "reference/gs-c200.md": gs_c200_page,
     "reference/mc1451a.md": mc1451a_page,
     "reference/cli.md": cli_page,

@@ -249,7 +249,7 @@ def test_abort_ramps_down_and_stops_whether_it_is_released_or_not(release, stepw
     r.bench.run_until_idle("1 s")
     up = [63400 - 240 * each for each in range(1, 255, 50)]
     assert periods(r) == [*up, *[2200] * 4, *up[::-1]][:-1] and r.x.position == 16
-    assert r.level("motion_complete") == 0
+    assert r.level("motion_complete") == 0 and r.x.motions()[-1].end.why == "stopped"
     r.drive("abort", 1)
     r.send("P 0\r")
     assert r.x.position == 0

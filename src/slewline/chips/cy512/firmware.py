@@ -16,7 +16,7 @@ from ..cy5xx.supply import PowerUp
 from ..cy525.sheet import POWER_UP_RC_PS, POWER_UP_RESET_PS
 from .instructions import Instructions, Registers
 from .motion import Motion
-from .sheet import PHASES, SHEET
+from .sheet import PERIODS, PHASES, SHEET
 
 
 class Interpreter(interpreter.Interpreter):
@@ -48,7 +48,7 @@ class Cy512(Cy5xx):
 
     def moves(self, ticks: Mapping[str, int]) -> Moves:
         """Make what moves the motor: the fast way, or its slow twin."""
-        law = Law(self.options.inferred["periods"], self.options.inferred["ramp_start"])
+        law = Law(self.options.inferred["periods"] or PERIODS, self.options.inferred["ramp_start"])
         if self.options.stepwise:
             from .twin import Stepwise
 

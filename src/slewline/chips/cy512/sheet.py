@@ -8,7 +8,7 @@ readings among it: options `inferred.*`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
@@ -76,6 +76,7 @@ _ITS: Mapping[str, dict[str, Any]] = {
     "io_request": {"says": "byte strobe; low at the end of a step it ends the motion"},
     "abort": {"says": "ramp down to the lowest rate and stop", "trust": "inferred"},
     "step_inhibit": {"says": "high holds the next step, with PULSE high"},
+    "ready": {"says": "high: ready for a byte, or a program runs; low while a byte or a motion of a command is in work"},
     "prog": {"says": "low during program entry", "seen": "", "told": ("program entry", "")},
     "io_select": {"says": "low: host writes, high: chip writes", "seen": "level; not in motion"},
 }
@@ -123,13 +124,13 @@ def _clocks(name: str) -> Option:
     return Option(name, "int", time.ticks, f"inferred: {time.says}", low=1, high=10**6, unit="clocks", where=time.where)
 
 
-def _whole(periods: object) -> str:
+def _whole(periods: Sequence[int]) -> str:
     """What is wrong with a table of periods."""
-    return "" if isinstance(periods, (tuple, list)) and len(periods) == len(PERIODS) else f"allowed {len(PERIODS)} numbers, for R 0 to {RATE.high}"
+    return "" if len(periods) in (0, len(PERIODS)) else f"allowed {len(PERIODS)} numbers, for R 0 to {RATE.high}"
 
 
 INFERRED = (
-    Option("periods", "ints", PERIODS, "inferred: clocks of a step at R 0 to R 255", low=LEAST_TICKS, high=1 << 20, check=_whole, unit="clocks", where=f"{COMPARED} R"),
+    Option("periods", "ints", (), "inferred: clocks of a step at R 0 to R 255; none: 2200 at R 255, and 240 more for each unit below", low=LEAST_TICKS, high=1 << 20, check=_whole, unit="clocks", where=f"{COMPARED} R"),
     Option("ramp_start", "int", 1, "inferred: the rate parameter at which ramps and short moves begin", low=0, high=RATE.high, where=f"{COMPARED} item 10"),
     _clocks("millisecond"),
     _clocks("pulse_high"),

@@ -24,6 +24,10 @@ MEANS: Mapping[str, Mapping[str, str]] = MappingProxyType(
     }
 )
 
+NUMBERED: Mapping[str, tuple[str, ...]] = MappingProxyType(  # letters with which only these parts take a number
+    {"A": ("cy525",), "D": ("cy525",), "T": ("cy525",), "X": ("cy512",)}
+)
+
 
 def exchanged(part: str) -> Mapping[str, Mapping[str, str]]:
     """Return what letters mean in the sister parts and not in this one: by sister, then by letter, in words."""
