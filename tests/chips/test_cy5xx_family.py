@@ -329,3 +329,12 @@ def test_the_pins_are_those_of_the_cy525_and_one_without_a_number():
     alike = ("number", "way", "active", "pull", "tie", "reset", "role")
     for name, pin in theirs.items():
         assert [getattr(ours[name], each) for each in alike] == [getattr(pin, each) for each in alike], name
+
+
+@family
+def test_a_host_runs_the_program_with_the_letter_of_the_part(of):
+    r = of.rig()
+    r.enter("C", "0")
+    r.host.run_program()
+    r.bench.run_until_idle()
+    assert r.level("programmable_output") == 0 and "missing-argument" not in r.codes

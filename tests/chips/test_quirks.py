@@ -44,4 +44,4 @@ def test_a_quirk_is_pinned_by_a_test_that_names_it(quirk, marked: dict[str, set[
 def test_quirks_are_told_once_and_whole() -> None:
     ids = [quirk.id for quirk in QUIRKS]
     assert len(ids) == len(set(ids))
-    assert all(re.match("(CY500-|GSC-|PMD-)?(UND|CON)-", quirk.id) and all(quirk) for quirk in QUIRKS)
+    assert all(re.match("(CY500-|CY512-|GSC-|PMD-)?(UND|CON)-", quirk.id) and all(quirk) for quirk in QUIRKS)
