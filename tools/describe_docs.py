@@ -3,6 +3,7 @@
 python tools/describe_docs.py            write them
 python tools/describe_docs.py --check    fail where a committed one differs from what the code says
 
+docs/reference/cy500.md         the data sheet, and what we do not know
 docs/reference/cy525.md         the data sheet, the rates and the quirks
 docs/reference/gs-c200.md       the data sheet of both modules, and the quirks
 docs/reference/mc1451a.md       the data sheet of the six chipsets, and the quirks
@@ -53,6 +54,18 @@ RAMP_TIMES = (  # S, computed and measured milliseconds (CY525 manual, s.8)
 
 
 # ----------------------------------------------------------------------------------------------------------- data sheet
+def cy500_page() -> str:
+    """The data sheet of the CY500, and what no source tells of it."""
+    quirks = quirk_lines("cy500")
+    quirks[:2] = [
+        "\n## What we do not know\n",
+        "No manual of the CY500 is at hand. What no source tells is inferred (UND), most of it from its successors; where\n"
+        "two disagree (CON), one is chosen. The numbers among it are replaced in a bench file, without touching code:\n\n"
+        '```toml\n[[chip]]\npart = "cy500"\n[chip.options.inferred]\npulse_high = 60\n```\n',
+    ]
+    return "\n".join([NOTE + describe(sheet_of("cy500")), *quirks])
+
+
 def cy525_page() -> str:
     """The data sheet of the CY525, its ramps, and its quirks."""
     return "\n".join(
@@ -303,6 +316,7 @@ def conformance_page(folder: str) -> str:
 
 # ---------------------------------------------------------------------------------------------------------------- pages
 FILES = {
+    "reference/cy500.md": cy500_page,
     "reference/cy525.md": cy525_page,
     "reference/cy512.md": partial(older_page, "cy512"),
     "reference/gs-c200.md": gs_c200_page,

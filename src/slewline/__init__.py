@@ -1,20 +1,20 @@
-"""slewline: programmable stepper motor controllers, as software.
+r"""slewline: programmable stepper motor controllers, as software.
 
 import slewline
 
 bench = slewline.Bench()
 x = bench.add("cy525")
 host = bench.host(x)
-host.send("A 0\\rN 40\\rG\\r")
+host.send("A 0\rN 40\rG\r")
 bench.run_until_idle()
 print(x.position)
 """
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from .lazy import lazily
 from .version import __version__ as __version__
 
 if TYPE_CHECKING:
@@ -26,24 +26,22 @@ if TYPE_CHECKING:
     from .record.compare import compare_edges
     from .record.read_vcd import read_vcd
 
-_WHERE = {  # loaded when first asked for (PEP 562), so that `import slewline` costs nothing
-    "Bench": "bench",
-    "load": "bench",
-    "replay": "bench",
-    "ramp": "bench.ramps",
-    "find_ramps": "bench.ramps",
-    "Chip": "core.chip",
-    "Finding": "core.chip",
-    "Steps": "core.axis",
-    "ChecksumError": "errors",
-    "ProgramError": "errors",
-    "SlewlineError": "errors",
-    "Timeout": "errors",
-    "UsageError": "errors",
-    "WaveformError": "errors",
-    "WiringError": "errors",
-    "compare_edges": "record.compare",
-    "read_vcd": "record.read_vcd",
+_FROM = {  # loaded when first asked for, so that `import slewline` costs nothing
+    "bench": ("Bench", "load", "replay"),
+    "bench.ramps": ("find_ramps", "ramp"),
+    "core.axis": ("Steps",),
+    "core.chip": ("Chip", "Finding"),
+    "errors": (
+        "ChecksumError",
+        "ProgramError",
+        "SlewlineError",
+        "Timeout",
+        "UsageError",
+        "WaveformError",
+        "WiringError",
+    ),
+    "record.compare": ("compare_edges",),
+    "record.read_vcd": ("read_vcd",),
 }
 __all__ = [
     "Bench",
@@ -65,14 +63,4 @@ __all__ = [
     "replay",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name in _WHERE:
-        value = getattr(import_module(f"{__name__}.{_WHERE[name]}"), name)
-        globals()[name] = value
-        return value
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+__getattr__, __dir__ = lazily(globals(), _FROM)

@@ -14,7 +14,7 @@ from slewline.chips.cy5xx.slope import Law
 from slewline.chips.cy500 import profile
 from slewline.chips.cy500.sheet import PERIODS
 from slewline.core.plan import steps
-from slewline.errors import UsageError
+from slewline.errors import UsageError, WiringError
 
 LAW = Law(PERIODS)
 both = pytest.mark.parametrize("stepwise", [False, True], ids=["fast", "twin"])
@@ -298,7 +298,7 @@ def test_commands_wait_while_the_motor_jogs(stepwise: bool) -> None:
 def test_a_command_that_has_begun_is_finished_before_the_motor_jogs() -> None:
     rig = made("R 253", "J")
     rig.host.send("C")
-    rig.bench.run_until_idle("1 s")
+    rig.bench.run_until(rig.x.pin("ready").is_(0), "1 s")
     rig.drive("xss", 0)
     rig.bench.run("5 ms")
     assert rig.times == []
@@ -350,13 +350,13 @@ def test_a_change_of_xdir_turns_the_next_step(stepwise: bool) -> None:
     rig = Rig500(record=("phase1", "phase2"), stepwise=stepwise)
     rig.say("R 253", "N 12", "L")
     rig.start("G\r")
-    rig.bench.run_until(rig.x.reaches((0xA55A + 4) % 65536), "1 s")
+    rig.bench.run_until(rig.x.reaches((0xA55A + 3) % 65536), "1 s")
     rig.bench.run("100 us")
     rig.drive("xdir", 0)
     rig.bench.run_until_idle("1 s")
-    assert rig.signs == [1] * 4 + [-1] * 8
+    assert rig.signs == [1] * 3 + [-1] * 9
     assert set(rig.gaps) == {1791}
-    assert rig.phases == FULL[(4 - 8) % 4]
+    assert rig.phases == FULL[(3 - 9) % 4]
     assert [(mark.kind, mark.text) for mark in rig.x.marks()] == [("event", "XDIR")]
 
 
@@ -429,3 +429,13 @@ def test_the_sheet_says_what_is_inferred() -> None:
     stated = {pin.name for pin in sheet.pins if pin.trust == "stated" and pin.role}
     assert stated == {"xss", "programmable_output"}
     assert steps(profile.one(LAW).runs) == 1
+
+
+@pytest.mark.fact("CY500-PIN-2", "CY500-PIN-4")
+def test_a_rotor_follows_the_phases_and_a_translator_misses_a_direction() -> None:
+    rig = Rig500()
+    rotor = rig.bench.part("rotor", name="motor", to="x")
+    rig.say("R 253", "N 12", "+", "G", "-", "N 3", "G")
+    assert rotor.position == 9
+    with pytest.raises(WiringError, match="gives the direction"):
+        rig.bench.part("translator", to="x")

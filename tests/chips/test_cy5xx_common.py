@@ -1,6 +1,6 @@
 """The CY5xx family: what several parts have in common, a test each, run for every part; and each difference, a test.
 
-What CY512 and CY525 alone have in common stands in test_cy5xx_family.py.
+What CY512 and CY525 alone have in common stands in test_cy5xx_family.py, the shared parts alone in test_cy5xx.py.
 """
 
 from __future__ import annotations

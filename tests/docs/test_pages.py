@@ -14,7 +14,12 @@ TRIED = [
     *sorted((ROOT / "docs/tutorial").glob("*.md")),
     *sorted((ROOT / "docs/howto").glob("*.md")),
 ]
-EXPLAINED = [ROOT / "docs/index.md", *sorted((ROOT / "docs/explanation").glob("*.md")), ROOT / "docs/reference/api.md"]
+EXPLAINED = [
+    ROOT / "docs/index.md",
+    *sorted((ROOT / "docs/explanation").glob("*.md")),
+    ROOT / "docs/reference/api.md",
+    ROOT / "docs/reference/build.md",
+]
 CODE = ("python", "console")  # of these, and what they print; other text is no output
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 

@@ -9,6 +9,7 @@ import re
 import pytest
 
 import slewline
+from slewline import build
 from slewline.core.axis import Steps
 from slewline.core.chip import Chip, Finding, OneAxis
 from slewline.core.pin import Terminal
@@ -107,3 +108,41 @@ def test_the_signatures_on_the_api_page_are_those_of_the_code(owner, cls):
         defaults = {keyword.arg: ast.literal_eval(keyword.value) for keyword in shown.keywords if keyword.arg}
         assert names == [parameter.name for parameter in parameters][: len(names)], call
         assert defaults.items() <= {parameter.name: parameter.default for parameter in parameters}.items(), call
+
+
+# ---------------------------------------------------------------------------------------------------------------- build
+BUILD = (ROOT / "docs/reference/build.md").read_text("utf-8")
+
+
+def test_the_build_page_names_everything_that_can_be_imported_from_there():
+    rows = "\n".join(re.findall(r"^\| (`.*?) \| ", BUILD, re.MULTILINE))
+    named = {call.removeprefix("await ").partition("(")[0] for call in re.findall(r"`(.*?)`", rows)}
+    assert sorted(named) == sorted(build.__all__)
+    assert sorted(build.__all__) == sorted(name for names in build._FROM.values() for name in names)
+    assert [name for name in build.__all__ if getattr(build, name) is None] == []
+
+
+def test_the_calls_on_the_build_page_have_the_parameters_of_the_code():
+    calls = [ast.parse(call, mode="eval").body for call in re.findall(r"`(?:await )?(\w+\([^`]*\))`[,`| ]", BUILD)]
+    calls = [call for call in calls if call.func.id in build.__all__]
+    assert len(calls) > 8
+    for call in calls:
+        shown = [argument.id for argument in call.args if isinstance(argument, ast.Name)]
+        assert shown == list(inspect.signature(getattr(build, call.func.id)).parameters)[: len(shown)], ast.unparse(
+            call
+        )
+
+
+KEPT = re.findall(r"`(slewline[\w.]*)`", BUILD.split("## What else keeps its place")[1].split("Where a name")[0])
+
+
+def test_the_pages_import_only_what_keeps_its_place():
+    assert "slewline.testing" in KEPT
+    pages = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
+    found = {}
+    for page in pages:
+        for block in re.findall(r"^```python\n(.*?)^```", page.read_text("utf-8"), re.MULTILINE | re.DOTALL):
+            for module in re.findall(r"^\s*(?:from|import) (slewline[\w.]*)", block, re.MULTILINE):
+                found.setdefault(module, []).append(page.name)
+    assert "a_chip_of_your_own.md" in found["slewline.build"]
+    assert {module: on for module, on in found.items() if module not in [*KEPT, "slewline.build"]} == {}

@@ -104,3 +104,21 @@ def late():
     found = {"slewline.chips", "slewline.core.net.Net", "slewline.core.hook", "slewline.bench.Bench"}
     assert set(imported("slewline.core.chip", source, package=False)) == found | {"slewline.core.pin"}
     assert set(imported("slewline.core", "from .net import Net", package=True)) == {"slewline.core.net.Net"}
+
+
+def bound(tree: ast.AST) -> Iterator[str]:
+    """The names that are given a meaning somewhere in a module, but for those that are imported."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ClassDef):
+            yield node.name
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            yield node.id
+
+
+def test_the_type_of_a_time_is_defined_once() -> None:
+    homes = [
+        path
+        for path in SOURCES.rglob("*.py")
+        if "Time" in (source := path.read_text()) and "Time" in bound(ast.parse(source))
+    ]
+    assert [path.name for path in homes] == ["timebase.py"]

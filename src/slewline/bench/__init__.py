@@ -7,9 +7,10 @@ __all__ = ["Bench", "load", "replay"]
 
 
 def load(path: str, *, anywhere: bool = False, **options: object) -> Bench:
-    """Return the bench that a bench file (TOML) describes, furnished, its scripts queued.
+    """Return the bench that a bench file (TOML) describes, with chips, parts and wires, its scripts queued.
 
     Args:
+        path: the file.
         anywhere: let the file name files outside its own folder.
         options: of the bench, such as journal="run.jsonl".
 

@@ -1,9 +1,9 @@
-"""A bench in virtual time: chips, hosts and parts on one kernel, wired by nets.
+r"""A bench in virtual time: chips, hosts and parts on one kernel, wired by nets.
 
 bench = slewline.Bench()
 x = bench.add("cy525", name="x", crystal="11 MHz")
 host = bench.host(x)
-host.send("R 100\\r")
+host.send("R 100\r")
 bench.run_until_idle()
 """
 
@@ -29,14 +29,16 @@ def _seen(_net: Net) -> None:
 
 
 class Bench(Furnished, TimingDiagrams):
-    """Chips and what stands around them.
+    """Chips and the parts around them, in virtual time from 0 on.
 
     Args:
-        seed: of every chance element that is handed a source.
+        seed: of every random element that is given a source of chance; a whole number.
         journal: a file that takes every input from outside, to be replayed with `slewline.replay`.
         shuffle: run the tasks of a round in random order (from this seed): results must not change.
-        stores: gives a chip of a name the store in which it keeps what it knows without power; else it keeps that
-            in memory.
+        stores: called with the name of a chip, returns its non-volatile memory; by default it is lost with the bench.
+
+    Raises:
+        BenchFileError: the journal cannot be written, or something else than a journal stands there.
     """
 
     _busy: Chip | Part | None = None  # who was busy when all were asked last
@@ -44,12 +46,12 @@ class Bench(Furnished, TimingDiagrams):
     # ------------------------------------------------------------------------------------------------------ running
     @property
     def now_ps(self) -> int:
-        """Virtual time, picoseconds since the beginning."""
+        """Virtual time now, in picoseconds since the beginning."""
         return self.kernel.now
 
     @property
     def now(self) -> Seconds:
-        """Virtual time, to be read: a float of seconds that prints as "0.170768 s"."""
+        """Virtual time now, in seconds: a float that prints as "0.170768 s"."""
         return Seconds(self.kernel.now / PS_PER_S)
 
     def at(self, time: Time, function: Callable[[], object]) -> None:
@@ -57,6 +59,7 @@ class Bench(Furnished, TimingDiagrams):
 
         Args:
             time: since the beginning, not before now: "12 ms", or picoseconds (0, or at least 1000).
+            function: takes nothing; what it returns is ignored. It must not let time pass.
 
         Raises:
             TimeError: not a time.
@@ -76,13 +79,25 @@ class Bench(Furnished, TimingDiagrams):
     def run(self, duration: Time) -> None:
         """Let virtual time pass.
 
+        Args:
+            duration: "12 ms", or picoseconds (0, or at least 1000).
+
         Raises:
-            TimeError: not a duration; a bare number from 1 to 999, which would be less than a nanosecond, is none.
+            TimeError: not a duration.
+            UsageError: the call comes from within a run.
         """
         self._run_to(self.kernel.now + picoseconds(duration))
 
     def run_to(self, time: Time) -> None:
-        """Let virtual time pass up to an instant, that instant included."""
+        """Let virtual time pass up to an instant, that instant included.
+
+        Args:
+            time: since the beginning: "12 ms", or picoseconds (0, or at least 1000).
+
+        Raises:
+            TimeError: not a time.
+            UsageError: the call comes from within a run.
+        """
         self._run_to(picoseconds(time))
 
     def _run_to(self, ps: int) -> None:
@@ -93,8 +108,13 @@ class Bench(Furnished, TimingDiagrams):
     def run_until_idle(self, timeout: Time = "60 s") -> None:
         """Run until every host queue is empty and every chip idle.
 
+        Args:
+            timeout: of virtual time, from now on.
+
         Raises:
-            Timeout: with what everybody waits for.
+            Timeout: something still waits; the message says what for.
+            TimeError: `timeout` is no duration.
+            UsageError: the call comes from within a run.
         """
         self._until(self._all_idle, None, "every queue empty and every chip idle", timeout)
 
@@ -110,10 +130,15 @@ class Bench(Furnished, TimingDiagrams):
     def run_until(self, condition: Condition | Callable[[], bool], timeout: Time = "60 s") -> None:
         """Run until a condition is met: x.reaches(40), pin.is_(0), pin.edges(3), host.got(b"Y"), or one of two (`|`).
 
-        A function is asked after every instant, every step of every motor being one meanwhile: exact, and slow.
+        Args:
+            condition: or a function that returns true then. It is called after every instant, every step of every motor
+                being one meanwhile: exact, and slow.
+            timeout: of virtual time, from now on.
 
         Raises:
-            Timeout: with what everybody waits for.
+            Timeout: it is not met in time; the message says what everybody waits for.
+            TimeError: `timeout` is no duration.
+            UsageError: neither a condition nor a function, or the call comes from within a run.
         """
         if isinstance(condition, Condition):
             condition.begin()

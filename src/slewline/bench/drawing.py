@@ -107,7 +107,8 @@ class Drawing(Recording):
         """Draw as `figure` does, into a file: SVG, PNG or PDF, as its suffix says.  The same run gives the same bytes.
 
         Raises:
-            UsageError: as `figure`, and for an unknown suffix or a path that cannot be written.
+            UsageError: an unknown suffix, a path that cannot be written, or as `figure`.
+            UnknownName, NotRecorded: as `figure`.
         """
         from ..record.figures import description_of, figure
         from ..record.pictures import check_suffix, save
@@ -125,14 +126,14 @@ class Drawing(Recording):
         over: Mapping[str, Trace] | None = None,
         parts: Sequence[str] | str | None = None,
     ) -> Readings:
-        """Return what every axis, every quantity of a part and every recorded pin is at some instants, and the
-        differences between neighbours.
+        """Return the value of every axis, quantity of a part and recorded pin at some instants, and their differences.
 
         Print it for a table; its `rows` are the same as data.
 
         Args:
-            parts: whose quantities are told, as for `figure`; by default those of all parts around the chips.
-            over: what was measured of pins, as for `figure`: a row each, below all others.
+            at: one instant or several, "3 ms" or picoseconds.
+            pins, axes, over: as for `figure`; what was measured of a pin has a row below all others.
+            parts: whose quantities are listed, as for `figure`; by default those of all parts around the chips.
 
         Raises:
             UsageError: an instant is still to come, or there is none.
@@ -206,8 +207,10 @@ class Drawing(Recording):
         begins: Mapping[str, int],
         measured: Sequence[Track],
     ) -> tuple[int, int]:
-        """The window of a picture, in ps of the picture: the motion, unless it is told otherwise; a window that
-        begins behind it, or ends before it, reaches to the end, or the begin, of the run."""
+        """Return the window of a picture, in ps of the picture: the motion, unless `start` or `stop` say otherwise.
+
+        A window that begins after the motion, or ends before it, reaches to the end, or the begin, of the run.
+        """
         ends = [bench.kernel.now - begins[name] for name, bench in benches]
         longest = max(ends + [track.until - track.zero for track in measured])
         first = None if start is None else moment(start)
@@ -404,7 +407,7 @@ def moments_of(times: Time | Iterable[Time]) -> list[int]:
 
 
 def differences(tracks: Sequence[Track]) -> Iterator[str]:
-    """Yield what the ideals that are laid over tell: how far the motions of a track leave them at most."""
+    """Yield how far the motions of a track leave their ideals at most, in words."""
     from ..record.style import few
 
     for track in tracks:

@@ -8,7 +8,7 @@ slewline.find_ramps("cy525", time="0.5 s", F=3, R="6000 steps/s")[0].values
 from __future__ import annotations
 
 from ..chips import ramps_of
-from ..core.timebase import picoseconds
+from ..core.timebase import Time, picoseconds
 from ..errors import UsageError
 from ..language.ramps import Goal, Ramp, Search, Value, Wanted, nearest, read
 from .furnishing import crystal_for
@@ -35,7 +35,7 @@ def ramp(part: str, *, crystal: str | int | None = None, **values: Value) -> Ram
 def find_ramps(
     part: str,
     *,
-    time: str | int | None = None,
+    time: Time | None = None,
     acceleration: float | None = None,
     steps: float | None = None,
     crystal: str | int | None = None,

@@ -52,7 +52,11 @@ class Recording:
         return self._recorder
 
     def pin(self, name: str) -> Terminal:
-        """A pin by its full name."""
+        """Return a pin by its full name, such as "x.slew".
+
+        Raises:
+            UnknownName: no such pin, chip or part.
+        """
         raise NotImplementedError
 
     def _net(self, name: str) -> Net:
@@ -65,7 +69,12 @@ class Recording:
         and would be most of every file.
 
         Args:
+            pins: full names, such as "x.slew".
             keep: forget what is older than this, for endless runs; None keeps everything.
+
+        Raises:
+            UnknownName: no such pin, chip or part.
+            TimeError: `keep` is no duration.
         """
         keep_ps = None if keep is None else picoseconds(keep)
         for name in pins or self._all_pins():
@@ -107,7 +116,7 @@ class Recording:
                 yield f"{chip.name}.{chip.sheet.bus}"
 
     def catch_up(self) -> None:
-        """Let parts that work things off only when asked do so, up to now: who listens for findings hears them.
+        """Let parts that compute only on demand do so, up to now: listeners hear of the findings made on the way.
 
         `findings`, pictures, files and the end of a replay do so by themselves.
         """
@@ -115,7 +124,7 @@ class Recording:
             part.be_caught_up()
 
     def quantity(self, name: str) -> Quantity:
-        """Return what has a value at every instant, to be asked: `bench.quantity("driver.current").at("3 ms")`.
+        """Return a quantity, which has a value at every instant: `bench.quantity("driver.current").at("3 ms")`.
 
         Args:
             name: of an axis ("x.velocity", "m.axis2.position") or of a part ("driver.current").
@@ -159,10 +168,15 @@ class Recording:
     def edges(
         self, pin: str, start: Time | None = None, stop: Time | None = None
     ) -> tuple[NDArray[np.int64], NDArray[np.int8]]:
-        """Changes of a recorded pin at start <= t <= stop.
+        """Return the changes of a recorded pin at start <= t <= stop; by default as far as recorded, up to now.
 
         Returns:
             times: (n,) int64, picoseconds, ascending; levels: (n,) int8, the level from that instant on, -1 floating.
+
+        Raises:
+            UnknownName: no such pin.
+            NotRecorded: it is not recorded, or no longer that far back.
+            TimeError: `start` or `stop` is no time.
         """
         nets = self._chosen([pin])
         return self.recorder.edges(nets[pin], *self._window_of(nets, start, stop))  # type: ignore[return-value]
@@ -241,7 +255,13 @@ class Recording:
     def save_csv(
         self, path: FilePath, pins: Sequence[str] | None = None, start: Time | None = None, stop: Time | None = None
     ) -> None:
-        """Write the changes of recorded pins as CSV: time_ps, net, level."""
+        """Write the changes of recorded pins as CSV: time_ps, net, level.
+
+        Raises:
+            UnknownName: no such pin.
+            NotRecorded: a pin is not recorded, or no longer that far back.
+            UsageError: the path cannot be written.
+        """
         from ..record.export_csv import save_edges
 
         self.catch_up()
@@ -249,7 +269,11 @@ class Recording:
         save_edges(path, nets, self.recorder, *self._window_of(nets, start, stop))
 
     def save_steps(self, path: FilePath, start: Time | None = None, stop: Time | None = None) -> None:
-        """Write the steps of all chips as CSV: time_ps, chip, axis, direction, position."""
+        """Write the steps of all chips as CSV: time_ps, chip, axis, direction, position.
+
+        Raises:
+            UsageError: the path cannot be written.
+        """
         from ..record.export_csv import save_steps
 
         self.catch_up()
@@ -281,6 +305,9 @@ class Recording:
         """Write recorded pins to a VCD file while time passes, so that a long window needs no memory.
 
         The arguments are those of `save_vcd`.  What the `with` statement gives has `lost`, what `save_vcd` returns.
+
+        Raises:
+            UsageError, NotRecorded, UnknownName: as `save_vcd`.
         """
         from ..record.vcd import VcdStream
 

@@ -45,7 +45,7 @@ def read_file(path: str | PathLike[str], most: int | None = MOST_BYTES) -> bytes
 
 
 def read_text(path: str | PathLike[str], data: bytes | None = None) -> str:
-    """The text of a file that a user named.
+    """Return the text of a file that a user named.
 
     Raises:
         BenchFileError: there is no such file, or it is no text.

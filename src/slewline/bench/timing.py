@@ -92,7 +92,11 @@ class TimingDiagrams(Recording):
         width: str | float = "page",
         dark: bool = False,
     ) -> Figure:
-        """Return the picture that `timing` writes as a matplotlib Figure."""
+        """Return the picture that `timing` writes as a matplotlib Figure.
+
+        Raises:
+            UsageError, NotRecorded: as `timing`.
+        """
         from ..record.timing import draw
 
         return draw(self._diagram(pins, start, stop, between, causes, title, over, names, decode, quiet), width, dark)

@@ -24,14 +24,17 @@ APART = 30  # marks are so far apart that their names can be read: a thirtieth o
 
 
 def chips_of(chips: Mapping[str, Chip], names: Iterable[str]) -> list[Chip]:
-    """The chips that some pins belong to."""
+    """Return the chips that some pins belong to."""
     owners = {name.split(".")[0] for name in names}
     return [chip for name, chip in chips.items() if name in owners]
 
 
 def values_of(chips: Iterable[Chip], commands: Mapping[str, TextLog], parts: Iterable[Part] = ()) -> list[Source]:
-    """Of every chip its findings and the command in work; of every axis what moves it, and its quantities; of parts
-    that have quantities, these and their findings."""
+    """Return what has a value beside the pins, for a waveform file.
+
+    Of every chip its findings and the command in work; of every axis what moves it, and its quantities; of parts that
+    have quantities, these and their findings.
+    """
     from ..record.vcd_sources import CurveSource, TextSource
 
     sources: list[Source] = []
@@ -50,7 +53,7 @@ def values_of(chips: Iterable[Chip], commands: Mapping[str, TextLog], parts: Ite
 
 
 def comments_of(chips: Iterable[Chip], values: bool, parts: Iterable[Part] = ()) -> Iterator[str]:
-    """What the head of the file says: the parts, and the units of the quantities."""
+    """Yield the head of the file: the parts, and the units of the quantities."""
     for chip in chips:
         crystal = f", {chip.crystal_hz} Hz" if chip.sheet.crystal_high_hz else ""
         yield f"{chip.name}: {chip.sheet.part.upper()}{crystal}"
@@ -61,7 +64,7 @@ def comments_of(chips: Iterable[Chip], values: bool, parts: Iterable[Part] = ())
 
 
 def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> View:
-    """What a viewer shows first of a window in ps: the motion, or all of it if nothing moves, with marks."""
+    """Return what a viewer shows first of a window (ps): the motion, or all of it if nothing moves, with marks."""
     from ..record.layouts import View
     from .motions import moving_from_to
 

@@ -67,7 +67,7 @@ def demo(output: str) -> int:
 
 
 def made(output: str) -> Path:
-    """The folder, made if there is none."""
+    """Return a folder, made if there is none."""
     try:
         Path(output).mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -88,18 +88,18 @@ class Show:
         click.echo(f"{'seconds':>10}   {'position':>8}")
 
     def say(self, text: str, **style: Any) -> None:
-        """A line: when, where, what."""
+        """Print a line: when, where, what."""
         click.echo(f"{seconds(self.bench.now_ps)[:-3]:>10}   {self.chip.position:>8}   {click.style(text, **style)}")
 
     def ran(self, net: Net) -> None:
-        """RUN: the program begins or ends."""
+        """Report RUN: the program begins or ends."""
         if net.level == 0:
             self.say(f"the program, {len(self.chip.program)} bytes, runs and waits for a workpiece")
         else:
             self.say("no other workpiece: the program ends")
 
     def placed(self, net: Net) -> None:
-        """WAIT: a workpiece comes or goes."""
+        """Report WAIT: a workpiece comes or goes."""
         if net.level == 1:
             self.started = self.started or self.bench.now_ps
             self.piece += 1
@@ -107,7 +107,7 @@ class Show:
             self.say(f"workpiece {self.piece} lies ready", fg="cyan")
 
     def welded(self, net: Net) -> None:
-        """PROGRAMMABLE OUTPUT: the torch."""
+        """Report PROGRAMMABLE OUTPUT: the torch."""
         if net.level == 1:
             self.spot += 1
             self.lit = self.bench.now_ps
@@ -117,7 +117,7 @@ class Show:
             self.say(f"  spot {self.spot}  {'*' * self.spot:<6}  {burnt}", fg="yellow")
 
     def end(self, took: float) -> None:
-        """What it came to."""
+        """Print the results."""
         times = self.chip.steps().times_ps
         fastest = round(10**12 / int((times[1:] - times[:-1]).min()))
         click.echo(f"\n{self.spots} spots, {len(times):,} steps, up to {fastest:,} steps/s", nl=False)

@@ -20,7 +20,7 @@ STDIN = "-"
 
 
 def read_program(path: str) -> str:
-    """The text of a program file, or of the standard input for "-"."""
+    """Return the text of a program file, or of the standard input for "-"."""
     text = read_text(path, sys.stdin.buffer.read() if path == STDIN else None)
     for number, line in enumerate(text.splitlines(), 1):
         if len(line) > LONGEST:
@@ -32,7 +32,7 @@ def read_program(path: str) -> str:
 
 
 def chip_of(path: str, chip: str | None) -> str:
-    """The part that a file is for: named by --chip, or by the ending of its name.
+    """Return the part that a file is for: named by --chip, or by the ending of its name.
 
     Raises:
         UsageError: neither of the two.
@@ -47,7 +47,7 @@ def chip_of(path: str, chip: str | None) -> str:
 
 
 def sheet_for(path: str, chip: str | None) -> Sheet:
-    """The data sheet of that part."""
+    """Return the data sheet of that part."""
     return sheet_of(chip_of(path, chip))
 
 
@@ -119,7 +119,7 @@ class Outputs:
 
     # --------------------------------------------------------------------------------------------------- the journal
     def partial(self, path: str | None) -> str | None:
-        """A name for a file that grows during a run, until `keep` puts it in place."""
+        """Return a name for a file that grows during a run, until `keep` puts it in place."""
         if path is None:
             return None
         real = Path(os.path.realpath(path))

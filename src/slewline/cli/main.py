@@ -14,7 +14,7 @@ from . import FOUND, WRONG_USE
 
 
 def main() -> None:
-    """Console script `slewline`."""
+    """Run the command line, as the console script `slewline` does, and exit with its status."""
     sys.exit(invoke(sys.argv[1:]))
 
 

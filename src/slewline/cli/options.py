@@ -17,7 +17,7 @@ class TimeWithUnit(click.ParamType[int]):
     name = "time"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        """Picoseconds."""
+        """Return the picoseconds of a time."""
         try:
             return picoseconds(value)
         except TimeError as error:
@@ -30,7 +30,7 @@ class Frequency(click.ParamType[str]):
     name = "frequency"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """As it was written."""
+        """Return the frequency as it was written."""
         try:
             hertz(value)
         except TimeError as error:
@@ -44,7 +44,7 @@ class Drive(click.ParamType[tuple[str, int, int]]):
     name = "pin=level@time"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, int, int]:
-        """(pin, level, picoseconds)."""
+        """Return (pin, level, picoseconds)."""
         if isinstance(value, tuple):
             return value
         match = re.fullmatch(r"\s*(\w+(?:\.\w+)?)\s*=\s*([01])\s*(?:@(.*))?", value)
@@ -62,7 +62,7 @@ class Names(click.ParamType[tuple[str, ...]]):
     name = "a,b,c"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, ...]:
-        """The names."""
+        """Return the names."""
         if isinstance(value, tuple):
             return value
         names = tuple(name.strip() for name in value.split(","))
@@ -79,7 +79,7 @@ class Strap(click.ParamType[tuple[str, int]]):
     name = "pin=level"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, int]:
-        """(pin, level)."""
+        """Return (pin, level)."""
         if isinstance(value, tuple):
             return value
         match = re.fullmatch(r"\s*(\w+)\s*=\s*([01])\s*", value)
@@ -94,7 +94,7 @@ class Setting(click.ParamType[tuple[str, str]]):
     name = "name=value"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, str]:
-        """(name, text)."""
+        """Return (name, text)."""
         if isinstance(value, tuple):
             return value
         name, equals, text = (part.strip() for part in value.partition("="))

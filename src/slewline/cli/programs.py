@@ -29,7 +29,7 @@ COLOURS = {"error": "red", "warning": "yellow", "note": "cyan"}
 
 
 def print_json(value: object) -> None:
-    """A JSON text to the standard output."""
+    """Print a JSON text to the standard output."""
     click.echo(json.dumps(value, indent=2, ensure_ascii=False))
 
 
@@ -63,7 +63,7 @@ def asm(
 
 
 def formatted(assembly: Assembly, form: str, checksum: bool = False) -> bytes:
-    """An assembled program in one of the formats."""
+    """Return an assembled program in one of the formats."""
     from ..language.assemble import to_ascii, to_binary, units
 
     if form == "bin":
@@ -78,7 +78,7 @@ def formatted(assembly: Assembly, form: str, checksum: bool = False) -> bytes:
 
 
 def put(data: bytes, output: str | None, outputs: Outputs) -> None:
-    """Bytes to a claimed file, or to the standard output."""
+    """Write bytes to a claimed file, or to the standard output."""
     if output is None or output == STDIN:
         if sys.stdout.isatty() and not data.decode("latin-1").replace("\n", "").isprintable():
             raise UsageError("these bytes are not for a terminal; give --output FILE, or lead them into a pipe")
@@ -88,7 +88,7 @@ def put(data: bytes, output: str | None, outputs: Outputs) -> None:
 
 
 def assembly_object(assembly: Assembly) -> dict[str, Any]:
-    """An assembled program as data."""
+    """Return an assembled program as data."""
     pairs = zip(assembly.lines, assembly.statements, strict=True)
     return {
         "chip": assembly.sheet.part,
@@ -132,13 +132,13 @@ def dis(
 
 
 def line_object(line: Instruction) -> dict[str, Any]:
-    """An instruction as data; the name is null where the byte is no opcode."""
+    """Return an instruction as data; the name is null where the byte is no opcode."""
     name = line.row.name if line.row else None
     return {"address": line.address, "data": line.data.hex(), "name": name, "values": list(line.values)}
 
 
 def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
-    """The bytes of a hex or binary file; without `form`, a file that looks like hex is hex.
+    """Return the bytes of a hex or binary file; without `form`, a file that looks like hex is hex.
 
     Raises:
         BenchFileError: the file cannot be read, is empty, is no hex though it looks like it, or is a program text.
@@ -164,7 +164,7 @@ def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
 
 
 def looks_like_source(raw: bytes, sheet: Sheet) -> bool:
-    """Is it text, and are most of its lines commands of this part?"""
+    """Return whether it is text of which most lines are commands of this part."""
     from ..language.source import host_lines, read
 
     try:
@@ -210,7 +210,7 @@ class Linted(NamedTuple):
 
 
 def texts_of(file: str, chip: str | None) -> list[Linted]:
-    """A program file, or the scripts of a bench file, with what is odd about each.
+    """Return a program file, or the scripts of a bench file, with what is odd about each.
 
     Raises:
         SlewlineError: the file cannot be read, or does not make a bench.
@@ -232,9 +232,9 @@ def texts_of(file: str, chip: str | None) -> list[Linted]:
 
 
 def problems_of(bench: Bench, host: Computer, script: Script) -> list[Problem]:
-    """What is odd about a script, and whatever `run` would refuse; a line that is an error is told of once.
+    """Return what is odd about a script, and whatever `run` would refuse; a line that is an error is listed once.
 
-    What is said to several chips is not followed: of such a script only the lines that cannot be played are told.
+    What is said to several chips is not followed: of such a script only the lines that cannot be played are listed.
     """
     from ..bench.script import refused
     from ..language.lint import lint as check
@@ -246,7 +246,7 @@ def problems_of(bench: Bench, host: Computer, script: Script) -> list[Problem]:
 
 
 def tally(problems: list[Problem]) -> str:
-    """2 errors, 1 note."""
+    """Return a count of problems, such as "2 errors, 1 note"."""
     from .transcript import counted
 
     counts = [(sum(p.severity == severity for p in problems), severity) for severity in COLOURS]
@@ -273,7 +273,7 @@ def describe(chip: str, command: str | None, as_json: bool) -> int:
 
 
 def sheet_object(sheet: Sheet, command: str | None) -> dict[str, Any]:
-    """A data sheet as data; the commands alone, or one of them, when one is named."""
+    """Return a data sheet as data; the commands alone, or one of them, when one is named."""
     from ..language.lookup import MARK, find
 
     found: dict[str, Any] = {"chip": sheet.part, "title": sheet.title, "manual": sheet.manual}

@@ -17,7 +17,7 @@ WINDOW_PS = 10**13  # steps are counted in windows of 10 s: an hour of them need
 
 
 def as_json(bench: Bench, ended: str, whole: bool) -> str:
-    """The JSON text of a run: of the only chip, or of a whole bench."""
+    """Return the JSON text of a run: of the only chip, or of a whole bench."""
     chips = {name: chip_object(bench, chip, ended) for name, chip in bench.chips.items()}
     found: Any = {"chips": chips, "findings": [finding_object(found) for found in bench.findings]}
     if not whole:
@@ -26,7 +26,7 @@ def as_json(bench: Bench, ended: str, whole: bool) -> str:
 
 
 def chip_object(bench: Bench, chip: Chip, ended: str) -> dict[str, Any]:
-    """A chip as it stands."""
+    """Return the state of a chip as data."""
     hosts = [part for part in bench.parts.values() if isinstance(part, Computer) and chip.name in part.chips]
     found: dict[str, Any] = {
         "chip": chip.sheet.part,
@@ -48,7 +48,7 @@ def chip_object(bench: Bench, chip: Chip, ended: str) -> dict[str, Any]:
 
 
 def axis_object(bench: Bench, chip: Chip, number: int) -> dict[str, Any]:
-    """One of several axes as it stands."""
+    """Return the state of one of several axes as data."""
     axis = chip.axis(number)
     return {
         "axis": number,
@@ -59,19 +59,19 @@ def axis_object(bench: Bench, chip: Chip, number: int) -> dict[str, Any]:
 
 
 def received(host: Computer) -> bytes:
-    """What a host has read, words with the high byte first."""
+    """Return what a host has read, words with the high byte first."""
     if isinstance(host, PacketHost):
         return b"".join(word.to_bytes(2, "big") for word in host.received)
     return bytes(host.received)
 
 
 def finding_object(found: Finding) -> dict[str, Any]:
-    """A finding as data."""
+    """Return a finding as data."""
     return {"time_ps": found.time_ps, "source": found.source, "code": found.code, "text": found.text}
 
 
 def steps_object(bench: Bench, axis: OneAxis) -> dict[str, Any]:
-    """How many steps there were, and how close together."""
+    """Return as data how many steps there were, and how close together."""
     count, first, last, shortest = 0, None, None, None
     for times in _windows(bench, axis):
         gaps = [int((times[1:] - times[:-1]).min())] if len(times) > 1 else []
@@ -90,7 +90,7 @@ def _windows(bench: Bench, axis: OneAxis) -> Iterator[Any]:
 
 
 def summary(bench: Bench, ended: str) -> Iterator[str]:
-    """How a run ended, in a line, and in a line for every axis."""
+    """Yield how a run ended, in a line, and in a line for every axis."""
     yield f"{ended} at {readable(bench.now_ps)}"
     for chip in bench.chips.values():
         for number in range(1, chip.sheet.axes + 1):

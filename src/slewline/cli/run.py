@@ -43,6 +43,7 @@ class Refused(click.ClickException):
     exit_code = 2
 
     def show(self, file: Any = None) -> None:
+        """Print the message to the standard error."""
         click.echo(f"slewline: {self.message}", err=True)
 
 
@@ -96,7 +97,7 @@ class Run:
         return int(ended == "timeout" or self.torn or bool(self.wrong(bench)))
 
     def check_options(self) -> None:
-        """Options that exclude each other."""
+        """Refuse options that exclude each other."""
         self.quiet = self.quiet or self.json == STDIN
         if (self.file is None) == (self.replay is None):
             raise click.UsageError("give a program, a bench file, or --replay JOURNAL; and only one of them")
@@ -129,7 +130,7 @@ class Run:
 
     # ------------------------------------------------------------------------------------------------------ furnishing
     def furnished(self, journal: str | None) -> Bench:
-        """The bench, ready to run."""
+        """Return the bench, ready to run."""
         assert self.file is not None
         if not self.is_bench:
             return self.single(self.file, journal)
@@ -145,7 +146,7 @@ class Run:
         return bench_file.load(self.prepare, journal=journal)
 
     def single(self, file: str, journal: str | None) -> Bench:
-        """A chip, a host, and a program."""
+        """Return a bench with a chip, a host, and a program."""
         from ..bench import Bench
         from ..bench.script import check_script, run_script
 
@@ -160,7 +161,7 @@ class Run:
         return bench
 
     def prepare(self, bench: Bench) -> None:
-        """The bench is furnished: drive pins, record what shall be written, and tell what happens."""
+        """Drive pins, record what will be written, and listen for the transcript."""
         if not bench.chips:
             raise Refused(f"{self.file or self.replay}: no chip on the bench, so there is nothing to run")
         for pin, level, at in self.drive:
@@ -176,19 +177,19 @@ class Run:
             Transcript(bench, lambda ps, who, kind, text: show(ps, f"{who:<{width}}", kind, text)).attach()
 
     def full_name(self, bench: Bench, pin: str) -> str:
-        """A pin of the only chip needs no chip."""
+        """Return the full name of a pin; one of the only chip needs no chip."""
         if "." in pin or len(bench.chips) != 1:
             return pin
         return f"{next(iter(bench.chips))}.{pin}"
 
     def plotted(self, bench: Bench) -> list[str]:
-        """The pins below a plot: those of the first chip."""
+        """Return the pins below a plot: those of the first chip."""
         name, chip = next(iter(bench.chips.items()))
         return [f"{name}.{row.name}" for role in PLOTTED for row in chip.sheet.pins if row.role == role]
 
     # --------------------------------------------------------------------------------------------------------- running
     def replayed(self) -> Bench:
-        """A journal played again; what it warns of is told on the standard error."""
+        """Replay a journal and return its bench; print warnings to the standard error."""
         from ..bench import replay
 
         assert self.replay is not None
@@ -201,7 +202,7 @@ class Run:
         return bench
 
     def ended(self, bench: Bench) -> str:
-        """Run; returns how it ended: idle, until or timeout."""
+        """Run, and return how it ended: idle, until or timeout."""
         if self.replay:
             owners: list[Chip | Part] = [*bench.chips.values(), *bench.parts.values()]
             return "idle" if self.until is None and all(owner.idle for owner in owners) else "until"
@@ -254,12 +255,12 @@ class Run:
                 click.echo(f"slewline: {found}", err=True)
 
     def wrong(self, bench: Bench) -> list[Finding]:
-        """The findings for which the run has failed: all if it is strict, else what a script did not expect."""
+        """Return the findings for which the run has failed: all if it is strict, else what a script did not expect."""
         return [found for found in bench.findings if self.strict or found.code == "expect"]
 
 
 def read(text: str, file: str, sheet: Sheet) -> tuple[Script, dict[str, int]]:
-    """The script of a program file, and the straps that it needs.
+    """Return the script of a program file, and the straps that it needs.
 
     The bytes of a .hex file go to a chip in binary mode, to a chipset packet by packet; a module on a serial line runs
     at its highest rate and without checksums.
@@ -278,7 +279,7 @@ def read(text: str, file: str, sheet: Sheet) -> tuple[Script, dict[str, int]]:
 
 
 def packets_of(lines: list[str], sheet: Sheet) -> list[str]:
-    """The bytes of these lines, a packet a line; lines that hold something else stay as they are."""
+    """Return the bytes of these lines, a packet a line; lines that hold something else stay as they are."""
     from ..language.disassemble import instructions
 
     try:
@@ -289,14 +290,14 @@ def packets_of(lines: list[str], sheet: Sheet) -> list[str]:
 
 
 def show(ps: int, who: str, kind: str, text: str) -> None:
-    """A line of the transcript."""
+    """Print a line of the transcript."""
     mark = "! " if kind == "finding" else ""
     click.echo(f"{seconds(ps):>13}  {who}  {click.style(mark + text, fg=COLOURS.get(kind), bold=bool(mark))}")
 
 
 @contextmanager
 def progress(bench: Bench, total: int, quiet: bool) -> Iterator[None]:
-    """How far virtual time is, on a terminal that shows no transcript.
+    """Show how far virtual time is, on a terminal that shows no transcript.
 
     Rich draws in a thread of its own and reads the time; the run knows nothing of it.
     """

@@ -93,7 +93,7 @@ class Serve:
             raise
 
     def check_options(self) -> list[tuple[str, str]]:
-        """Options that exclude each other; returns the ports that are asked for."""
+        """Refuse options that exclude each other; return the ports that are asked for."""
         ports = [(kind, where) for kind in PORTS if (where := getattr(self, kind)) is not None]
         if (self.chip is None) == (self.bench is None):
             raise click.UsageError("give a chip, such as gs-c200s, or --bench FILE; and only one of them")
@@ -118,7 +118,7 @@ class Serve:
 
     # ---------------------------------------------------------------------------------------------------- furnishing
     def furnished(self, stores: Stores | None) -> Bench:
-        """The bench, of one chip or from a file."""
+        """Return the bench, of one chip or from a file."""
         if self.bench is not None:
             from ..bench.file import BenchFile
 
@@ -134,7 +134,7 @@ class Serve:
         return bench
 
     def server(self, bench: Bench) -> Server:
-        """The server, without ports."""
+        """Return the server, without ports."""
         from ..links.pace import Lockstep, Paced
         from ..links.server import Server
 
@@ -142,12 +142,12 @@ class Serve:
         return Server(bench, pace, self.log, self.allow_remote, lambda text: say(f"slewline: {text}"))
 
     def open_chip(self, server: Server, kind: str, where: str) -> list[tuple[str, str]]:
-        """The port of the only chip: its name, and where it is found."""
+        """Open the port of the only chip; return its name, and where it is found."""
         line = server.line(*server.bench.chips.values(), framing=self.framing)
         return [(titled(line), getattr(server, kind)(line, where).where)]
 
     def open_bench_file(self, server: Server) -> list[tuple[str, str]]:
-        """The ports of a bench file."""
+        """Open the ports of a bench file; return the name of each, and where it is found."""
         found = []
         served = self.file.served(server.bench)
         lines = []
@@ -161,12 +161,12 @@ class Serve:
 
 
 def keeps(part: str) -> bool:
-    """Does a part keep anything without power?"""
+    """Return whether a part keeps anything without power."""
     return sheet_of(part).keeps
 
 
 def titled(line: Line) -> str:
-    """A line by its name; modules that share it, with their addresses."""
+    """Return a line by its name; modules that share it, with their addresses."""
     if len(line.chips) == 1:
         return line.name
     addresses = ", ".join(str(chip.strapped_address()) for chip in line.chips)  # type: ignore[attr-defined]
@@ -175,7 +175,7 @@ def titled(line: Line) -> str:
 
 @contextmanager
 def state_directory(path: str | None) -> Iterator[Stores | None]:
-    """The memories of chips, by name, in a directory that one server at a time holds; None: no such directory.
+    """Yield the memories of chips, by name, in a directory that one server at a time holds; None: no such directory.
 
     Raises:
         UsageError: it cannot be written, or another server has it.
@@ -201,7 +201,7 @@ def state_directory(path: str | None) -> Iterator[Stores | None]:
 
 
 def stored(path: Path) -> FileStore:
-    """A memory in a file; a damaged one is told now, not when a program is missing."""
+    """Return a memory in a file; a damaged one is reported now, not when a program is missing."""
     from ..links.store import FileStore
 
     store = FileStore(path)
@@ -216,24 +216,24 @@ def say(text: str, end: str = "\n") -> None:
 
 
 def show(server: Server, end: str = "\n") -> None:
-    """A status line."""
+    """Print a status line."""
     from ..links.status import as_line
 
     say(as_line(server), end)
 
 
 def show_again(server: Server) -> None:
-    """A status line every second; on a terminal, the next one is written over it."""
+    """Print a status line every second; on a terminal, the next one is written over it."""
     show(server, "\033[K\r" if sys.stderr.isatty() else "\n")
     server.loop.after(STATUS_S, lambda: show_again(server))
 
 
 @contextmanager
 def signals(server: Server) -> Iterator[None]:
-    """SIGINT, SIGTERM and SIGHUP end the server in good order; SIGUSR1 asks for a status line.
+    """End the server in good order on SIGINT, SIGTERM and SIGHUP; print a status line on SIGUSR1.
 
-    From the first one on they mean nothing any more: the process ends anyway.  A SIGHUP that is ignored, as `nohup`
-    has it, stays so.
+    From the first one on they mean nothing any more: the process ends anyway.  A SIGHUP that is ignored, as `nohup` has
+    it, stays so.
     """
     ends = [signal.SIGINT, signal.SIGTERM]
     if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:

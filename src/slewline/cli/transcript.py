@@ -26,7 +26,7 @@ Say = Callable[[int, str, str, str], object]  # picoseconds, who, what kind of e
 
 
 def seconds(ps: int) -> str:
-    """An instant for a column: seconds, down to the microsecond."""
+    """Return an instant for a column: seconds, down to the microsecond."""
     return f"{ps // PS_PER_S}.{ps % PS_PER_S // 10**6:06d}"
 
 
@@ -58,11 +58,11 @@ class Transcript:
         return self.bench.now_ps
 
     def tell(self, who: str, kind: str, text: str) -> None:
-        """An event of this instant."""
+        """Print an event of this instant."""
         self.say(self.now, who, kind, text)
 
     def finding(self, found: Finding) -> None:
-        """Something that a host did wrong."""
+        """Print a finding."""
         self.say(found.time_ps, found.source, "finding", f"{found.code}: {found.text}")
 
     def watch(self, chip: Chip, row: Pin, meanings: tuple[str, str]) -> None:
@@ -116,7 +116,7 @@ class MotionsTold:
         self.axis.on_motion_end.add(self.end)
 
     def begin(self, motion: MotionStart) -> None:
-        """A motion begins."""
+        """Print that a motion begins."""
         if self.begun is not None:
             return
         if self.step is None:
@@ -131,12 +131,12 @@ class MotionsTold:
         self.moves("steps", motion)
 
     def moves(self, verb: str, motion: MotionStart) -> None:
-        """The axis moves from now on."""
+        """Print that the axis moves from now on."""
         self.begun, self.steps = self.transcript.now, 0
         self.tell(f"{verb}{way(motion.direction)} from {motion.position}")
 
     def end(self, motion: MotionEnd) -> None:
-        """A motion ends."""
+        """Print that a motion ends."""
         if self.first is not None:
             self.first.kill()
             self.first = None
@@ -150,20 +150,20 @@ class MotionsTold:
         self.tell(f"{ended} at {motion.position}: {steps} in {taken}")
 
     def tell(self, text: str) -> None:
-        """An event of this instant."""
+        """Print an event of this instant."""
         self.transcript.seldom(self.chip.name, "motion", self.who + text, self.about)
 
 
 def spoken(row: Pin) -> str:
-    """The name of a pin as the manuals write it."""
+    """Return the name of a pin as the manuals write it."""
     return row.name.upper().replace("_", " ")
 
 
 def way(direction: int) -> str:
-    """A direction as a word, with a blank before it; nothing for 0."""
+    """Return a direction as a word, with a blank before it; nothing for 0."""
     return "" if not direction else " cw" if direction > 0 else " ccw"
 
 
 def counted(number: int, noun: str) -> str:
-    """1 step, 2 steps."""
+    """Return a number with its noun, "1 step" or "2 steps"."""
     return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -25,7 +25,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Steps:
-    """Steps of a chip: instants (n,) int64 ps, directions (n,) int8 +1/-1, positions after each step (n,) int64."""
+    """Steps of a chip, one element each, in the order of time.
+
+    `times_ps`: instants, (n,) int64 ps; `directions`: (n,) int8, +1 clockwise, -1 counter-clockwise; `positions`: after
+    each step, (n,) int64.
+    """
 
     times_ps: NDArray[np.int64]
     directions: NDArray[np.int8]
@@ -89,13 +93,13 @@ class Axis:
 
     @property
     def travel(self) -> int:
-        """Steps clockwise minus steps counter-clockwise, at the last committed instant."""
+        """Net steps, clockwise positive, since time 0 up to the last committed instant; it does not wrap."""
         now = self.past[-1]
         return now.travel + (now.sign * now.playing.begun(self.kernel.seen) if now.playing is not None else 0)
 
     @property
     def counted(self) -> int:
-        """The same, of those steps that the position register counts."""
+        """Net steps counted by the position register (homing steps excluded), since time 0."""
         now = self.past[-1]
         return now.count + (now.counts * now.playing.begun(self.kernel.seen) if now.playing is not None else 0)
 
@@ -111,7 +115,11 @@ class Axis:
         return now is not None and now.begun(1 << 80) > now.begun(self.kernel.seen)
 
     def load(self, position: int) -> None:
-        """Declare the present position."""
+        """Set the position register, now.
+
+        Args:
+            position: one of `positions`; any other wraps into them.
+        """
         self.offset = (position - self.low - self.counted) % self.modulus
         if self.offsets[-1][0] == self.kernel.now:
             self.offsets[-1] = (self.kernel.now, self.offset)
@@ -126,8 +134,10 @@ class Axis:
         """Follow a train from this instant on; what was played before stays as it is.
 
         Args:
-            counted: false: the position register does not count these steps.
-            plan, step: what the train plays, and the step of it that is the first of the train.
+            playing: the train, and the instant up to which it counts.
+            sign: 1 clockwise, -1 counter-clockwise.
+            counted: False: the position register does not count these steps.
+            plan, step: what the train plays, and the step of it (from 0) that is the first of the train.
         """
         counts = sign if counted else 0
         self.past.append(Stretch(self.kernel.now, self.travel, self.counted, sign, counts, playing, plan, step))
@@ -135,7 +145,7 @@ class Axis:
             self.on_change()
 
     def stands(self) -> tuple[int, int]:
-        """The position register and the travel at this instant, steps of this instant being made."""
+        """Return the position register and the travel at this instant, steps of this instant included."""
         now, stretch = self.kernel.now, self.past[-1]
         begun = stretch.playing.begun(now) if stretch.playing is not None else 0
         position = self.low + (self.offset + stretch.count + stretch.counts * begun) % self.modulus
@@ -147,14 +157,14 @@ class Axis:
             self.past[-1].halted = self.kernel.now
 
     def arrives(self, position: int) -> int | None:
-        """When the present promise reaches a position; None if it does not."""
+        """Return when the present promise reaches a position (ps); None if it does not."""
         time, playing = self.would_arrive(position), self.past[-1].playing
         if time is None or playing is None or (playing.until is not None and time >= playing.until):
             return None
         return time
 
     def would_arrive(self, position: int) -> int | None:
-        """When the present train reaches a position if nothing interferes; None if it does not."""
+        """Return when the present train reaches a position if nothing interferes (ps); None if it does not."""
         now = self.past[-1]
         if now.playing is None or not now.counts:
             return None
@@ -165,7 +175,7 @@ class Axis:
         return train.clock.ps(train.begin(step)) if step < train.steps else None
 
     def forget(self, before: int) -> None:
-        """Drop the past before an instant."""
+        """Drop the past before an instant (ps)."""
         keep = next((i for i in range(len(self.past) - 1, 0, -1) if self.past[i].start <= before), 0)
         del self.past[:keep]
         in_force = bisect_right(self.offsets, self.past[0].start, key=itemgetter(0)) - 1
@@ -182,8 +192,11 @@ class Axis:
         return self.log.marks(start, stop)
 
     def phases(self, start: int, stop: int) -> list[tuple[int, int, str]]:
-        """Return the legs of plans that are played between two instants, as far as they lie there: begin and end in
-        ps, and the name; neighbours of one name are one."""
+        """Return the legs of plans that are played between two instants (ps), cut off at both.
+
+        Returns:
+            Begin and end in ps, and the name; neighbours of one name are one.
+        """
         found: list[tuple[int, int, str]] = []
         first = max(bisect_left(self.past, start, key=_start) - 1, 0)
         for stretch in self.past[first : bisect_right(self.past, stop, key=_start)]:
@@ -196,7 +209,7 @@ class Axis:
         return found
 
     def played(self, start: int, stop: int) -> Iterator[tuple[Stretch, Train, int, int]]:
-        """Stretches with steps at start <= t <= stop, and which steps of their trains these are: a ... b-1."""
+        """Yield the stretches with steps at start <= t <= stop (ps), each with its train and its steps a ... b-1."""
         first = max(bisect_left(self.past, start, key=_start) - 1, 0)
         for stretch in self.past[first : bisect_right(self.past, stop, key=_start)]:
             if stretch.playing is not None:
@@ -206,14 +219,15 @@ class Axis:
                     yield stretch, train, a, b
 
     def count(self, start: int, stop: int) -> int:
-        """How many steps there are at start <= t <= stop."""
+        """Return how many steps there are at start <= t <= stop (ps)."""
         return sum(b - a for _, _, a, b in self.played(start, stop))
 
     def times(self, start: int, stop: int, out: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
-        """Instants of the steps at start <= t <= stop: (n,) int64, ps.
+        """Return the instants of the steps at start <= t <= stop: (n,) int64 ps, ascending.
 
         Args:
-            out: a buffer of that length or longer; its beginning is the answer.
+            start, stop: ps.
+            out: a buffer of that length or longer, whose beginning is returned.
         """
         import numpy as np
 
@@ -227,7 +241,7 @@ class Axis:
         return out
 
     def steps(self, start: int, stop: int) -> Steps:
-        """Steps at start <= t <= stop."""
+        """Return the steps at start <= t <= stop (ps)."""
         import numpy as np
 
         times = self.times(start, stop)
@@ -244,7 +258,7 @@ class Axis:
         return Steps(times, directions, positions)
 
     def position_at(self, ps: int) -> int:
-        """The position register at one instant of the past."""
+        """Return the position register at one instant of the past (ps)."""
         stretch = self.past[max(bisect_right(self.past, ps, key=_start) - 1, 0)]
         count = stretch.count + (stretch.counts * stretch.playing.begun(ps) if stretch.playing is not None else 0)
         since = max(bisect_right(self.offsets, ps, key=lambda offset: offset[0]) - 1, 0)
@@ -261,11 +275,11 @@ class Axis:
         return at
 
     def positions_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
-        """The position register at many instants of the past: int64, shape as `times`."""
+        """Return the position register at many instants of the past (int64 ps): int64, shape as `times`."""
         return self.low + self.unwrapped_at(times) % self.modulus
 
     def unwrapped_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
-        """The same, counted from the low end of the register, and as if it went on beyond its ends."""
+        """Return the register at many instants (int64 ps), counted on beyond its ends, 0 being its low end: int64."""
         import numpy as np
 
         at = self._instants(times)
@@ -290,7 +304,7 @@ class Axis:
         return out.reshape(at.shape)
 
     def turns(self, start: int, stop: int) -> list[int]:
-        """Where at start <= t <= stop another train begins, or the register is loaded.
+        """Return the instants at start <= t <= stop (ps) at which another train begins, or the register is loaded.
 
         Between two of them the register only rises, or only falls, if it does not wrap.
         """
@@ -299,13 +313,13 @@ class Axis:
         return sorted(loads.union(stretch.start for stretch in self.past[first:last]))
 
     def loads(self, start: int, stop: int) -> list[int]:
-        """Where the register was loaded, at start < t <= stop."""
+        """Return the instants at start < t <= stop (ps) at which the register was loaded."""
         return [since for since, _ in self.offsets[1:] if start < since <= stop]
 
     def reached(self, unwrapped: int, ps: int) -> int:
-        """When the train in force at an instant brings the register to a value, counted as `unwrapped_at` does.
+        """Return when the train in force at an instant (ps) brings the register to a value, as `unwrapped_at` counts.
 
-        It is one that it comes to, by counting, from somewhere else.
+        It is a value that the register comes to, by counting, from somewhere else.
         """
         stretch = self.past[max(bisect_right(self.past, ps, key=_start) - 1, 0)]
         offset = self.offsets[max(bisect_right(self.offsets, ps, key=itemgetter(0)) - 1, 0)][1]
@@ -315,10 +329,13 @@ class Axis:
 
     # -------------------------------------------------------------------------------------------------------- velocity
     def driven(self, start: int, stop: int) -> list[tuple[int, int, int, Playing]]:
-        """What says the velocity at start <= t <= stop: from which instant on, before which one, direction, and train.
+        """Return the trains that say the velocity at start <= t <= stop (ps), in the order of time.
 
         A step in progress lasts until its end, or until the next train moves the axis; one that is cut off does not:
         from there on the direction is 0.
+
+        Returns:
+            For each: from which instant on, before which one (ps), direction, and train.
         """
         found: list[tuple[int, int, int, Playing]] = []
         end = stop + 1
@@ -338,11 +355,11 @@ class Axis:
         return found[::-1]
 
     def velocities(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Velocity at start <= t <= stop (ps).
+        """Return the velocities at start <= t <= stop (ps).
 
         Returns:
             Instants of every change (n,) int64 ps, ascending, the first is `start`; steps/s (n,) float64 from each to
-            the next.
+                the next.
         """
         import numpy as np
 
@@ -354,11 +371,11 @@ class Axis:
         return staircase(np.concatenate(at), np.concatenate(what))
 
     def velocity_at(self, ps: int) -> float:
-        """Velocity at one instant of the past, steps/s."""
+        """Return the velocity at one instant of the past (ps), in steps/s."""
         return float(self.velocities(ps, ps)[1][-1])
 
     def velocities_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.float64]:
-        """Velocity at many instants of the past: float64 steps/s, shape as `times`."""
+        """Return the velocities at many instants of the past (int64 ps): float64 steps/s, shape as `times`."""
         import numpy as np
 
         at = self._instants(times)

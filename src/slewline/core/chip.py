@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """Something a host did that the manual forbids or leaves open, and what the chip made of it."""
+    """A mistake of a host: what the manual forbids or leaves open, and what the chip made of it at `time_ps`."""
 
     time_ps: int
     source: str
@@ -45,6 +45,8 @@ class Finding:
 
 
 class ReachesCondition(Condition):
+    """The position register of an axis has a value."""
+
     def __init__(self, of: OneAxis, position: int) -> None:
         allowed = of.motor.positions
         if not isinstance(position, int) or position not in allowed:
@@ -52,13 +54,17 @@ class ReachesCondition(Condition):
         self.motor, self.position, self.text = of.motor, position, f"{of.name} at position {position}"
 
     def met(self) -> bool:
+        """Return whether it has the value now."""
         return self.motor.position == self.position
 
     def when(self) -> int | None:
+        """Return the instant at which it will hold under the present promises (ps); None: no promise says so."""
         return self.motor.arrives(self.position)
 
 
 class InstructionCondition(Condition):
+    """An instruction of the stored program begins, at an address or at any (None)."""
+
     def __init__(self, chip: Chip, address: int | None) -> None:
         if address is not None and (type(address) is not int or address < 0):
             raise UsageError(f"{chip.name}: instruction at {address!r}; allowed an address, 0 and up, or none for any")
@@ -66,43 +72,49 @@ class InstructionCondition(Condition):
         self.text = f"{chip.name} at {'its next instruction' if address is None else f'instruction {address}'}"
 
     def begin(self) -> None:
+        """Listen for instructions from now on."""
         self.hit = False
         if self.begun not in self.chip.on_instruction.listeners:
             self.chip.on_instruction.add(self.begun)
 
     def begun(self, address: int) -> None:
-        """An instruction has begun."""
+        """Take notice that the instruction at an address begins."""
         if self.address in (None, address):
             self.hit = True
             self.chip.on_instruction.remove(self.begun)
 
     def met(self) -> bool:
+        """Return whether the condition holds now."""
         return self.hit
 
 
 class OneAxis:
-    """One axis of a chip as our user sees it; a chip as a whole is its own axis 1."""
+    """One axis of a chip as its user sees it; a chip as a whole is its own axis 1."""
 
     kernel: Kernel
     name: str
 
     @property
     def motor(self) -> Axis:
-        """Where the motor of this axis is, and has been."""
+        """Position of the motor of this axis, now and in the past."""
         raise NotImplementedError
 
     @property
     def position(self) -> int:
-        """The position register, exact at this instant, also in mid-move."""
+        """The position register now, exact in mid-move, too; clockwise counts up."""
         return self.motor.position
 
     @property
     def travel(self) -> int:
-        """Steps clockwise minus steps counter-clockwise since the beginning, without wrap-around."""
+        """Net steps since time 0, clockwise positive; it does not wrap."""
         return self.motor.travel
 
     def steps(self, start: Time | None = None, stop: Time | None = None) -> Steps:
-        """Return the steps at start <= t <= stop; from the beginning, and up to now, by default."""
+        """Return the steps at start <= t <= stop; from the beginning, and up to now, by default.
+
+        Raises:
+            TimeError: `start` or `stop` is no time.
+        """
         return self.motor.steps(*self._window(start, stop))
 
     def position_at(self, times: Time | Sequence[Time] | NDArray[np.int64]) -> NDArray[np.int64] | int:
@@ -118,13 +130,15 @@ class OneAxis:
         return self.motor.position_at(instants) if isinstance(instants, int) else self.motor.positions_at(instants)
 
     def velocity_at(self, times: Time | Sequence[Time] | NDArray[np.int64]) -> NDArray[np.float64] | float:
-        """Return the velocity at instants of the past, in steps/s, negative counter-clockwise: a float for one instant,
-        (n,) float64 for many.
+        """Return the velocity at instants of the past, in steps/s, negative counter-clockwise.
 
         It is the one at which the chip plays its steps: 1/interval of the step in progress, and 0 in every rest.
 
         Args:
             times: "3 ms" or picoseconds, a list of them, or an array of int64 picoseconds.
+
+        Returns:
+            A float for one instant, (n,) float64 for many.
 
         Raises:
             UsageError: an instant is still to come.
@@ -144,7 +158,11 @@ class OneAxis:
         return Velocity(self.motor), Position(self.motor)
 
     def reaches(self, position: int) -> Condition:
-        """Condition: the position register has this value."""
+        """Return a condition: the position register has this value.
+
+        Raises:
+            UsageError: a value that the register cannot hold; the message gives its range.
+        """
         return ReachesCondition(self, position)
 
     @property
@@ -155,27 +173,37 @@ class OneAxis:
     def motions(self, start: Time | None = None, stop: Time | None = None) -> list[MotionStart]:
         """Return the motions that begin at start <= t <= stop; all of them by default.
 
-        Each names what began it, the rates in force, the ideal that it has followed, if the part defines one, and how
-        it has ended.
+        Each names what began it, the rates in force in steps/s, its ideal, if the part defines one, and how it ended.
+
+        Raises:
+            TimeError: `start` or `stop` is no time.
         """
         return self.motor.motions(*self._window(start, stop))
 
     @property
     def on_motion_begin(self) -> Hook[[MotionStart]]:
-        """Called with every motion of this axis as it begins."""
+        """The hook that is called with every motion of this axis as it begins."""
         return self.motor.log.on_begin
 
     @property
     def on_motion_end(self) -> Hook[[MotionEnd]]:
-        """Called with the end of every motion of this axis, as it comes."""
+        """The hook that is called with the end of every motion of this axis, as it comes."""
         return self.motor.log.on_end
 
     def marks(self, start: Time | None = None, stop: Time | None = None) -> list[Mark]:
-        """Return what else has happened to this axis at start <= t <= stop: commands in motion, limits, home."""
+        """Return other events of this axis at start <= t <= stop: commands in motion, limits, home; all by default.
+
+        Raises:
+            TimeError: `start` or `stop` is no time.
+        """
         return self.motor.marks(*self._window(start, stop))
 
     def phases(self, start: Time | None = None, stop: Time | None = None) -> list[tuple[int, int, str]]:
-        """Return the phases of the motions between two instants: begin and end in ps, and a label such as "up"."""
+        """Return the phases of the motions between two instants: begin and end in ps, and a label such as "up".
+
+        Raises:
+            TimeError: `start` or `stop` is no time.
+        """
         return self.motor.phases(*self._window(start, stop))
 
     def deviation(self, motion: MotionStart) -> Deviation:
@@ -193,8 +221,11 @@ class OneAxis:
         return 0 if start is None else moment(start), now if stop is None else min(moment(stop), now)
 
     def parameters(self) -> Parameters:
-        """What a plot names: rates in steps/s ("R = 80" -> 5978.0), and further parameters ("S" -> 200), as they were
-        in force in the latest motion; empty before there was one."""
+        """Return what a plot names, as it was in force in the latest motion; empty before there was one.
+
+        Returns:
+            Rates in steps/s ("R = 80" -> 5978.0), and further parameters ("S" -> 200).
+        """
         latest = self.motor.log.latest()
         return Parameters() if latest is None else Parameters(latest.rates, latest.notes)
 
@@ -208,10 +239,12 @@ class AxisOfChip(OneAxis):
 
     @property
     def motor(self) -> Axis:
+        """Position of the motor of this axis, now and in the past."""
         return self.chip.axes[self.number - 1]
 
     @property
     def registers(self) -> dict[str, int]:
+        """The manual's registers of this axis, by name in lower case."""
         return self.chip.registers_of(self.number)
 
     def __repr__(self) -> str:
@@ -290,10 +323,10 @@ class Chip(OneAxis):
 
     # ------------------------------------------------------------------------------------------------- public face
     def pin(self, name: str) -> Terminal:
-        """A pin by the manual's name in lower case.
+        """Return a pin by the manual's name in lower case.
 
         Raises:
-            UnknownName: with the names there are.
+            UnknownName: no such pin; the message lists those there are.
         """
         try:
             return self.pins[name]
@@ -317,22 +350,27 @@ class Chip(OneAxis):
         return False
 
     def step_nets(self) -> list[Net]:
-        """Outputs that show every step of a motor."""
+        """Return the nets of the outputs that show every step of a motor."""
         return [self.pins[row.name].net for row in self.sheet.pins if row.role == "step"]
 
     @property
     def motor(self) -> Axis:
+        """Position of the motor of axis 1, now and in the past."""
         return self.axes[0]
 
     def axis(self, number: int) -> OneAxis:
-        """Axis 1 ... of the chip; a part with one motor is its own axis 1."""
+        """Return an axis by its number, from 1; a part with one motor is its own axis 1.
+
+        Raises:
+            UnknownName: no such axis; the message says which there are.
+        """
         if isinstance(number, bool) or number not in range(1, len(self.axes) + 1):
             has = "one axis, number 1" if len(self.axes) == 1 else f"axes 1 to {len(self.axes)}"
             raise UnknownName(f"{self.name} ({self.sheet.part}) has {has}; not {number!r}")
         return self if len(self.axes) == 1 else AxisOfChip(self, number)
 
     def registers_of(self, number: int) -> dict[str, int]:
-        """The registers of one axis, of a chip that has several."""
+        """Return the registers of one axis, from 1, of a chip that has several."""
         raise NotImplementedError
 
     @property
@@ -346,7 +384,11 @@ class Chip(OneAxis):
         return None
 
     def at_instruction(self, address: int | None = None) -> Condition:
-        """Condition: from now on the instruction at an address begins; without one, any."""
+        """Return a condition: from now on the instruction at an address begins; without one, any.
+
+        Raises:
+            UsageError: not an address, 0 and up.
+        """
         return InstructionCondition(self, address)
 
     def program_rows(self) -> list[ProgramRow]:
@@ -354,18 +396,22 @@ class Chip(OneAxis):
         return []
 
     def listing(self) -> str:
-        """The stored program as text, with addresses."""
+        """Return the stored program as text, with addresses."""
         return ""
 
     def power(self, on: bool) -> None:
-        """Switch the supply."""
+        """Switch the supply on (True) or off (False).
+
+        Raises:
+            UsageError: neither of the two.
+        """
         raise NotImplementedError
 
     def check_switch(self, on: object) -> None:
-        """A supply is on or off.
+        """Check that a supply is told on or off.
 
         Raises:
-            UsageError: for anything else, such as "off", which would count as true.
+            UsageError: anything but True and False, such as "off", which would count as true.
         """
         if not isinstance(on, bool):
             raise UsageError(f"{self.name}: power({on!r}); allowed True, False")
@@ -375,7 +421,7 @@ class Chip(OneAxis):
         raise NotImplementedError
 
     def check_wiring(self) -> None:
-        """Time is about to pass for the chip: report inputs without pull-up that nobody drives (they read low)."""
+        """Report inputs without pull-up that nobody drives as findings: they read low.  Called before time passes."""
         for row in self.sheet.pins:
             net = self.pins[row.name].net
             if row.way == "in" and row.pull is None and net.tie is None and not net.drivers:
@@ -394,17 +440,17 @@ class Chip(OneAxis):
         return ""
 
     def finding(self, code: str, text: str) -> None:
-        """Keep what a host did wrong, or where the manual is silent."""
+        """Add a finding, now: what a host did wrong, or where the manual is silent."""
         found = Finding(self.kernel.now, self.name, code, text)
         self.findings.append(found)
         self.on_finding(found)
 
     def input(self, verb: str, *args: Any) -> None:
-        """Tell the outside that a user has told the chip something by one of its methods, as plain data."""
+        """Report to the outside that a user has called one of the chip's methods, as plain data."""
         self.kernel.outside.tell("input", part=self.name, verb=verb, args=list(args))
 
     def switched(self, on: bool) -> None:
-        """Tell that the supply is being switched."""
+        """Report that the supply is being switched."""
         self.kernel.outside.tell("power", chip=self.name, on=on)
         self.on_power(self, on)
 
@@ -418,16 +464,16 @@ class Chip(OneAxis):
 
     # ------------------------------------------------------------------------------------------- waits of a firmware
     def sync(self) -> None:
-        """Catch up with the kernel: the next clock tick at or after this instant."""
+        """Move to the next clock tick at or after this instant of the kernel."""
         self.tick = self.clock.ticks_from(self.kernel.now)
 
     async def ticks(self, number: int) -> None:
-        """Let clocks pass."""
+        """Let clocks of the crystal pass."""
         self.tick += number
         await until(self.kernel, self.clock.ps(self.tick))
 
     async def at_tick(self, tick: int) -> None:
-        """Wait for a tick of the crystal; one that is over costs nothing."""
+        """Wait for a tick of the crystal; return at once if it is over."""
         if tick > self.tick:
             self.tick = tick
             await until(self.kernel, self.clock.ps(tick))
@@ -450,18 +496,18 @@ class Chip(OneAxis):
             await until(self.kernel, self.clock.ps(self.tick))
 
     def outputs_reset(self) -> None:
-        """Every output to its level after reset, as the sheet lists it."""
+        """Drive every output to its level after reset, as the sheet lists it."""
         for row in self.sheet.pins:
             if row.reset is not None and row.name in self.drivers:
                 self.drivers[row.name].drive(row.reset)
 
     def waits(self, text: str) -> None:
-        """Say what the firmware waits for; `waiting` shows it."""
+        """Note what the firmware waits for, since when; `waiting` shows it."""
         self._waiting = (text, self.kernel.now)
 
     # -------------------------------------------------------------------------------------------------- firmware task
     async def run(self) -> None:
-        """The firmware, from reset on."""
+        """Run the firmware, from reset on; a chip brings its own."""
         raise NotImplementedError
 
     def start(self) -> None:

@@ -53,12 +53,15 @@ class Still(ClockEdges):
     """No edges: a level that stays."""
 
     def by(self, ps: int) -> int:
+        """Return how many edges there have been by an instant (ps), that instant included."""
         return 0
 
     def at(self, k: int) -> int | None:
+        """Return None: no edge comes."""
         return None
 
     def many(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of edges first ... last, all of which come: (n,) int64 ps, ascending."""
         import numpy as np
 
         return np.empty(0, np.int64)
@@ -71,12 +74,15 @@ class Even(ClockEdges):
         self.since, self.clock = since, Clock(rate)
 
     def by(self, ps: int) -> int:
+        """Return how many edges there have been by an instant (ps), that instant included."""
         return max(self.clock.ticks_until(ps - self.since), 0)
 
     def at(self, k: int) -> int | None:
+        """Return the instant of edge k (ps), rounded down to a whole picosecond."""
         return self.since + self.clock.ps(k)
 
     def many(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of edges first ... last, all of which come: (n,) int64 ps, ascending."""
         import numpy as np
 
         return self.since + self.clock.ps_array(np.arange(first, last + 1))
@@ -101,17 +107,21 @@ class Limited(ClockEdges):
             self.of.recount(ps)
 
     def by(self, ps: int) -> int:
+        """Return how many edges there have been by an instant (ps), that instant included."""
         until = self.until
         return self.of.by(ps if until is None or ps < until else until - 1)
 
     def at(self, k: int) -> int | None:
+        """Return the instant of edge k (ps), or an earlier one at which to ask again; None from `until` on."""
         time, until = self.of.at(k), self.until
         return time if time is None or until is None or time < until else None
 
     def many(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of edges first ... last, all of which come: (n,) int64 ps, ascending."""
         return self.of.many(first, last)
 
     def few(self, numbers: Iterable[int]) -> list[int]:
+        """Return the instants of some edges, all of which come, in ps."""
         return self.of.few(numbers)
 
 
@@ -122,16 +132,20 @@ class Later(ClockEdges):
         self.of, self.lag_ps = of, lag_ps
 
     def by(self, ps: int) -> int:
+        """Return how many edges there have been by an instant (ps), that instant included."""
         return self.of.by(ps - self.lag_ps)
 
     def at(self, k: int) -> int | None:
+        """Return the instant of edge k (ps), or an earlier one at which to ask again; None: it does not come."""
         time = self.of.at(k)
         return time if time is None else time + self.lag_ps
 
     def many(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of edges first ... last, all of which come: (n,) int64 ps, ascending."""
         return self.of.many(first, last) + self.lag_ps
 
     def few(self, numbers: Iterable[int]) -> list[int]:
+        """Return the instants of some edges, all of which come, in ps."""
         return [at + self.lag_ps for at in self.of.few(numbers)]
 
 
@@ -202,6 +216,7 @@ class Walked(ClockEdges):
                 self._strides.skipped(self._reached - stop)
 
     def by(self, ps: int) -> int:
+        """Return how many edges there have been by an instant (ps), that instant included."""
         self._walk(ps)
         start, first, _, times = self._held
         if ps >= self._reached:
@@ -219,6 +234,7 @@ class Walked(ClockEdges):
         self._held = (self._reached, self._found, self._found, ())
 
     def at(self, k: int) -> int | None:
+        """Return the instant of edge k (ps), or an earlier one at which to ask again; None: it does not come."""
         time: int | None = self._reached
         if k > self._found:
             for _ in range(LOOKS):
@@ -236,6 +252,7 @@ class Walked(ClockEdges):
         return int(found[0]) if len(found) else None  # it was promised, and is no more
 
     def many(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of edges first ... last, all of which come: (n,) int64 ps, ascending."""
         import numpy as np
 
         _, a, b, times = self._held

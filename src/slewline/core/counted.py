@@ -34,12 +34,15 @@ class Counted(View):
         self.clocked, self.of, self.levels = clock, of, levels
 
     def inputs(self) -> Iterable[Promise]:
+        """Return the promises that the view is made of."""
         return (self.of,) if promised(self.of) else ()
 
     def level_of(self, ps: int) -> Level:
+        """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
         return self.levels[self.clocked.by(ps) % len(self.levels)]
 
     def after_of(self, ps: int) -> int | None:
+        """Return when the level may change next, strictly after an instant (ps), as `Promise.after`."""
         levels, k = self.levels, self.clocked.by(ps)
         here = levels[k % len(levels)]
         for more in range(1, len(levels)):
@@ -48,6 +51,7 @@ class Counted(View):
         return None
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
         import numpy as np
 
         a, b = self.clocked.by(start), self.clocked.by(stop)
@@ -75,22 +79,26 @@ class Sampled(View):
         self.clocked, self.data, self.before = clock, data, before
 
     def inputs(self) -> Iterable[Promise]:
+        """Return the promises that the view is made of."""
         return (self.data,) if promised(self.data) else ()
 
     def _read(self, ps: int) -> int:
         return int((self.data.level(ps) if promised(self.data) else self.data) != 0)
 
     def taken(self, k: int) -> int:
-        """The level after k edges."""
+        """Return the level, 0 or 1, after k edges of the clock."""
         return self._read(int(self.clocked.many(k, k)[0])) if k else self.before
 
     def level_of(self, ps: int) -> Level:
+        """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
         return self.taken(self.clocked.by(ps))
 
     def after_of(self, ps: int) -> int | None:
+        """Return when the level may change next, strictly after an instant (ps), as `Promise.after`."""
         return self.clocked.at(self.clocked.by(ps) + 1)
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
         import numpy as np
 
         a, b = self.clocked.by(start), self.clocked.by(stop)

@@ -35,7 +35,7 @@ class Scale:
     bounds: tuple[Fraction, ...] = ()  # places in steps, ascending
 
     def of(self, unit: int) -> Marks:
-        """The same for places in parts, `unit` in a step."""
+        """Return the scale for places counted in parts, `unit` of them in a step."""
         ratio = self.per_step / unit
         bounds = tuple(-(-bound * unit // 1) for bound in self.bounds)
         return Marks(unit, ratio.numerator, ratio.denominator, bounds)
@@ -51,17 +51,17 @@ class Marks:
     bounds: tuple[int, ...]
 
     def count(self, place: int) -> int:
-        """The count at a place."""
+        """Return the count at a place (in parts of a step)."""
         if self.numerator:
             return place * self.numerator // self.denominator
         return bisect_right(self.bounds, place)
 
     def place(self, count: Any) -> Any:
-        """The lowest place with a count, or with those of an int64 array."""
+        """Return the lowest place (in parts) with a count, or the places of an int64 array of counts."""
         return -(-count * self.denominator // self.numerator) if self.numerator else self.bounds[count - 1]
 
     def within(self, count: int) -> bool:
-        """Is there such a count, above the lowest one?"""
+        """Return whether a count is on the scale, above its lowest one."""
         return bool(self.numerator) or 1 <= count <= len(self.bounds)
 
 
@@ -72,17 +72,17 @@ class Counter(Protocol):
     """What a course passes on a scale; whoever turns a shaft in another way brings one of its own."""
 
     def at(self, ps: int) -> int:
-        """The count that is shown at an instant."""
+        """Return the count that is shown at an instant (ps)."""
 
     def after(self, ps: int) -> int | None:
-        """When it changes next, after an instant, or an instant at which to ask again; None: as things stand never."""
+        """Return when the count changes next (ps), or an instant at which to ask again; None: as things stand never."""
 
     def between(self, start: int, stop: int) -> Shown:
-        """What has been shown at start < t <= stop, the last committed instant at most.
+        """Return what has been shown at start < t <= stop (ps), the last committed instant at most.
 
         Returns:
             The count before, the instants of its changes, ascending, and the counts from there on: two lists, or two
-            int64 arrays.
+                int64 arrays.
         """
 
 
@@ -157,7 +157,7 @@ class StepCounter:
 
     # ------------------------------------------------------------------------------------------------------- questions
     def at(self, ps: int) -> int:
-        """The count that is shown at an instant."""
+        """Return the count that is shown at an instant (ps)."""
         return self._after_changes(self._shown(ps), ps)
 
     def _after_changes(self, j: int, ps: int) -> int:
@@ -170,7 +170,7 @@ class StepCounter:
         return counts[over - 1] if over else self.before
 
     def after(self, ps: int, changes: int = 1) -> int | None:
-        """When the count changes next, after an instant; or, of `changes`, the last, if no others are on their way."""
+        """Return when the count changes next (ps); or, of `changes`, the last, if no others are under way."""
         j = self._shown(ps)
         times = self.coming[0]
         over = bisect_right(times, ps)
@@ -180,7 +180,12 @@ class StepCounter:
         return due if due is not None and due <= times[over] else times[over]
 
     def between(self, start: int, stop: int) -> Shown:
-        """What has been shown at start < t <= stop: the count before, the changes, and the counts from there on."""
+        """Return what has been shown at start < t <= stop (ps), the last committed instant at most.
+
+        Returns:
+            The count before, the instants of its changes, ascending, and the counts from there on: two lists, or two
+                int64 arrays.
+        """
         recent = self._recent
         if recent is not None and recent[:2] == (start, stop):
             return recent[3]
@@ -223,7 +228,7 @@ class StepCounter:
 
     # ------------------------------------------------------------------------------------------------ from here on
     def onward(self, ps: int) -> StepCounter:
-        """The same from an instant on; what the drive does afterwards may still change."""
+        """Return a counter that begins at an instant (ps); what the drive does afterwards may still change."""
         course = self.course.onward(ps)
         held = self.coming[0]
         over = self._changes(self.course.edges(ps))
@@ -235,7 +240,7 @@ class StepCounter:
         return StepCounter(course, self.scale, self.lag_ps, self.at(ps), coming, self.marks)
 
     def on(self, course: Course, now: int) -> StepCounter:
-        """The same on a course that begins where this one has come to, or to where the shaft was pushed at `now`."""
+        """Return a counter for a course that continues this one, or begins where the shaft was pushed at `now` (ps)."""
         after = StepCounter(course, self.scale, self.lag_ps, self.before, self.coming, self.marks)
         by = after.count - self.count
         if by:
@@ -260,7 +265,7 @@ class Code:
         return self.levels[count % len(self.levels)]
 
     def distance(self, count: int, sign: int) -> int:
-        """From a count to the next one with another level, forward (1) or back (-1)."""
+        """Return how far the next count with another level is from a count, forward (1) or back (-1)."""
         size, at = len(self.levels), count % len(self.levels)
         turns = self._turns
         if sign > 0:
@@ -292,10 +297,14 @@ class Channel:
         self.counter, self.code = counter, code
 
     def level(self, ps: int) -> int:
+        """Return the level at an instant (ps), edges at that instant included."""
         return self.code[self.counter.at(ps)]
 
     def after(self, ps: int) -> int | None:
-        """The next edge, or where to look for it: the counts of a shaft that is too fast may jump for ever."""
+        """Return the next edge (ps), or an earlier instant at which to ask again; None: as things stand never.
+
+        The counts of a shaft that is too fast may jump for ever without an edge.
+        """
         counter, code, time = self.counter, self.code, ps
         count = counter.at(ps)
         here = code[count]
@@ -310,7 +319,7 @@ class Channel:
         return time
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Edges at start < t <= stop: two lists, or two arrays (int64 ps, int8 levels)."""
+        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
         before, times, counts = self.counter.between(start, stop)
         levels = self.code.levels
         level, size = self.code[before], len(levels)
@@ -345,7 +354,7 @@ class Zone:
         return None in self.levels
 
     def closed_at(self, ps: int) -> bool:
-        """Is the switch closed at an instant?"""
+        """Return whether the switch is closed at an instant (ps)."""
         before, _, counts = self.counter.between(self.since, max(ps, self.since))
         return self._after([before, *counts])
 
@@ -353,14 +362,15 @@ class Zone:
         return next((closed for n in reversed(counts) if (closed := self.says[n]) is not None), self.closed)
 
     def level(self, ps: int) -> Level:
+        """Return the level at an instant (ps), edges at that instant included."""
         return self.levels[self.closed_at(ps)]
 
     def after(self, ps: int) -> int | None:
-        """When the count changes next: there is no edge before."""
+        """Return when the count changes next (ps), before which there is no edge; None: as things stand never."""
         return self.counter.after(ps)
 
     def edges(self, start: int, stop: int) -> tuple[list[int], list[Level]]:
-        """Edges at start < t <= stop, as two lists."""
+        """Return the edges at start < t <= stop (ps), as two lists."""
         closed = self.closed_at(start)
         _, times, counts = self.counter.between(start, stop)
         levels = []

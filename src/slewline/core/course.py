@@ -36,12 +36,15 @@ class Once(Still):
         self.ps = ps
 
     def by(self, ps: int) -> int:
+        """Return how many edges there have been by an instant (ps), that instant included."""
         return int(ps >= self.ps)
 
     def at(self, k: int) -> int | None:
+        """Return the instant of edge k (ps); None for any but the first."""
         return self.ps if k == 1 else None
 
     def many(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of edges first ... last, all of which come: (n,) int64 ps, ascending."""
         import numpy as np
 
         return np.array([self.ps][first - 1 : last], np.int64)
@@ -54,12 +57,15 @@ class Made(Still):
         self.times = times
 
     def by(self, ps: int) -> int:
+        """Return how many edges there have been by an instant (ps), that instant included."""
         return bisect_right(self.times, ps)
 
     def at(self, k: int) -> int | None:
+        """Return the instant of edge k (ps); None: it has not been made."""
         return self.times[k - 1] if k <= len(self.times) else None
 
     def many(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of edges first ... last, all of which come: (n,) int64 ps, ascending."""
         import numpy as np
 
         return np.array(self.times[first - 1 : last], np.int64)
@@ -68,11 +74,11 @@ class Made(Still):
 # ------------------------------------------------------------------------------------------------------- the course
 @dataclass(slots=True)
 class Course:
-    """Where a shaft is from an instant on, in parts of a step.
+    """A piece of motion of a shaft, valid from an instant until another course replaces it.
 
-    With each edge of `drive` after `since` it moves by `step` parts, the way `sign` says, once `slack` parts are taken
-    up: play, or what it slips.  It makes no more than `room` of these steps: then it stands at a stop, and the others
-    are lost.
+    Places are counted in parts of a step, `unit` of them in a step. With each edge of `drive` after `since` the shaft
+    moves by `step` parts in the direction of `sign`, once `slack` parts are taken up: play, or slip. It makes at most
+    `room` of these steps: then it stands at a stop, and further edges are lost.
     """
 
     drive: ClockEdges = field(default_factory=Still)
@@ -90,38 +96,38 @@ class Course:
 
     # ------------------------------------------------------------------------------------------------------- questions
     def edges(self, ps: int) -> int:
-        """How many edges of this course there have been by an instant, lost ones included."""
+        """Return how many edges of this course there have been by an instant (ps), lost ones included."""
         return max(0, self.drive.by(ps) - self.first)
 
     def moved(self, k: int) -> int:
-        """By how many parts its first k edges move the shaft."""
+        """Return by how many parts its first k edges move the shaft."""
         if self.room is not None:
             k = min(k, self.room)
         return max(0, k * self.step - self.slack)
 
     def at(self, ps: int) -> int:
-        """The place at an instant, in parts."""
+        """Return the place at an instant (ps), in parts of a step."""
         return self.place + self.sign * self.moved(self.edges(ps))
 
     def steps_at(self, ps: int) -> Fraction:
-        """The place at an instant, in steps."""
+        """Return the place at an instant (ps), in steps."""
         return Fraction(self.at(ps), self.unit)
 
     def edge_by(self, parts: int) -> int | None:
-        """The edge of this course with which the shaft has moved by so many parts, more than 0; None: none has."""
+        """Return the number of the edge by which the shaft has moved so many parts, 1 and more; None: no edge does."""
         k = -(-(parts + self.slack) // self.step)
         return k if self.room is None or k <= self.room else None
 
     def when(self, k: int) -> int | None:
-        """The instant of edge k of this course, or an earlier one at which to ask again; None: it does not come."""
+        """Return the instant of edge k of this course (ps), or one at which to ask again; None: it does not come."""
         return self.drive.at(self.first + k)
 
     def lost(self, ps: int) -> int:
-        """How many edges have been lost at a stop by an instant."""
+        """Return how many edges have been lost at a stop by an instant (ps)."""
         return 0 if self.room is None else max(0, self.edges(ps) - self.room)
 
     def places(self, times: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Places at some instants of this course, in steps: (n,) float64."""
+        """Return the places at instants of this course (int64 ps), in steps: (n,) float64."""
         import numpy as np
 
         edges = self.edges(int(times.max(initial=self.since)))
@@ -132,7 +138,7 @@ class Course:
         return self._places(k)
 
     def changes(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """The steps that it makes at start < t <= stop: (n,) int64 ps, and (n,) float64 places from there on."""
+        """Return the steps at start < t <= stop: (n,) int64 ps, and the places from there on, (n,) float64 steps."""
         import numpy as np
 
         first, last = self.edges(start) + 1, self.edges(stop)
@@ -156,14 +162,14 @@ class Course:
 
     # ------------------------------------------------------------------------------------------------ from here on
     def onward(self, ps: int) -> Course:
-        """The same from an instant on; what the drive does afterwards may still change."""
+        """Return the course from an instant (ps) on; what the drive does afterwards may still change."""
         k = self.edges(ps)
         place, slack = self.place + self.sign * self.moved(k), max(0, self.slack - k * self.step)
         room = None if self.room is None else max(0, self.room - k)
         return Course(self.drive, ps, place, self.sign, self.step, self.unit, slack, room)
 
     def within(self, low: Fraction | None, high: Fraction | None) -> Course:
-        """The same with stops at two places, in steps, None being none."""
+        """Return the course with hard stops at two places, in steps; None: no stop on that side."""
         stop = high if self.sign > 0 else low
         if stop is None:
             return self if self.room is None else replace(self, room=None)
@@ -171,13 +177,13 @@ class Course:
         return replace(self, room=max(0, int((ahead + self.slack) // self.step)))
 
     def refined(self, times: int) -> Course:
-        """The same in parts so many times as small."""
+        """Return the course in parts that are smaller by a whole factor."""
         return replace(
             self, place=self.place * times, step=self.step * times, unit=self.unit * times, slack=self.slack * times
         )
 
     def geared(self, ratio: Fraction) -> Course:
-        """The course of a shaft that turns `ratio` times as far, less than 0: the other way."""
+        """Return the course of a shaft behind a gear: it turns `ratio` times as far, negative: the other way."""
         n, d = abs(ratio.numerator), ratio.denominator
         sign = 1 if ratio > 0 else -1
         return replace(
@@ -187,5 +193,5 @@ class Course:
 
 
 def common(one: Course, unit: int) -> Course:
-    """A course in parts of which both its own and others of `unit` in a step are whole multiples."""
+    """Return the course in parts that divide both its own and others of `unit` in a step."""
     return one if one.unit % unit == 0 else one.refined(lcm(one.unit, unit) // one.unit)

@@ -67,10 +67,12 @@ class SCurve:
         return self.pieces[bisect_right(self.cycles, k) - 1]
 
     def travel(self, i: int) -> int:
+        """Return the distance before cycle i, in 1/65536 step, rounded down."""
         k = self.first + i
         return (self._piece(k).covered(k) >> PLACES) - self.start
 
     def velocity(self, i: int) -> int:
+        """Return the velocity in cycle i, in 1/65536 step per cycle, rounded down."""
         k = self.first + i
         return self._piece(k).displaced(k) >> PLACES
 
@@ -79,9 +81,11 @@ class SCurve:
         return self._piece(self.first + i).phase
 
     def travels(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the distances before many cycles, any order, in 1/65536 step: int64, shape as `i`."""
         return self._sums(i, 0) - self.start
 
     def velocities(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the velocities in many cycles, any order, in 1/65536 step per cycle: int64, shape as `i`."""
         return self._sums(i, 1)
 
     def phases(self, i: NDArray[np.int64]) -> NDArray[np.int8]:

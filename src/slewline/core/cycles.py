@@ -44,10 +44,10 @@ NEAREST_BITS = 0x4338 << 48
 # ------------------------------------------------------------------------------------------------------------- answers
 @dataclass(frozen=True)
 class Cycles:
-    """Cycles of an axis, so many per second: their numbers, the instants of their begins in ps, the targets there in
-    1/65536 step, target velocities in 1/65536 step per cycle, and the phases of S-curves (0: none).
+    """The targets of an axis cycle by cycle, `rate` cycles a second; all arrays (n,) int64, phases int8.
 
-    All (n,); int64, phases int8.
+    Numbers of the cycles, instants of their begins in ps, targets there in 1/65536 step, target velocities in 1/65536
+    step per cycle, and phases of S-curves, 1 to 7 (0: none).
     """
 
     per_second: float
@@ -88,16 +88,19 @@ class Law(Protocol):
         """Does the displacement only rise, or only fall, by as much from each cycle to the next?"""
 
     def travel(self, i: int) -> int:
-        """Distance before cycle i."""
+        """Return the distance before cycle i, in 1/65536 step."""
 
     def travels(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Distances before many cycles, any order: shape as `i`."""
+        """Return the distances before many cycles, any order, in 1/65536 step: int64, shape as `i`."""
 
     def velocity(self, i: int) -> int:
-        """The displacement of cycle i; what a curve has to round is left out of it, so that it changes evenly."""
+        """Return the velocity in cycle i, in 1/65536 step per cycle.
+
+        What a curve has to round in a cycle is left out of it, so that it changes evenly.
+        """
 
     def velocities(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
-        """The same of many cycles, any order: shape as `i`."""
+        """Return the velocities in many cycles, any order, in 1/65536 step per cycle: int64, shape as `i`."""
 
 
 class Linear:
@@ -111,13 +114,13 @@ class Linear:
         self.steady = 0 if change else speed
 
     def travel(self, i: Any) -> Any:
-        """Distance before cycle i, or before each cycle of an array."""
+        """Return the distance before cycle i, or before each cycle of an array, in 1/65536 step."""
         return i * self.speed + i * (i - 1) // 2 * self.change
 
     travels = travel
 
     def velocity(self, i: Any) -> Any:
-        """The displacement of cycle i, or of each cycle of an array."""
+        """Return the displacement of cycle i, or of each cycle of an array, in 1/65536 step."""
         return self.speed + i * self.change
 
     velocities = velocity
@@ -148,17 +151,18 @@ class CycleTrain(Train):
 
     @property
     def halves(self) -> CycleTrain:
-        """The same movement in half steps: PULSE rises at even ones and falls at odd ones, counting from 0."""
+        """The movement in half steps: PULSE rises at even ones and falls at odd ones, counting from 0."""
         return CycleTrain(self.clock, self.origin, self.law, self.cycles, self.lead, self.cycle, self.unit // 2)
 
     def positions(self, i: int, j: int) -> NDArray[np.int64]:
-        """Positions at the begins of cycles i ... j-1: (n,) int64, in 1/65536 step, counted as `lead` is."""
+        """Return the positions at the begins of cycles i ... j-1: (n,) int64, in 1/65536 step, counted as `lead` is."""
         import numpy as np
 
         return self.lead + self.law.travels(np.arange(i, j))
 
     # ------------------------------------------------------------------------------------------------------ questions
     def begin(self, k: int) -> int:
+        """Return the tick at which step k begins; k = `steps` gives the end of the train."""
         distance = (k + 1) * self.unit - self.lead
         i, before, after = self._near
         if not before < distance <= after:
@@ -170,6 +174,7 @@ class CycleTrain(Train):
         return self.origin + i * self.cycle - (before - distance) * self.cycle // (after - before)
 
     def begun_by(self, tick: int) -> int:
+        """Return how many steps have begun by a tick, that tick included."""
         i, part = divmod(tick - self.origin, self.cycle)
         if i < 0:
             return 0
@@ -179,6 +184,7 @@ class CycleTrain(Train):
         return max((self.lead + before + (after - before) * part // self.cycle) // self.unit, 0)
 
     def begun_by_many(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return how many steps have begun by ticks since `origin`, any order: (n,) int64."""
         import numpy as np
 
         i, part = np.divmod(ticks, self.cycle)
@@ -189,6 +195,11 @@ class CycleTrain(Train):
         return np.where(ticks < 0, 0, np.maximum(n, 0))
 
     def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Return the velocities from tick `since` to before tick `to`, both since `origin`.
+
+        Returns:
+            Ticks since `origin` (n,) int64, ascending, the first is `since`; steps/s from each to the next, float64.
+        """
         import numpy as np
 
         i, j = since // self.cycle, -(-to // self.cycle)
@@ -199,6 +210,7 @@ class CycleTrain(Train):
         return ticks, np.diff(self.law.travels(np.arange(i, j + 1))) * self.clock.hz / (self.cycle * self.unit)
 
     def extremes(self, since: int, to: int) -> tuple[list[int], list[float]]:
+        """Return of the velocities the first, a lowest, a highest and the last: ticks since `origin`, and steps/s."""
         if not self.law.even:
             return super().extremes(since, to)
         i, j = since // self.cycle, (to - 1) // self.cycle
@@ -206,9 +218,11 @@ class CycleTrain(Train):
         return ([since, j * self.cycle], [first, last]) if j > i else ([since], [first])
 
     def pieces(self, since: int, to: int) -> int:
+        """Return how many velocities there are between two ticks since `origin`, within one."""
         return 1 if self.law.steady else (to - since) // self.cycle + 1
 
     def rests(self, until: int) -> int:
+        """Return the tick since `origin` at which a train cut off at `until` (ps) comes to rest."""
         return min(max(self.clock.ticks_from(until - 1) - self.origin, 0), self.length)
 
     def _cycle(self, distance: int) -> int:
@@ -226,6 +240,7 @@ class CycleTrain(Train):
 
     # --------------------------------------------------------------------------------------------------------- arrays
     def begin_ticks(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
+        """Return the begins of steps first ... last-1: (n,) int64, ticks since `origin`, ascending."""
         import numpy as np
 
         last = self.steps if last is None else min(last, self.steps)
@@ -237,6 +252,12 @@ class CycleTrain(Train):
     def begins(
         self, first: int = 0, last: int | None = None, out: NDArray[np.int64] | None = None
     ) -> NDArray[np.int64]:
+        """Return the begins of steps first ... last-1: (n,) int64 ps, ascending.
+
+        Args:
+            first, last: numbers of steps, from 0.
+            out: a buffer of that length or longer, whose beginning is returned.
+        """
         import numpy as np
 
         last = self.steps if last is None else min(last, self.steps)
@@ -321,6 +342,7 @@ class SquareView:
 
     @property
     def until(self) -> int | None:
+        """The instant before which the promise holds (ps); None: for good."""
         return self.of.until
 
     def clock(self, level: int, since: int) -> ClockEdges:
@@ -345,10 +367,12 @@ class SquareView:
         return self.halves.begins(2 * (first - 1 + high), 2 * (last + high) - 1)[::2]
 
     def level(self, ps: int) -> int:
+        """Return the level at an instant (ps), edges at that instant included."""
         over = self.halves.begun(self.of.bounded(ps))
         return over % 2 if over else int(self.high)
 
     def after(self, ps: int) -> int | None:
+        """Return when the level may change next, strictly after an instant (ps); None: as things stand never."""
         halves = self.halves
         k = max(halves.begun(ps), int(self.high))  # what is high does not rise
         if k >= halves.steps:
@@ -357,7 +381,7 @@ class SquareView:
         return time if self.of.until is None or time < self.of.until else None
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
+        """Return the edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
         import numpy as np
 
         a = max(self.halves.begun(start), int(self.high))

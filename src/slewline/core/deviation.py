@@ -14,8 +14,10 @@ if TYPE_CHECKING:
 
 
 class Deviation(NamedTuple):
-    """By how much a motion leaves its ideal at most, in steps and steps/s, and where (ps); positive: it is ahead in
-    clockwise direction, or faster."""
+    """The greatest distances of a motion from its ideal, in steps and steps/s, each with its instant (ps).
+
+    Positive: it is ahead in clockwise direction, or faster.
+    """
 
     position: float
     position_ps: int

@@ -65,12 +65,14 @@ class Staircase(Quantity):
         self._values, self._changes, self._turns = values, changes, turns
 
     def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the values at instants of the past (ps), any order: float64, shape as `times_ps`."""
         last = int(times_ps.max(initial=0))
         if last > self.kernel.now:
             raise UsageError(f"{self.name}: {readable(last)} is still to come; it is {readable(self.kernel.now)}")
         return self._values(times_ps)
 
     def changes(self, start: int, stop: int) -> Outline:
+        """Return every change at start < t <= stop (ps), the value at `start` before them."""
         import numpy as np
 
         times, values = self._changes(start, min(stop, self.kernel.now))
@@ -78,6 +80,7 @@ class Staircase(Quantity):
         return Outline(np.append(start, times), np.append(first, values))
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
+        """Return what a picture of so many columns shows of start <= t <= stop (ps)."""
         import numpy as np
 
         if self._turns is None:
@@ -103,6 +106,7 @@ class Lines(Staircase):
     held = False
 
     def changes(self, start: int, stop: int) -> Outline:
+        """Return every change at start < t <= stop (ps), the value at `start` before them."""
         import numpy as np
 
         stop = min(stop, self.kernel.now)
@@ -112,6 +116,7 @@ class Lines(Staircase):
         return Outline(times, values)
 
     def staircase(self, start: int, stop: int) -> Outline:
+        """Return every point at start < t <= stop (ps), each value held until the next one."""
         import numpy as np
 
         times, values = self._changes(start, min(stop, self.kernel.now))
@@ -168,7 +173,7 @@ class History:
             self._bound()
 
     def note_many(self, times_ps: Any, values: Any) -> None:
-        """The same for ascending instants in ps, all of them after the one noted last: two lists, or two arrays."""
+        """Note many values: ascending instants in ps, all later than the last one noted; two lists, or two arrays."""
         if isinstance(times_ps, list):
             self._times.extend(times_ps)
             self._held.extend(values)

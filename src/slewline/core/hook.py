@@ -39,6 +39,7 @@ class Hook(Generic[P]):
         return bool(self.listeners)
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> None:
+        """Call every listener."""
         listeners = self.listeners
         for listener in listeners:
             if self.listeners is listeners or listener in self.listeners:

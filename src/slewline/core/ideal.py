@@ -1,8 +1,8 @@
-"""The ideal of a motion: the law of a part over continuous time, without the rounding to steps, clocks or cycles.
+r"""The ideal of a motion: the law of a part over continuous time, without the rounding to steps, clocks or cycles.
 
 velocity   ______
-          /|    |\\        pieces in which the jerk is constant: a trapezoid has three, an S-curve seven, a table of
-        _/ |    | \\_      rates one between each pair of entries
+          /|    |\        pieces in which the jerk is constant: a trapezoid has three, an S-curve seven, a table of
+        _/ |    | \_      rates one between each pair of entries
   piece 0  | 1  |  2
 """
 

@@ -32,7 +32,7 @@ class Shuffler(Protocol):
 
 
 class Task:
-    """A coroutine on the kernel.  `value` is what its next resumption returns: the net that woke it; None: time did."""
+    """A coroutine on the kernel; `value` is what its next resumption returns: the net that woke it, None for a time."""
 
     __slots__ = ("alive", "coroutine", "is_net", "name", "send", "token", "value")
 
@@ -61,6 +61,7 @@ class Call:
         self.function, self.token, self.value, self.alive, self.is_net = function, 0, None, True, False
 
     def send(self, _value: None) -> None:
+        """Call the function (the kernel resumes it as it does a task)."""
         self.function()
 
     def __repr__(self) -> str:
@@ -68,8 +69,11 @@ class Call:
 
 
 class CommitHook(Hook[[int]]):
-    """The hook of committed time.  A run looks once whether anybody listens; who is first to do so in the middle of it
-    leaves a mark in the heap, so that an instant costs nothing more while nobody listens."""
+    """The hook of committed time.
+
+    A run looks once whether anybody listens; who is first to do so in the middle of it leaves a mark in the heap, so
+    that an instant costs nothing more while nobody listens.
+    """
 
     __slots__ = ("kernel", "mark")
 
@@ -79,6 +83,7 @@ class CommitHook(Hook[[int]]):
         self.mark.token = 1  # an entry with another token is stale: it is dropped, never called
 
     def add(self, listener: Callable[[int], object]) -> Callable[[int], object]:
+        """Call a function with every committed instant (ps) from now on; return it, for `remove`."""
         kernel = self.kernel
         if kernel.running and not self.listeners:
             heappush(kernel.heap, (kernel.now, next(kernel.order), self.mark, 0))
@@ -86,10 +91,11 @@ class CommitHook(Hook[[int]]):
 
 
 class Kernel:
-    """Virtual time.  `now` is the instant being run, `seen` the last instant whose changes are visible.
+    """Virtual time, in picoseconds: `now` is the instant being run, `seen` the last one whose changes are visible.
 
-    `on_commit` hears how far time has been run: an instant is quiet, or a run ends without an event.  What lies before
-    that instant is final; at the instant itself something may still be put in from outside, and then it is told again.
+    `on_commit` is called with the instant up to which time has been run: an instant is quiet, or a run ends without an
+    event. What lies before that instant is final; at the instant itself an input from outside may still follow, and
+    then it is called again.
     """
 
     def __init__(self, shuffle: Shuffler | None = None) -> None:
@@ -126,7 +132,7 @@ class Kernel:
         heappush(self.heap, (ps, next(self.order), task, task.token))
 
     def next_time(self) -> int | None:
-        """When the next thing happens if nobody interferes; None: never."""
+        """Return the instant of the next event if nobody interferes (ps); None: there is none."""
         heap = self.heap
         while heap and heap[0][2].token != heap[0][3]:
             heappop(heap)
@@ -145,7 +151,7 @@ class Kernel:
                 self._rest()
 
     def run(self, until: int) -> None:
-        """Run everything up to and including an instant, and stand there."""
+        """Run everything up to and including an instant (ps), which is then the present one."""
         self.run_while(None, until)
         if until > self.now:
             self.now = self.seen = until
@@ -157,7 +163,7 @@ class Kernel:
                     self._rest()
 
     def run_while(self, over: Callable[[], bool] | None, until: int) -> bool:
-        """Run whole instants, none later than `until`, until `over` says so; false when it does.
+        """Run whole instants, none later than `until` (ps), until `over` returns true; return false when it does.
 
         Raises:
             UsageError: the call comes from within a run.
@@ -322,7 +328,7 @@ class Kernel:
                 net.schedule(time)
 
     def current(self) -> Task:
-        """The task that is running; waiting is only possible inside one."""
+        """Return the task that is running; only inside one is it possible to wait."""
         if self.task is None:
             raise SlewlineError("only a task of the kernel can wait")
         return self.task

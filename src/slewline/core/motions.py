@@ -1,5 +1,4 @@
-"""What an axis tells of its motions: when each begins, by what, at which rates, when and why it ends, and what else
-happens.
+"""The motions of an axis: when each begins, by what, at which rates, when and why it ends, and other events.
 
     command      MotionStart               Mark            MotionEnd        MotionStart
        |             |                       |                |                  |

@@ -26,7 +26,7 @@ __all__ = ["Bus", "Driver", "Level", "Net", "Promise", "Wave"]
 
 
 class Driver:
-    """One output on a net.  What it is told takes effect at the end of the round."""
+    """One output on a net.  A level that it is given takes effect at the end of the round."""
 
     __slots__ = ("kernel", "level", "name", "net", "next", "pending", "promise", "source")
 
@@ -41,7 +41,7 @@ class Driver:
         net.sort_drivers()
 
     def drive(self, level: Level) -> None:
-        """Put a level on the net; None lets go."""
+        """Put a level, 0 or 1, or a promise on the net; None releases it."""
         self.next = level
         if not self.pending:
             self.pending = True
@@ -53,7 +53,7 @@ class Driver:
         self.drive(promise)
 
     def wave(self, before: Level, times: tuple[int, ...], levels: tuple[Level, ...]) -> None:
-        """Promise edges that all lie in the future, `before` being what this output shows until then.
+        """Promise edges (ps, level) that all lie in the future; until the first one the output shows `before`.
 
         Nobody can see them yet, so the promise takes effect at once.
         """
@@ -71,13 +71,13 @@ class Driver:
                 net.follow()
 
     def renew(self) -> None:
-        """`until` of the promise has moved: whoever watches or samples the net must hear of it."""
+        """Report that `until` of the promise has moved, to whoever watches or samples the net."""
         net = self.net
         if (net.waiters or net.observers or net.latched or net.samplers or net.joined) and not self.pending:
             self.drive(self.promise)
 
     def take(self) -> None:
-        """Commit what was told (called by the kernel)."""
+        """Commit the pending level (called by the kernel)."""
         hub, told = self.net, self.next
         nets = hub.joined or (hub,)
         if self.promise is None and told == self.level:
@@ -99,7 +99,7 @@ class Driver:
             net.token += 1
 
     def at(self, ps: int) -> Level:
-        """What this output shows at an instant."""
+        """Return what this output shows at an instant (ps): 0, 1, or None while it floats."""
         return self.level if self.promise is None else self.promise.level(ps)
 
 
@@ -116,7 +116,10 @@ class Joint:
 
 
 class Net:
-    """A wire.  `level` is what a reader sees now; `changes` and `changed_at` latch the edges of a watched net."""
+    """A wire: `level` is what a reader sees now.
+
+    While it is watched, `changes` counts its edges, and `changed_at` (ps) is the instant of the last one.
+    """
 
     __slots__ = (
         "_log", "active", "blamed_ps", "changed_at", "changes", "clash", "drivers", "hub", "is_net", "joined", "kernel",
@@ -187,7 +190,7 @@ class Net:
         return level, clash
 
     def resolve(self, ps: int) -> Level:
-        """Level at an instant, from all drivers, the tie and the pull."""
+        """Return the level at an instant (ps), from all drivers, the tie and the pull."""
         level: Level = None
         clash = False
         for driver in self.active:
@@ -221,7 +224,7 @@ class Net:
         return shown.edges(start, stop) if promised(shown := self.shown()) else ([], [])
 
     def levels_before(self, instants: list[int]) -> list[Level]:
-        """The levels just before some instants, under the present promises."""
+        """Return the levels just before some instants (ps), under the present promises."""
         if len(self.active) != 1 or (promise := self.active[0].promise) is None:
             return [self.resolve(ps - 1) for ps in instants]
         if type(promise) is Wave and promise.until is None:
@@ -240,12 +243,12 @@ class Net:
             self.hub.on_conflict(self.hub)
 
     def rest(self) -> None:
-        """Take the level of tie and pull again after they changed."""
+        """Refresh the level of an idle wire after its tie or pull has changed."""
         if not self.drivers:
             self.value = self.tie if self.tie is not None else self.pull
 
     def update(self, ps: int) -> bool:
-        """Commit: take the level of an instant; true if it changed (called by the kernel)."""
+        """Commit the level of an instant (ps) and return whether it changed (called by the kernel)."""
         active, promise = self.active, self.promise
         if len(active) == 1:
             new = active[0].level if promise is None else promise.level(ps)
@@ -298,7 +301,7 @@ class Net:
                 heappush(self.kernel.heap, (time, next(self.kernel.order), self, self.token))
 
     def tell(self) -> None:
-        """Wake whoever waits for the new level (called by the kernel)."""
+        """Wake the tasks that wait for the new level (called by the kernel)."""
         waiters = self.waiters
         if waiters:
             value = self.value
@@ -318,28 +321,28 @@ class Net:
             observer(self)
 
     def watch(self, observer: Callable[[Net], object]) -> None:
-        """Call a function after every change, before the tasks of the next round run."""
+        """Register a callback, called with the net after every change, before the tasks of the next round run."""
         self.observers.append(observer)
         if self.promise is not None:
             self.follow()
 
     def unwatch(self, observer: Callable[[Net], object]) -> None:
-        """No longer call a function."""
+        """Remove a callback of `watch`."""
         self.observers.remove(observer)
 
     def sample(self, sampler: Callable[[], object]) -> None:
-        """Call a function before any driver of this net replaces what it has promised or driven so far."""
+        """Register a callback that is run just before a driver of this net replaces its waveform."""
         self.samplers.append(sampler)
         self.plain = None
 
     def unsample(self, sampler: Callable[[], object]) -> None:
-        """No longer call it."""
+        """Remove a callback of `sample`."""
         self.samplers.remove(sampler)
         if not self.samplers:
             self.sort_drivers()
 
     def join(self, other: Net) -> None:
-        """Make two nets one wire, at the end of this round.  Ties end: something is wired."""
+        """Make two nets one wire, at the end of this round.  Fixed levels of both (ties) end: something is wired."""
         one, two = self.hub, other.hub
         if one is two:
             return
@@ -375,6 +378,7 @@ class Bus(Net):
 
     @staticmethod
     def wired(levels: Iterable[Level]) -> tuple[Level, bool]:
+        """Return what drivers of eight wires, each (mask, value), add up to, and whether two disagree on a wire."""
         level: Level = None
         clash = False
         for own in levels:
@@ -394,7 +398,7 @@ class Bus(Net):
         return 0xFF if level is None else int(level[1] | ~level[0] & 0xFF)
 
     def bit(self, number: int) -> int | None:
-        """The level of one wire, None while nobody drives it."""
+        """Return the level of wire 0 to 7, None while nobody drives it."""
         level = self.level
         if level is None or not level[0] >> number & 1:
             return None

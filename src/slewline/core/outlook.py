@@ -36,7 +36,7 @@ class Outlook:
         pin.net.sample(changed)
 
     def close(self) -> None:
-        """No longer be told."""
+        """Stop calling `changed`."""
         self.pin.net.unsample(self.changed)
 
     @property
@@ -53,7 +53,7 @@ class Outlook:
         return self._shown
 
     def level(self, ps: int) -> Level:
-        """Level at an instant from now on, or of what is committed."""
+        """Return the level at an instant (ps), present, future or committed."""
         return shown.level(ps) if promised(shown := self.shown()) else shown
 
     def after(self, ps: int) -> int | None:

@@ -38,7 +38,7 @@ class Outside:
         self._inside = self._queueing = 0  # how deep in `nested` and in `queued`
 
     def tell(self, do: str, **what: Any) -> None:
-        """Tell an input, unless it is nested in another one."""
+        """Report an input, as a verb and plain data, unless it is nested in another one."""
         if self._inside:
             return
         if self.on_input.listeners:
@@ -47,10 +47,10 @@ class Outside:
             self.write(do, what)
 
     def wait(self, met: Callable[[], bool], what: str, timeout: Time) -> bool:
-        """Let time pass until something is met; false, at once, where calls only queue.
+        """Let time pass until `met` returns true; return false, at once, where calls only queue.
 
         Raises:
-            Timeout: it does not come about in time.
+            Timeout: it is not met in time.
         """
         if self.let_pass is None or self._queueing:
             return False
@@ -59,7 +59,7 @@ class Outside:
 
     @contextmanager
     def nested(self) -> Iterator[None]:
-        """Tell nothing of what is done in here: it is part of an input that was told already.  Calls only queue."""
+        """Report no inputs made in this block: they follow from one that was reported.  Calls of hosts only queue."""
         self._inside += 1
         try:
             with self.queued():

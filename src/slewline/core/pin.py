@@ -11,7 +11,7 @@ from .timebase import Time, picoseconds, readable
 
 
 class Condition:
-    """Something Bench.run_until can wait for; `a | b` waits for either.
+    """A condition that `Bench.run_until` can wait for; `a | b` waits for either.
 
     `nets` are watched while somebody waits, so that their promised edges become instants.
     """
@@ -20,14 +20,14 @@ class Condition:
     nets: tuple[Net, ...] = ()
 
     def begin(self) -> None:
-        """Somebody begins to wait."""
+        """Prepare: somebody begins to wait."""
 
     def met(self) -> bool:
-        """True when it has come about."""
+        """Return whether the condition holds now."""
         raise NotImplementedError
 
     def when(self) -> int | None:
-        """The instant at which it will come about under the present promises; None: no promise says so."""
+        """Return the instant at which it will hold under the present promises (ps); None: no promise says so."""
         return None
 
     @property
@@ -42,54 +42,69 @@ class Condition:
 
 
 class EitherCondition(Condition):
+    """One of two conditions."""
+
     def __init__(self, *of: Condition) -> None:
         self.of, self.text = of, " or ".join(condition.text for condition in of)
         self.nets = tuple(net for condition in of for net in condition.nets)
 
     def begin(self) -> None:
+        """Prepare both."""
         for condition in self.of:
             condition.begin()
 
     def met(self) -> bool:
+        """Return whether the condition holds now."""
         return any(condition.met() for condition in self.of)
 
     def when(self) -> int | None:
+        """Return the earlier of the instants that promises of the two foresee (ps); None: none is foreseen."""
         return min((time for condition in self.of if (time := condition.when()) is not None), default=None)
 
 
 class LevelCondition(Condition):
+    """A pin has a level, 0 or 1."""
+
     def __init__(self, pin: Terminal, level: int) -> None:
         if level not in (0, 1):
             raise UsageError(f"{pin.name}: level {level!r}; allowed 0, 1")
         self.pin, self.wanted, self.text, self.nets = pin, level, f"{pin.name}={level}", (pin.net,)
 
     def met(self) -> bool:
+        """Return whether the condition holds now."""
         return self.pin.level == self.wanted
 
 
 class EdgeCondition(Condition):
+    """A pin changes so many times."""
+
     def __init__(self, pin: Terminal, number: int) -> None:
         if not isinstance(number, int) or number < 1:
             raise UsageError(f"{pin.name}: {number!r} edges; allowed 1 and more")
         self.net, self.number, self.text, self.nets = pin.net, number, f"{number} edges of {pin.name}", (pin.net,)
 
     def begin(self) -> None:
+        """Count from now on."""
         self.last = self.net.changes + self.number
 
     def met(self) -> bool:
+        """Return whether the condition holds now."""
         return self.net.changes >= self.last
 
 
 class GotCondition(Condition):
+    """A host has received some bytes."""
+
     def __init__(self, name: str, received: bytearray, data: bytes) -> None:
         self.received, self.data, self.text = received, data, f"{name} got {data!r}"
 
     def met(self) -> bool:
+        """Return whether the condition holds now."""
         return self.data in self.received
 
 
 def strapped(pins: Mapping[str, Terminal], names: Iterable[str]) -> tuple[int, ...]:
-    """The levels of strap pins; an open one reads 1."""
+    """Return the levels, 0 or 1, of strap pins; an open one reads 1."""
     return tuple(0 if pins[name].level == 0 else 1 for name in names)
 
 
@@ -112,10 +127,13 @@ class Terminal:
         return net.level  # type: ignore[no-any-return]
 
     def drive(self, level: int, at: Time | None = None) -> None:
-        """Drive the pin to 0 or 1 from outside, now or at an instant; overrides the standard wiring of a bare part.
+        """Drive the pin to 0 or 1 from outside, now or at an instant.
+
+        It overrides the standard wiring of a part that is not `bare`.
 
         Raises:
             UsageError: another level, or an instant that is over.
+            TimeError: `at` is no time.
             WiringError: the pin carries no signal, or is a bus.
         """
         if level not in (0, 1):
@@ -123,19 +141,26 @@ class Terminal:
         self._put(level, self._instant(at))
 
     def release(self, at: Time | None = None) -> None:
-        """Let go of the pin, now or at an instant.
+        """Release the pin from outside, now or at an instant: it reads what is wired to it.
 
         Raises:
             UsageError: the instant is over.
+            TimeError: `at` is no time.
             WiringError: the pin carries no signal, or is a bus.
         """
         self._put(None, self._instant(at))
 
     def pulse(self, level: int, width: Time, at: Time | None = None) -> None:
-        """Drive the pin for a time, then as before: the level that was driven from outside, or none.
+        """Drive the pin for a time, then as before: to the level that was driven from outside, or not at all.
+
+        Args:
+            level: 0 or 1.
+            width: such as "25 us", or picoseconds.
+            at: when it begins, by default now.
 
         Raises:
             UsageError: a level other than 0 and 1, or an instant that is over.
+            TimeError: `width` or `at` is no time.
             WiringError: the pin carries no signal, or is a bus.
         """
         kernel = self.net.kernel
@@ -181,11 +206,19 @@ class Terminal:
 
     # conditions, for Bench.run_until
     def is_(self, level: int) -> LevelCondition:
-        """Condition: the pin has this level."""
+        """Return a condition: the pin has this level.
+
+        Raises:
+            UsageError: a level other than 0 and 1.
+        """
         return LevelCondition(self, level)
 
     def edges(self, number: int) -> EdgeCondition:
-        """Condition: the pin has changed this often from now on."""
+        """Return a condition: the pin has changed this many times from the begin of the wait on.
+
+        Raises:
+            UsageError: not a whole number, 1 or more.
+        """
         return EdgeCondition(self, number)
 
     def __repr__(self) -> str:

@@ -1,10 +1,10 @@
-"""A move before it is played: legs of runs of equal intervals, in ticks of a clock.
+r"""A move before it is played: legs of runs of equal intervals, in ticks of a clock.
 
-    rate
-           _______________
-          /|              |\\
-        _/ |              | \\_
-       | up|     slew     |down|       legs follow each other step by step; a leg is a few runs (interval, count)
+rate
+       _______________
+      /|              |\
+    _/ |              | \_
+   | up|     slew     |down|       legs follow each other step by step; a leg is a few runs (interval, count)
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ Runs = tuple[tuple[int, int], ...]  # (interval in clocks, count)
 
 
 def mirrored(runs: Runs) -> Runs:
-    """The same runs backwards: the way down."""
+    """Return the runs backwards: the way down of a way up."""
     return runs[::-1]
 
 
 def steps(runs: Sequence[tuple[int, int]]) -> int:
-    """How many steps there are in some runs."""
+    """Return how many steps there are in some runs."""
     return sum(count for _, count in runs)
 
 
 def head(runs: Runs, count: int) -> Runs:
-    """The first `count` steps of some runs."""
+    """Return the first `count` steps of some runs."""
     out = []
     for interval, n in runs:
         if count <= 0:
@@ -39,7 +39,7 @@ def head(runs: Runs, count: int) -> Runs:
 
 
 def tail(runs: Runs, first: int) -> Runs:
-    """What is left of some runs when the first steps are over."""
+    """Return the runs from step `first` on, counted from 0."""
     out = []
     for interval, n in runs:
         if first < n:
@@ -81,11 +81,11 @@ class Plan:
         return self.legs[-1].end if self.legs else 0
 
     def leg(self, step: int) -> Leg:
-        """The leg that a step belongs to."""
+        """Return the leg that a step, counted from 0, belongs to."""
         return next(leg for leg in self.legs if step < leg.end)
 
     def interval(self, step: int) -> int:
-        """Clocks from the begin of a step to its end."""
+        """Return the clocks from the begin of a step, counted from 0, to its end."""
         leg = self.leg(step)
         left = step - leg.first
         for interval, count in leg.runs:
@@ -95,7 +95,7 @@ class Plan:
         raise AssertionError("a leg counts its own runs")
 
     def verified(self, number: int | None = None) -> Plan:
-        """The plan itself, after one check of what every plan must keep: exact count, no step faster than allowed.
+        """Return the plan itself after checking it: exact number of steps, none faster than allowed.
 
         Raises:
             PlanError: the planner made a mistake (never the user).
@@ -115,7 +115,7 @@ class Plan:
 
 
 def plan(*parts: tuple[str, Runs], shortest: int = 1) -> Plan:
-    """A plan from named parts; empty ones fall out."""
+    """Return a plan of named legs, each of runs (interval in clocks, count of steps); empty legs are left out."""
     legs, first = [], 0
     for name, runs in parts:
         count = steps(runs)

@@ -106,12 +106,15 @@ class Velocity(Quantity):
         self.axis = axis
 
     def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the values at instants of the past (ps), any order: float64, shape as `times_ps`."""
         return self.axis.velocities_at(times_ps)
 
     def changes(self, start: int, stop: int) -> Outline:
+        """Return every change at start < t <= stop (ps), the value at `start` before them."""
         return Outline(*self.axis.velocities(start, stop))
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
+        """Return what a picture of so many columns shows of start <= t <= stop (ps)."""
         import numpy as np
 
         driven = self.axis.driven(start, stop)
@@ -138,11 +141,13 @@ class Position(Quantity):
         self.axis = axis
 
     def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the values at instants of the past (ps), any order: float64, shape as `times_ps`."""
         import numpy as np
 
         return self.axis.positions_at(times_ps).astype(np.float64)
 
     def changes(self, start: int, stop: int) -> Outline:
+        """Return every change at start < t <= stop (ps), the value at `start` before them."""
         import numpy as np
 
         axis = self.axis
@@ -151,6 +156,7 @@ class Position(Quantity):
         return self._broken(times, axis.unwrapped_at(times), times, loads)
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
+        """Return what a picture of so many columns shows of start <= t <= stop (ps)."""
         import numpy as np
 
         axis = self.axis
@@ -186,8 +192,10 @@ class Position(Quantity):
     def _broken(
         self, times: NDArray[np.int64], unwrapped: NDArray[np.int64], steps: NDArray[np.int64], loads: list[int]
     ) -> Outline:
-        """The register at ascending instants: what changes, and a break where it is loaded, or wraps at one of `steps`,
-        each of which follows an instant just before it."""
+        """Return the register at ascending instants: what changes, and a break where it is loaded, or wraps at a step.
+
+        Each of `steps` follows an instant just before it.
+        """
         import numpy as np
 
         rounds, values = np.divmod(unwrapped, self.axis.modulus)

@@ -42,7 +42,7 @@ class Reading:
         self._edges: list[tuple[Any, Any]] = []
 
     def edges_until(self, ps: int) -> tuple[Any, Any]:
-        """Edges since the last question, up to an instant that is not later than the last committed one.
+        """Return the edges since the last question, up to an instant (ps), the last committed one at most.
 
         Returns:
             Times in ps and the levels after them: two lists, or two arrays where a promise gave them.

@@ -1,6 +1,6 @@
-"""Asynchronous characters on a wire: a start bit, data bits (lowest first), parity, stop bits.
+r"""Asynchronous characters on a wire: a start bit, data bits (lowest first), parity, stop bits.
 
-    mark   ‾‾‾‾\\_____/  d0 |  d1 | ... |  dn | parity | stop ‾‾‾‾‾
+    mark   ‾‾‾‾\_____/  d0 |  d1 | ... |  dn | parity | stop ‾‾‾‾‾
     space      start  ^     ^           ^      ^         ^
                       a receiver looks in the middle of each bit, on a clock of sixteen times the baud rate
 
@@ -37,14 +37,18 @@ TTL, RS232 = 1, 0  # the level of mark
 
 @dataclass(frozen=True, slots=True)
 class Word:
-    """A word format: 5 to 8 data bits, parity, and 1, 1.5 or 2 stop bits."""
+    """A character format: 5 to 8 data bits, parity, and 1, 1.5 or 2 stop bits."""
 
     bits: int
     parity: str
     stop: int | str
 
     def checked(self, owner: str) -> Word:
-        """The format itself, if it is one."""
+        """Return the format itself, checked.
+
+        Raises:
+            UsageError: bits, parity or stop bits that there are not.
+        """
         if (
             self.bits not in range(5, 9)
             or self.parity not in PARITIES.values()
@@ -67,11 +71,11 @@ class Word:
         return OVERSAMPLING * (1 + self.bits + (self.parity != "none")) + self.stop_ticks
 
     def parity_bit(self, byte: int) -> int:
-        """The bit that makes the number of ones odd or even."""
+        """Return the bit, 0 or 1, that makes the number of ones odd or even."""
         return (byte.bit_count() + (self.parity == "odd")) % 2
 
     def levels(self, byte: int) -> list[int]:
-        """Start bit, data bits, parity: 1 is mark."""
+        """Return start bit, data bits and parity bit of a byte; 1 is mark."""
         data = [byte >> n & 1 for n in range(self.bits)]
         return [0, *data] + ([] if self.parity == "none" else [self.parity_bit(byte & (1 << self.bits) - 1)])
 
@@ -92,10 +96,10 @@ def word_options(bits: int, parity: str, stop: int | str) -> tuple[Option, ...]:
 
 
 def bit_clock(baud: int | str | Fraction, owner: str) -> Clock:
-    """The clock of sixteen times a baud rate.
+    """Return the clock of sixteen times a baud rate.
 
     Raises:
-        UsageError: for a rate of which sixteen times is not whole hertz.
+        UsageError: a rate of which sixteen times is not whole hertz.
     """
     try:
         rate = OVERSAMPLING * Fraction(str(baud))
@@ -132,7 +136,7 @@ class LinePartner(Protocol):
     up_ps: int
 
     def strapped_address(self) -> int:
-        """The address that stands in front of its lines; 0: none."""
+        """Return the address in front of its lines; 0: none."""
 
 
 class Frames:
@@ -148,7 +152,7 @@ class Frames:
         self._levels: dict[int, tuple[int, ...]] = {}
 
     def levels(self, byte: int) -> tuple[int, ...]:
-        """The levels of the wire from the start bit to the stop bit."""
+        """Return the levels of the wire from the start bit to the stop bit."""
         if byte not in self._levels:
             mark = self.mark
             self._levels[byte] = tuple(mark if bit else 1 - mark for bit in (*self.word.levels(byte), 1))
@@ -201,18 +205,18 @@ class Receiver:
         net.sample(self.before_change)
 
     def close(self) -> None:
-        """No longer look."""
+        """Stop receiving."""
         self.net.unsample(self.before_change)
 
     def before_change(self) -> None:
-        """The wire is about to be driven otherwise; where that cuts a start bit short, look at it in its middle."""
+        """Sample the middle of a start bit that the coming change of the wire would cut short."""
         self.catch_up()
         kernel, task = self.net.kernel, self.task
         if self.receiving and not self.taken and task is not None:
             kernel.wake_at(self.looks[0], task)
 
     def catch_up(self) -> None:
-        """Take the looks up to now, each with the level from before its instant."""
+        """Take the samples due up to now, each with the level just before its instant."""
         looks, now = self.looks, self.net.kernel.now
         if self.taken < len(looks) and looks[self.taken] <= now:
             over = bisect_right(looks, now, self.taken)
@@ -220,7 +224,7 @@ class Receiver:
             self.taken = over
 
     async def character(self) -> Character:
-        """Wait for a character; returns in the middle of its first stop bit."""
+        """Wait for a character and return it, in the middle of its first stop bit."""
         mark, kernel = self.mark, self.net.kernel
         if self.broken:
             await level(self.net, mark)

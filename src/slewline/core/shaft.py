@@ -115,7 +115,7 @@ class Shaft:
         self._take(replace(self.course, slack=slack))
 
     def stop_at(self, low: Place, high: Place) -> None:
-        """A load lets the shaft turn no further than two places, in steps; None: there is no stop."""
+        """Set hard stops at two places, in steps; None: no stop on that side."""
         self.cut(self.kernel.seen)
         self.stops.append((low, high))
         self._take(self.course)
@@ -153,7 +153,10 @@ class Shaft:
 
     # --------------------------------------------------------------------------------------------------------- the past
     def place_at(self, times: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Places at instants that are past, in any order, in steps: (n,) float64; before what is kept: the first."""
+        """Return the places at instants of the past (int64 ps), any order, in steps: (n,) float64.
+
+        Before what is kept, it is the first place that is.
+        """
         import numpy as np
 
         courses = [*self.past, self.course]
@@ -165,7 +168,7 @@ class Shaft:
         return places
 
     def changes(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """The steps of the past at start < t <= stop: (n,) int64 ps, and (n,) float64 places from there on."""
+        """Return the steps at start < t <= stop: (n,) int64 ps, and the places from there on, (n,) float64 steps."""
         import numpy as np
 
         found, before = [], None
@@ -179,7 +182,10 @@ class Shaft:
         return np.concatenate([times for times, _ in found]), np.concatenate([places for _, places in found])
 
     def turns(self, start: int, stop: int) -> list[int]:
-        """Where, at start <= t <= stop, it may have turned round or been pushed; in between it goes one way."""
+        """Return the instants at start <= t <= stop (ps) at which it may have reversed or been pushed.
+
+        Between two of them it goes one way.
+        """
         return [course.since for course, _ in self._courses(start, stop) if course.since >= start]
 
     def quantity(self, name: str, unit: str = "steps", scale: float = 1.0) -> Staircase:
@@ -242,26 +248,35 @@ class Driven(Shaft):
         self.on_turn()
 
     def derived(self, course: Course) -> Course:
-        """The course of this shaft under that of the other."""
+        """Return the course of this shaft that follows from one of the driving shaft."""
         raise NotImplementedError
 
     def below(self, steps: Fraction) -> Fraction:
-        """So many steps of this shaft, in steps of the other."""
+        """Return the steps of the driving shaft that correspond to steps of this one."""
         return steps
 
     def turn(self, drive: ClockEdges, sign: int, since: int) -> None:
+        """Refuse: this shaft is turned by the one under it.
+
+        Raises:
+            NotImplementedError: always.
+        """
         raise NotImplementedError("what turns it is the shaft under it")
 
     def block(self) -> None:
+        """Block the driving shaft."""
         self.under.block()
 
     def free(self) -> None:
+        """Free the driving shaft."""
         self.under.free()
 
     def slip(self, steps: Fraction) -> None:
+        """Let the driving shaft slip, by steps of this one."""
         self.under.slip(abs(self.below(steps)))
 
     def push(self, steps: Fraction) -> None:
+        """Push the driving shaft, by steps of this one."""
         self.under.push(self.below(steps))
 
 
@@ -274,12 +289,15 @@ class Geared(Driven):
         self.course = self.derived(under.course)
 
     def derived(self, course: Course) -> Course:
+        """Return the course of this shaft, `ratio` times that of the driving one."""
         return course.geared(self.ratio)
 
     def below(self, steps: Fraction) -> Fraction:
+        """Return the steps of the driving shaft that correspond to steps of this one."""
         return steps / self.ratio
 
     def stop_at(self, low: Place, high: Place) -> None:
+        """Set hard stops at two places, in steps of this shaft; they hold the driving one."""
         ends = [None if place is None else place / self.ratio for place in (low, high)]
         self.under.stop_at(*(ends if self.ratio > 0 else reversed(ends)))
 
@@ -298,6 +316,7 @@ class Played(Driven):
         self.course = self.derived(under.course.onward(self.kernel.seen))
 
     def derived(self, course: Course) -> Course:
+        """Return the course of this shaft, the play between the two taken up first."""
         unit = lcm(course.unit, self.course.unit, self.play.denominator, self.offset.denominator)
         course, here = common(course, unit), common(self.course, unit).place
         play, pushed = int(self.play * unit), course.place + int(self.offset * unit)
@@ -307,5 +326,6 @@ class Played(Driven):
         return Course(course.drive, course.since, place, course.sign, course.step, unit, slack, course.room)
 
     def stop_at(self, low: Place, high: Place) -> None:
+        """Set hard stops at two places, in steps; they hold the driving shaft."""
         low = None if low is None else low - self.play - self.offset
         self.under.stop_at(low, None if high is None else high - self.offset)

@@ -30,15 +30,16 @@ class StepView:
     of: Playing
 
     def rise(self, k: int) -> int:
-        """Tick at which the output rises in step k."""
+        """Return the tick, since the origin of the train, at which the output rises in step k."""
         raise NotImplementedError
 
     def rises(self, first: int, last: int) -> NDArray[np.int64]:
-        """Ticks since the origin at which the output rises in steps first ... last-1: (n,) int64."""
+        """Return the ticks at which the output rises in steps first ... last-1: (n,) int64, since the origin."""
         raise NotImplementedError
 
     @property
     def until(self) -> int | None:
+        """The instant before which the promise holds (ps); None: for good."""
         return self.of.until
 
     def clock(self, level: int, since: int) -> ClockEdges:
@@ -65,12 +66,14 @@ class StepView:
         return train.clock.ps_array(ticks, train.origin, ticks)
 
     def level(self, ps: int) -> int:
+        """Return the level at an instant (ps), edges at that instant included."""
         train = self.of.train
         tick = train.clock.ticks_until(self.of.bounded(ps))
         k = train.begun_by(tick)
         return 1 if k == 0 or tick >= self.rise(k - 1) else 0
 
     def after(self, ps: int) -> int | None:
+        """Return when the level may change next, strictly after an instant (ps); None: as things stand never."""
         train = self.of.train
         tick = train.clock.ticks_until(ps)
         k = train.begun_by(tick)
@@ -93,9 +96,11 @@ class PulseView(StepView):
         self.of, self.high = of, high
 
     def rise(self, k: int) -> int:
+        """Return the tick, since the origin of the train, at which the output rises in step k."""
         return self.of.train.begin(k + 1) - self.high
 
     def rises(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the ticks at which the output rises in steps first ... last-1: (n,) int64, since the origin."""
         import numpy as np
 
         train = self.of.train
@@ -103,7 +108,7 @@ class PulseView(StepView):
         return (np.append(ends, train.length) if last >= train.steps else ends) - self.high
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
+        """Return the edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
         import numpy as np
 
         train, clock = self.of.train, self.of.train.clock
@@ -132,13 +137,15 @@ class StrobeView(StepView):
         self.of, self.low = of, low
 
     def rise(self, k: int) -> int:
+        """Return the tick, since the origin of the train, at which the output rises in step k."""
         return self.of.train.begin(k) + self.low
 
     def rises(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the ticks at which the output rises in steps first ... last-1: (n,) int64, since the origin."""
         return self.of.train.begin_ticks(first, last) + self.low
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
+        """Return the edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
         import numpy as np
 
         train, stop = self.of.train, self.of.bounded(stop)
@@ -164,15 +171,18 @@ class PatternView:
 
     @property
     def until(self) -> int | None:
+        """The instant before which the promise holds (ps); None: for good."""
         return self.of.until
 
     def _after_steps(self, k: int) -> int:
         return self.levels[(self.index + self.sign * k) % len(self.levels)] if k else self.before
 
     def level(self, ps: int) -> int:
+        """Return the level at an instant (ps), edges at that instant included."""
         return self._after_steps(self.of.begun(ps))
 
     def after(self, ps: int) -> int | None:
+        """Return when the level may change next, strictly after an instant (ps); None: as things stand never."""
         train = self.of.train
         k = train.begun(ps)
         here = self._after_steps(k)
@@ -183,7 +193,7 @@ class PatternView:
         return None
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
+        """Return the edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
         import numpy as np
 
         train = self.of.train

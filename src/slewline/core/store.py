@@ -14,7 +14,7 @@ from .option import Option
 
 
 class Store(Protocol):
-    """What keeps bytes without power.  Each method may raise OSError: the memory fails."""
+    """Non-volatile memory.  `read` and `write` raise OSError on a memory fault."""
 
     def read(self) -> bytes:
         """Return the content; empty when nothing was ever written."""
@@ -39,7 +39,7 @@ class AppendStore(Store, Protocol):
 
 
 class Memory:
-    """A store that lives as long as the model."""
+    """Non-volatile memory that lives as long as the model."""
 
     def __init__(self, data: bytes = b"") -> None:
         self._content = bytearray(data)
@@ -50,12 +50,19 @@ class Memory:
         return bytes(self._content)
 
     def read(self) -> bytes:
+        """Return the content; empty when nothing was ever written."""
         return bytes(self._content)
 
     def write(self, data: bytes) -> None:
+        """Make this the content."""
         self._content = bytearray(data)
 
     def append(self, data: bytes, at: int | None = None) -> None:
+        """Put some bytes into the content from `at` on, by default behind its end.
+
+        Raises:
+            UsageError: there would be a hole before `at`.
+        """
         put(self._content, data, at)
 
 

@@ -100,7 +100,11 @@ def moments(times: Time | Sequence[Time] | NDArray[np.int64]) -> int | NDArray[n
 
 
 def hertz(frequency: str | int) -> int:
-    """Hertz of a frequency such as "11 MHz" or "3.579545 MHz", or of an int that is hertz already."""
+    """Return the hertz of a frequency such as "11 MHz" or "3.579545 MHz", or of an int that is hertz already.
+
+    Raises:
+        TimeError: a float, an unknown unit, or a fraction of a hertz.
+    """
     if isinstance(frequency, str):
         return _scaled(frequency, FREQUENCIES, "frequency", "11 MHz")
     if isinstance(frequency, int) and not isinstance(frequency, bool):
@@ -109,7 +113,7 @@ def hertz(frequency: str | int) -> int:
 
 
 def readable(ps: int) -> str:
-    """A time for people, exact where it is short: 3200000000 is "3.2 ms"."""
+    """Return a time as text, rounded down to six decimals of its unit: 3200000000 is "3.2 ms"."""
     for unit in ("s", "ms", "us", "ns"):
         if abs(ps) >= UNITS[unit]:
             whole, rest = divmod(abs(ps), UNITS[unit])
@@ -135,19 +139,19 @@ class Clock:
         self.hz, self.n, self.d = hz, PS_PER_S // common, hz // common
 
     def ps(self, ticks: int) -> int:
-        """Instant of a tick, in picoseconds since tick 0."""
+        """Return the instant of a tick, in picoseconds since tick 0."""
         return ticks * self.n // self.d
 
     def ticks_until(self, ps: int) -> int:
-        """The last tick at or before an instant."""
+        """Return the last tick at or before an instant (ps since tick 0)."""
         return ((ps + 1) * self.d - 1) // self.n
 
     def ticks_from(self, ps: int) -> int:
-        """The first tick at or after an instant."""
+        """Return the first tick at or after an instant (ps since tick 0)."""
         return -(-ps * self.d // self.n)
 
     def ticks_array(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
-        """The first ticks at or after many instants: int64, shape as `ps`, every element exact."""
+        """Return the first ticks at or after many instants: int64, shape as `ps`, every element exact."""
         whole, part = ps // self.n, ps % self.n
         guess: NDArray[np.int64] = (part * (self.d / self.n)).astype("int64")  # wrong by one at most, as a float may be
         rest = part * self.d - guess * self.n  # products wrap around, their difference is small
@@ -156,14 +160,15 @@ class Clock:
     def ps_array(
         self, ticks: NDArray[np.int64], origin: int = 0, out: NDArray[np.int64] | None = None
     ) -> NDArray[np.int64]:
-        """Instants of `origin + ticks`: int64 picoseconds since tick 0, shape as `ticks`, every element exact.
+        """Return the instants of `origin + ticks`: int64 ps since tick 0, shape as `ticks`, every element exact.
 
         Args:
-            ticks: ascending.
+            ticks: int64, ascending.
+            origin: a tick, counted from tick 0.
             out: where to put them; it may be `ticks` itself.
 
         Raises:
-            TimeError: when an instant lies beyond 2^63 ps (106 days): int64 cannot hold it.
+            TimeError: an instant lies beyond 2^63 ps (106 days), which int64 cannot hold.
         """
         import numpy as np
 

@@ -44,23 +44,23 @@ class Train:
 
     # ----------------------------------------------------------------------------------- questions that a train answers
     def begin(self, k: int) -> int:
-        """Tick at which step k begins; k = steps gives the end of the train."""
+        """Return the tick at which step k begins; k = `steps` gives the end of the train."""
         raise NotImplementedError
 
     def begun_by(self, tick: int) -> int:
-        """How many steps have begun at a tick, that tick included."""
+        """Return how many steps have begun by a tick, that tick included."""
         raise NotImplementedError
 
     def begun_by_many(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """The same at many ticks since `origin`, any order: (n,) int64."""
+        """Return how many steps have begun by ticks since `origin`, any order: (n,) int64."""
         raise NotImplementedError
 
     def begin_ticks(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
-        """Begins of steps first ... last-1: (n,) int64, ticks since `origin`, ascending."""
+        """Return the begins of steps first ... last-1: (n,) int64, ticks since `origin`, ascending."""
         raise NotImplementedError
 
     def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Velocity from tick `since` to before tick `to`, both since `origin`, 0 <= since < to <= length.
+        """Return the velocities from tick `since` to before tick `to`, both since `origin`, 0 <= since < to <= length.
 
         Returns:
             Ticks since `origin` (n,) int64, ascending, the first is `since`; steps/s from each to the next, float64.
@@ -68,30 +68,30 @@ class Train:
         raise NotImplementedError
 
     def extremes(self, since: int, to: int) -> tuple[list[int], list[float]]:
-        """Of the same the first, a lowest, a highest and the last one, in the order of their ticks."""
+        """Return of the velocities the first, a lowest, a highest and the last: ticks since `origin`, and steps/s."""
         ticks, speeds = self.velocities(since, to)
         chosen = sorted({0, int(speeds.argmin()), int(speeds.argmax()), len(ticks) - 1})
         return ticks[chosen].tolist(), speeds[chosen].tolist()
 
     def pieces(self, since: int, to: int) -> int:
-        """How many there are of them, within one."""
+        """Return how many velocities there are between two ticks since `origin`, within one."""
         raise NotImplementedError
 
     def rests(self, until: int) -> int:
-        """When a train of which nothing is played at `until` (ps) and later comes to rest: ticks since `origin`."""
+        """Return the tick since `origin` at which a train cut off at `until` (ps) comes to rest."""
         raise NotImplementedError
 
     # ------------------------------------------------------------------------------------------- what follows from them
     def begun(self, ps: int) -> int:
-        """How many steps have begun at an instant, that instant included."""
+        """Return how many steps have begun by an instant (ps), that instant included."""
         return self.begun_by(self.clock.ticks_until(ps))
 
     def begun_many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
-        """How many steps have begun at many instants (int64 ps, any order): (n,) int64."""
+        """Return how many steps have begun by many instants (int64 ps, any order): (n,) int64."""
         return self.begun_by_many(self.clock.ticks_array(ps + 1) - 1 - self.origin)
 
     def window(self, first: int, last: int) -> NDArray[np.int64]:
-        """The same as `begins`, not to be written to: PULSE and four phases ask for one window after each other."""
+        """Return `begins(first, last)`, cached and read-only: five views of a train ask for the same window."""
         if self._recent is None or self._recent[:2] != (first, last):
             self._recent = (first, last, self.begins(first, last))
         return self._recent[2]
@@ -99,10 +99,11 @@ class Train:
     def begins(
         self, first: int = 0, last: int | None = None, out: NDArray[np.int64] | None = None
     ) -> NDArray[np.int64]:
-        """Begins of steps first ... last-1: (n,) int64, picoseconds of virtual time, ascending.
+        """Return the begins of steps first ... last-1: (n,) int64 ps, ascending.
 
         Args:
-            out: a buffer of that length or longer; its beginning is the answer.
+            first, last: numbers of steps, from 0.
+            out: a buffer of that length or longer, whose beginning is returned.
         """
         ticks = self.begin_ticks(first, last)
         return self.clock.ps_array(ticks, self.origin, out if out is None else out[: len(ticks)])
@@ -164,16 +165,18 @@ class StepTrain(Train):
 
     # ------------------------------------------------------------------------------------------- questions in ticks
     def begin(self, k: int) -> int:
+        """Return the tick at which step k begins; k = `steps` gives the end of the train."""
         if k >= self.steps:
             return self.origin + self.length
         i = bisect_right(self.firsts, k) - 1
         return self.origin + self.starts[i] + (k - self.firsts[i]) * self.intervals[i]
 
     def interval(self, k: int) -> int:
-        """Ticks from the begin of step k to its end."""
+        """Return the ticks from the begin of step k to its end."""
         return self.intervals[bisect_right(self.firsts, k) - 1]
 
     def begun_by(self, tick: int) -> int:
+        """Return how many steps have begun by a tick, that tick included."""
         x = tick - self.origin
         if x < 0:
             return 0
@@ -182,6 +185,7 @@ class StepTrain(Train):
         return self.firsts[i] + (n if n < self.counts[i] else self.counts[i])
 
     def begun_by_many(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return how many steps have begun by ticks since `origin`, any order: (n,) int64."""
         import numpy as np
 
         starts = np.array(self.starts, np.int64)
@@ -191,13 +195,20 @@ class StepTrain(Train):
         return np.where(ticks < 0, 0, n)
 
     def pieces(self, since: int, to: int) -> int:
+        """Return how many velocities there are between two ticks since `origin`, within one."""
         return bisect_left(self.starts, to) - bisect_right(self.starts, since) + 1
 
     def rests(self, until: int) -> int:
+        """Return the tick since `origin` at which a train cut off at `until` (ps) comes to rest."""
         return self.begin(begun) - self.origin if (begun := self.begun(until - 1)) else 0
 
     # ------------------------------------------------------------------------------------------------------- arrays
     def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Return the velocities from tick `since` to before tick `to`, both since `origin`.
+
+        Returns:
+            Ticks since `origin` (n,) int64, ascending, the first is `since`; steps/s from each to the next, float64.
+        """
         import numpy as np
 
         i, j = bisect_right(self.starts, since) - 1, bisect_left(self.starts, to)
@@ -206,12 +217,14 @@ class StepTrain(Train):
         return ticks, self.clock.hz / intervals
 
     def extremes(self, since: int, to: int) -> tuple[list[int], list[float]]:
+        """Return of the velocities the first, a lowest, a highest and the last: ticks since `origin`, and steps/s."""
         i, j = bisect_right(self.starts, since) - 1, bisect_left(self.starts, to)
         whole = j - i == len(self.starts)
         chosen = self.shown if whole else [i + n for n in shown(self.intervals[i:j])]
         return [since, *(self.starts[n] for n in chosen[1:])], [self.clock.hz / self.intervals[n] for n in chosen]
 
     def begin_ticks(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
+        """Return the begins of steps first ... last-1: (n,) int64, ticks since `origin`, ascending."""
         import numpy as np
 
         last = self.steps if last is None else min(last, self.steps)
@@ -247,7 +260,7 @@ class StepTrain(Train):
 
 
 class Playing:
-    """A train that is being played, which its views share.  At `until`, exclusive, the firmware decides anew."""
+    """A train that is being played, shared by its views; at `until` (ps, exclusive) the firmware decides anew."""
 
     __slots__ = ("train", "until")
 
@@ -255,15 +268,15 @@ class Playing:
         self.train, self.until = train, until
 
     def bounded(self, ps: int) -> int:
-        """The instant itself, or the last one before `until`."""
+        """Return an instant (ps), or the last one before `until` if it is later."""
         return ps if self.until is None or ps < self.until else self.until - 1
 
     def begun(self, ps: int) -> int:
-        """Steps begun at an instant under this promise."""
+        """Return how many steps have begun by an instant (ps) under this promise."""
         return self.train.begun(self.bounded(ps))
 
     def begun_many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Steps begun at many instants: (n,) int64, any order."""
+        """Return how many steps have begun by many instants (int64 ps, any order): (n,) int64."""
         import numpy as np
 
         if len(ps) < FEW:
@@ -278,7 +291,7 @@ class Playing:
         return first if self.until is None or first < self.until else None
 
     def ticks(self, start: int, stop: int) -> tuple[int, int, bool]:
-        """The same window, at start <= t <= stop, as ticks of the train, `moves` being before it.
+        """Return the window start <= t <= stop (ps) as ticks of the train; `moves` lies before its end.
 
         Returns:
             From which tick on, and before which one; whether the train has come to rest before that.
@@ -289,7 +302,7 @@ class Playing:
         return since, min(to, rest), rest < to
 
     def velocities(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Velocity at start <= t <= stop (ps), `moves` being before that.
+        """Return the velocities at start <= t <= stop (ps); `moves` lies before `stop`.
 
         Returns:
             Instants (n,) int64 ps, ascending, the first is `start`; steps/s (n,) float64 from each to the next.
@@ -307,12 +320,12 @@ class Playing:
         return times, speeds
 
     def pieces(self, start: int, stop: int) -> int:
-        """How many there are of them, within two."""
+        """Return how many velocities there are at start <= t <= stop (ps), within two."""
         since, to, _ = self.ticks(start, stop)
         return 1 + (self.train.pieces(since, to) if since < to else 0)
 
     def extremes(self, start: int, stop: int) -> tuple[list[int], list[float]]:
-        """Of the same the first, a lowest, a highest and the last one, in the order of time."""
+        """Return of the velocities the first, a lowest, a highest and the last: instants (ps) and steps/s."""
         since, to, rests = self.ticks(start, stop)
         if since >= to:
             return [start], [0.0]
@@ -349,9 +362,11 @@ class TrainEdges(ClockEdges):
         return self.view.passed(self.level, self.clock.ticks_until(self.view.of.bounded(ps)))
 
     def by(self, ps: int) -> int:
+        """Return how many edges there have been by an instant (ps), that instant included."""
         return max(self._passed(ps) - self.first, 0)
 
     def at(self, k: int) -> int | None:
+        """Return the instant of edge k (ps); None: the train has fewer, or was cut off before."""
         tick = self.view.edge(self.level, self.first + k)
         if tick is None:
             return None
@@ -359,8 +374,10 @@ class TrainEdges(ClockEdges):
         return time if until is None or time < until else None
 
     def many(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of edges first ... last, all of which come: (n,) int64 ps, ascending."""
         return self.view.edge_times(self.level, self.first + first, self.first + last)
 
     def few(self, numbers: Iterable[int]) -> list[int]:
+        """Return the instants of some edges, all of which come, in ps."""
         level, first, edge, ps = self.level, self.first, self.view.edge, self.clock.ps
         return [ps(tick) for k in numbers if (tick := edge(level, first + k)) is not None]

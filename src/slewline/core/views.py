@@ -37,23 +37,23 @@ class View:
 
     # ------------------------------------------------------------------------------------- what a kind of view says
     def inputs(self) -> Iterable[Promise]:
-        """The promises that it is made of."""
+        """Return the promises that the view is made of."""
         raise NotImplementedError
 
     def level_of(self, ps: int) -> Level:
-        """Level at an instant, bounded by nothing but the bounds of the inputs."""
+        """Return the level at an instant (ps), bounded by the inputs alone."""
         raise NotImplementedError
 
     def after_of(self, ps: int) -> int | None:
-        """The same of `after`."""
+        """Return what `after` does, bounded by the inputs alone."""
         raise NotImplementedError
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
-        """The same of `edges`, start < stop."""
+        """Return what `edges` does, bounded by the inputs alone; start < stop."""
         raise NotImplementedError
 
     def holds(self) -> int | None:
-        """The instant before which the inputs hold; None: for good."""
+        """Return the instant before which the inputs hold (ps); None: for good."""
         return min((bound for of in self.inputs() if (bound := of.until) is not None), default=None)
 
     # ------------------------------------------------------------------------------------------------- the promise
@@ -73,7 +73,7 @@ class View:
         return self._bound
 
     def level(self, ps: int) -> Level:
-        """Level at an instant, edges at that instant included."""
+        """Return the level at an instant (ps), edges at that instant included."""
         return self.level_of(ps if self._bound is None or ps < self._bound else self._bound - 1)
 
     def after(self, ps: int) -> int | None:
@@ -82,7 +82,7 @@ class View:
         return time if time is None or self._bound is None or time < self._bound else None
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Edges at start < t <= stop: two lists, or two arrays (int64 ps, int8 levels)."""
+        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
         if self._bound is not None and stop >= self._bound:
             stop = self._bound - 1
         return self.edges_of(start, stop) if stop > start else ([], [])
@@ -115,6 +115,7 @@ class Repeated(View):
         return floats(self.of)
 
     def inputs(self) -> Iterable[Promise]:
+        """Return the promises that the view is made of."""
         return (self.of,)
 
     def clock(self, level: int, since: int) -> ClockEdges:
@@ -122,12 +123,15 @@ class Repeated(View):
         return Bounded(clock_edges(self.of, level, since), self)
 
     def level_of(self, ps: int) -> Level:
+        """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
         return self.of.level(ps)
 
     def after_of(self, ps: int) -> int | None:
+        """Return when the level may change next, strictly after an instant (ps), as `Promise.after`."""
         return self.of.after(ps)
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
         times, levels = self.of.edges(start, stop)
         return real_edges(times, levels, self.of.level(start))
 
@@ -143,12 +147,15 @@ class Rested(Repeated):
         self.rest = rest
 
     def clock(self, level: int, since: int) -> ClockEdges:
+        """Return the edges to a level after an instant (ps)."""
         return Walked(self, level, since)
 
     def level_of(self, ps: int) -> Level:
+        """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
         return self.rest if (level := self.of.level(ps)) is None else level
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
         times, levels = self.of.edges(start, stop)
         if isinstance(levels, list):
             levels = [self.rest if level is None else level for level in levels]
@@ -161,12 +168,15 @@ class Inverted(Repeated):
     __slots__ = ()
 
     def clock(self, level: int, since: int) -> ClockEdges:
+        """Return the edges to a level after an instant (ps): those of the input to the other level."""
         return super().clock(1 - level, since)
 
     def level_of(self, ps: int) -> Level:
+        """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
         return None if (level := self.of.level(ps)) is None else 1 - level
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
         times, levels = super().edges_of(start, stop)
         if isinstance(levels, list):
             return times, [None if level is None else 1 - level for level in levels]
@@ -183,27 +193,30 @@ class Combined(View):
         self.of = tuple(of)
 
     def combined(self, levels: Sequence[Level]) -> Level:
-        """The output for the levels of the inputs."""
+        """Return the output, 0, 1 or None, for the levels of the inputs."""
         raise NotImplementedError
 
     def combined_many(self, levels: Any) -> Any:
-        """The same of many: (inputs, n) int8, FLOATING for None -> (n,) int8."""
+        """Return the outputs for many levels: (inputs, n) int8, -1 for None, gives (n,) int8."""
         raise NotImplementedError
 
     def decides(self, number: int, level: Level) -> bool:
-        """Does an input with this level decide on the output, whatever the others do?"""
+        """Return whether an input with this level fixes the output, whatever the others do."""
         raise NotImplementedError
 
     def inputs(self) -> Iterable[Promise]:
+        """Return the promises that the view is made of."""
         return filter(promised, self.of)
 
     def _levels(self, ps: int) -> list[Level]:
         return [what.level(ps) if promised(what) else what for what in self.of]
 
     def level_of(self, ps: int) -> Level:
+        """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
         return self.combined(self._levels(ps))
 
     def after_of(self, ps: int) -> int | None:
+        """Return when the level may change next, strictly after an instant (ps), as `Promise.after`."""
         levels = self._levels(ps)
         here = self.combined(levels)
         for _ in range(TRIES):
@@ -219,6 +232,7 @@ class Combined(View):
         return ps
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
         asked: list[tuple[Any, Any]] = [what.edges(start, stop) if promised(what) else ([], []) for what in self.of]
         before = self._levels(start)
         if all(isinstance(times, list) for times, _ in asked):
@@ -252,15 +266,18 @@ class Wired(Combined):
         return self._rest is None and all(map(floats, self.of))
 
     def combined(self, levels: Sequence[Level]) -> Level:
+        """Return the output, 0, 1 or None, for the levels of the inputs."""
         return self._rest if (level := self._wired(levels)[0]) is None else level
 
     def combined_many(self, levels: Any) -> Any:
+        """Return the outputs for many levels: (inputs, n) int8, -1 for None, gives (n,) int8."""
         import numpy as np
 
         rest = FLOATING if self._rest is None else self._rest
         return np.where((levels == 0).any(0), 0, np.where((levels == 1).any(0), 1, rest)).astype(np.int8)
 
     def decides(self, number: int, level: Level) -> bool:
+        """Return whether an input with this level fixes the output, whatever the others do."""
         return level == 0 and level.__class__ is int
 
 
@@ -277,15 +294,18 @@ class Gated(Combined):
         self.table = table
 
     def combined(self, levels: Sequence[Level]) -> Level:
+        """Return the output, 0, 1 or None, for the levels of the inputs."""
         return self.table[sum(1 << n for n, level in enumerate(levels) if level != 0)]
 
     def combined_many(self, levels: Any) -> Any:
+        """Return the outputs for many levels: (inputs, n) int8, -1 for None, gives (n,) int8."""
         import numpy as np
 
         number = ((levels != 0) << np.arange(len(levels))[:, None]).sum(0)
         return np.array(self.table, np.int8)[number]
 
     def decides(self, number: int, level: Level) -> bool:
+        """Return whether an input with this level fixes the output, whatever the others do."""
         return (number, level != 0) in deciding(self.table)
 
 
@@ -304,6 +324,7 @@ class Delayed(View):
         return any(floats(what) for _, what in self.pieces)
 
     def holds(self) -> int | None:
+        """Return the instant before which the output is known (ps): the delay later than its input; None: for good."""
         last = self.pieces[-1][1]
         return last.until + self.lag_ps if promised(last) and last.until is not None else None
 
@@ -311,10 +332,12 @@ class Delayed(View):
         return max(bisect_right(self.pieces, ps, key=lambda piece: piece[0]) - 1, 0)
 
     def level_of(self, ps: int) -> Level:
+        """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
         what = self.pieces[self._piece(ps - self.lag_ps)][1]
         return what.level(ps - self.lag_ps) if promised(what) else what
 
     def after_of(self, ps: int) -> int | None:
+        """Return when the level may change next, strictly after an instant (ps), as `Promise.after`."""
         n = self._piece(ps - self.lag_ps)
         what = self.pieces[n][1]
         time = what.after(ps - self.lag_ps) if promised(what) else None
@@ -323,6 +346,7 @@ class Delayed(View):
         return None if time is None else time + self.lag_ps
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
         first, last = self._piece(start - self.lag_ps), self._piece(stop - self.lag_ps)
         parts: list[tuple[Any, Any]] = []
         for n in range(first, last + 1):

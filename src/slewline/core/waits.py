@@ -20,7 +20,7 @@ STALE = 64  # entries that a net which never changes may gather before they are 
 
 @coroutine
 def until(kernel: Kernel, ps: int) -> Generator[None, Any, None]:
-    """Wait for an instant; one that is not in the future is there already."""
+    """Wait for an instant (ps); return at once if it is not in the future."""
     if ps > kernel.now:
         task = kernel.task
         heappush(kernel.heap, (ps, next(kernel.order), task, task.token))  # type: ignore[union-attr]
@@ -29,14 +29,14 @@ def until(kernel: Kernel, ps: int) -> Generator[None, Any, None]:
 
 @coroutine
 def next_round(kernel: Kernel) -> Generator[None, Any, None]:
-    """Let whatever else this instant brings be done first."""
+    """Wait until everything that is due in this round has been done."""
     kernel.woken.append(kernel.task)
     yield
 
 
 @coroutine
 def level(net: Net, wanted: int) -> Generator[None, Any, None]:
-    """Wait until a net has a level; it may have it already."""
+    """Wait until a net has a level, 0 or 1; return at once if it has."""
     if net.level != wanted:
         task = net.kernel.task
         net.waiters.append((task, task.token, wanted))  # type: ignore[union-attr,arg-type]
@@ -57,9 +57,13 @@ def edge(net: Net) -> Generator[None, Any, None]:
 
 @coroutine
 def first_of(kernel: Kernel, ps: int | None, *wanted: tuple[Net, int | None]) -> Generator[None, Any, Net | None]:
-    """Wait for an instant (None: no limit) or any of the levels (None: any change); returns the net, or None for time.
+    """Wait for an instant (ps) or a level, whichever comes first; return the net, or None for the instant.
 
-    A level that is there already returns at once, the first in the list winning.
+    Args:
+        kernel: whose time it is.
+        ps: None: no limit.
+        wanted: nets, each with the level to wait for, 0 or 1; None: any change. A level that is there already returns
+            at once, the first in the list winning.
     """
     for net, value in wanted:
         if value is not None and net.level == value:
@@ -82,7 +86,7 @@ def first_of(kernel: Kernel, ps: int | None, *wanted: tuple[Net, int | None]) ->
 async def polled(kernel: Kernel, net: Net, wanted: int, every: int) -> None:
     """Look at a net every so many picoseconds until it has a level; the first look is now.
 
-    The looks are counted by arithmetic, not made: a level that is gone again before a look is not seen.
+    The looks are counted, not made: a level that is gone again before a look is not seen.
     """
     origin = kernel.now
     while net.level != wanted:

@@ -11,17 +11,17 @@ FLOATING = -1  # in arrays of levels: None
 
 
 def promised(what: Any) -> bool:
-    """Is it a promise?  Else it is a level."""
+    """Return whether something is a promise; else it is a level."""
     return not (what is None or what.__class__ is int or what.__class__ is tuple)
 
 
 def floats(what: Promise | Level) -> bool:
-    """Does a promise let go of the wire at times?"""
+    """Return whether a promise releases the wire at times, or a level is None."""
     return what is None or getattr(what, "floats", False)
 
 
 def alike(one: Any, two: Any) -> bool:
-    """Are they one and the same promise, or equal levels?"""
+    """Return whether two are one and the same promise, or equal levels."""
     return one is two or (not promised(one) and not promised(two) and one == two)
 
 
@@ -33,7 +33,7 @@ class Promise(Protocol):
         """The instant before which the promise holds; None: for good."""
 
     def level(self, ps: int) -> Level:
-        """Level at an instant, edges at that instant included."""
+        """Return the level at an instant (ps), edges at that instant included."""
 
     def after(self, ps: int) -> int | None:
         """Return when the level may change next, strictly after an instant: there is no edge before.
@@ -43,7 +43,7 @@ class Promise(Protocol):
         """
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Edges at start < t <= stop: times in ps and the levels after them."""
+        """Return the edges at start < t <= stop: times in ps and the levels after them."""
 
 
 class Wave:
@@ -61,18 +61,20 @@ class Wave:
         return self.before is None or None in self.levels
 
     def level(self, ps: int) -> Level:
+        """Return the level at an instant (ps), edges at that instant included."""
         if self.until is not None and ps >= self.until:
             ps = self.until - 1
         over = bisect_right(self.times, ps)
         return self.levels[over - 1] if over else self.before
 
     def levels_before(self, instants: list[int]) -> list[Level]:
-        """Levels just before some instants, of a wave without `until`."""
+        """Return the levels just before some instants (ps), of a wave without `until`."""
         times, levels = self.times, self.levels
         overs = [bisect_left(times, ps) for ps in instants]
         return [levels[over - 1] if over else self.before for over in overs]
 
     def after(self, ps: int) -> int | None:
+        """Return when the level may change next, strictly after an instant (ps); None: as things stand never."""
         over = bisect_right(self.times, ps)
         if over == len(self.times):
             return None
@@ -80,7 +82,7 @@ class Wave:
         return time if self.until is None or time < self.until else None
 
     def edges(self, start: int, stop: int) -> tuple[list[int], list[Level]]:
-        """Edges at start < t <= stop, as two lists."""
+        """Return the edges at start < t <= stop (ps), as two lists."""
         pairs = [
             p
             for p in zip(self.times, self.levels, strict=True)

@@ -53,7 +53,11 @@ class ChipsetHost:
         return packets.values(row.reads, found)[0] if row.reads else None
 
     def query(self, name: str, axis: int = 0) -> int:
-        """The same for a command that returns something."""
+        """Send a command that reads something and return the number, in the command's own units.
+
+        Raises:
+            UsageError: an unknown command, or one that reads nothing.
+        """
         if not packets.row(self.sheet, name).reads:
             raise UsageError(f"{name} returns nothing, so there is no query; send it with command()")
         return self.command(name, axis=axis)  # type: ignore[return-value]
@@ -92,7 +96,7 @@ class ChipsetHost:
         return found
 
     def close(self) -> None:
-        """Hang up; the chipset goes on."""
+        """Close the connection; the chipset goes on."""
         self.port.close()
 
     def __enter__(self) -> ChipsetHost:

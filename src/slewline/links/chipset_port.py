@@ -68,7 +68,7 @@ class ChipsetPort:
 
     # ------------------------------------------------------------------------------------------------------ registers
     def exchange(self, *requests: tuple[int, int]) -> bytes:
-        """Requests, first and second byte of each, in one go; returns the answers, a byte each.
+        """Send requests, first and second byte of each, in one go; return the answers, a byte each.
 
         A port that gave no answer is closed: a late one would be taken for that to something else.
         """
@@ -93,7 +93,7 @@ class ChipsetPort:
 
     # -------------------------------------------------------------------------------------------------------- packets
     def packet(self, code: int, words: Iterable[int] = (), reads: int = 1) -> tuple[int, ...]:
-        """A packet in one exchange: a command byte, words behind it, and so many words to be read.
+        """Send a packet in one exchange, a command byte and words after it, and read so many words.
 
         Returns:
             The words that were read; the last of a packet is its checksum.
@@ -115,7 +115,7 @@ class ChipsetPort:
 
     # ------------------------------------------------------------------------------------------------------------ end
     def close(self) -> None:
-        """Hang up; the chipset goes on."""
+        """Close the connection; the chipset goes on."""
         self.socket.close()
 
     def __enter__(self) -> ChipsetPort:
@@ -126,10 +126,10 @@ class ChipsetPort:
 
 
 def allowed(what: str, number: int, most: int) -> int:
-    """A number that fits.
+    """Return a number that is in the range 0 to `most`.
 
     Raises:
-        ValueError: it does not.
+        ValueError: it is not.
     """
     if not isinstance(number, int) or not 0 <= number <= most:
         raise ValueError(f"{what} {number!r}; allowed 0..{most}")

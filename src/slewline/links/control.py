@@ -73,7 +73,7 @@ class Control:
         self.clients.append(Client(self, connection))
 
     def close(self) -> None:
-        """Hang up on everybody."""
+        """Close all connections and the port."""
         self.listener.close()
         for client in list(self.clients):
             client.gone("")
@@ -90,16 +90,16 @@ class Client:
         self.stream = Stream(self.server.loop, connection.fileno(), self.take, self.gone, self.room, QUEUE, self.ended)
 
     def room(self) -> int:
-        """Nothing is read while a reply is owed, or replies are not read."""
+        """Return how many bytes may be read now: none while a reply is owed, or replies are not read."""
         return 0 if self.waiting or self.stream.outgoing or self.refused else LONGEST
 
     def take(self, data: bytes) -> None:
-        """Requests, or pieces of them."""
+        """Take bytes: requests, or pieces of them."""
         self.incoming += data
         self.work()
 
     def ended(self) -> None:
-        """No more requests will come."""
+        """Take notice that no more requests will come."""
         self.incoming += b"\n"
         self.work()
 
@@ -124,7 +124,7 @@ class Client:
                 self.answer(bytes(line))
 
     def greet(self, line: bytes) -> bool:
-        """Does the first line come from a client?  Hang up if not."""
+        """Return whether the first line comes from a client; hang up if not."""
         try:
             token = as_object(line).get("token")
             if self.control.token is not None and not same(token, self.control.token):
@@ -137,7 +137,7 @@ class Client:
         return self.known
 
     def answer(self, line: bytes) -> None:
-        """One request."""
+        """Answer one request, a line."""
         request: Data = {}
         try:
             request = read(line)
@@ -156,7 +156,7 @@ class Client:
         when: Callable[[], int | None] | None = None,
         nets: Iterable[Net] = (),
     ) -> None:
-        """Owe a reply until a condition comes about, or an instant."""
+        """Owe a reply until a condition is met, or an instant (ps) is there."""
         self.waiting = True
 
         def done(met: bool) -> None:
@@ -167,18 +167,18 @@ class Client:
         self.server.pace.wait(Wait(met, limit_ps, done, when, nets))
 
     def go_on(self) -> None:
-        """Requests that have come meanwhile, and those that are still to be read."""
+        """Answer requests that have come meanwhile, and go on reading."""
         self.work()
         self.stream.resume()
 
     def reply(self, request: Data, found: Data) -> None:
-        """One line."""
+        """Send the reply to a request, a line."""
         if "id" in request:
             found = {"id": request["id"]} | found
         self.stream.write(json.dumps(found | {"time_ps": self.server.bench.now_ps}).encode() + b"\n")
 
     def gone(self, _why: str) -> None:
-        """The client has gone; what it waited for may come about all the same."""
+        """Take notice that the connection is closed: pending waits stay active, but their replies are discarded."""
         self.stream.close()
         self.connection.close()
         if self in self.control.clients:
@@ -186,7 +186,7 @@ class Client:
 
 
 def same(token: object, expected: str) -> bool:
-    """Is it the token?  It takes as long to say no, however much of it is right."""
+    """Return whether it is the token, in a time that does not depend on how much of it is right."""
     return isinstance(token, str) and hmac.compare_digest(token.encode("utf-8", "replace"), expected.encode("utf-8"))
 
 
@@ -202,45 +202,55 @@ class Requests:
         return found
 
     def chip(self, name: str) -> Chip:
-        """A chip by its name."""
+        """Return a chip by its name.
+
+        Raises:
+            UnknownName: no such chip.
+        """
         if name not in self.bench.chips:
             raise UsageError(f"no chip {name!r}; there are: {', '.join(self.bench.chips)}")
         return self.bench.chips[name]
 
     def axis(self, request: Data) -> OneAxis:
-        """An axis of a chip, the first one unless another is named."""
+        """Return the axis of a chip that a request names, the first one by default."""
         return self.chip(request["chip"]).axis(request.get("axis", 1))
 
     def do_drive(self, request: Data) -> Data:
+        """Drive a pin from outside."""
         self.bench.pin(request["pin"]).drive(request["level"])
         return {}
 
     def do_release(self, request: Data) -> Data:
+        """Release a pin from outside."""
         self.bench.pin(request["pin"]).release()
         return {}
 
     def do_pulse(self, request: Data) -> Data:
+        """Drive a pin for a time."""
         self.bench.pin(request["pin"]).pulse(request["level"], request["width"])
         return {}
 
     def do_read(self, request: Data) -> Data:
+        """Reply with the levels of some pins."""
         if not isinstance(request["pins"], list) or not all(isinstance(name, str) for name in request["pins"]):
             raise UsageError(f'pins {request["pins"]!r}; expected a list such as ["x.rdy"]')
         return {"levels": {name: self.bench.pin(name).level for name in request["pins"]}}
 
     def do_advance(self, request: Data) -> None:
+        """Let time pass in lockstep; reply when it has."""
         if not self.server.pace.lockstep:
             raise UsageError("advance: time follows the wall clock here; start the server with --lockstep")
         end = self.bench.now_ps + picoseconds(request["time"])
         self.client.wait(request, lambda _met: {}, lambda: False, end)
 
     def do_until(self, request: Data) -> None:
+        """Wait for a condition; reply when it is met, or its time is over."""
         condition = self.condition(request)
         end = self.bench.now_ps + picoseconds(request.get("timeout", "60 s"))
         self.client.wait(request, lambda met: {"met": met}, condition.met, end, condition.foreseen, condition.nets)
 
     def condition(self, request: Data) -> Condition:
-        """A pin with its level, or a chip with its position."""
+        """Return the condition of a request: a pin with its level, or a chip with its position."""
         if {"pin", "level"} <= set(request) and not {"chip", "position"} & set(request):
             return self.bench.pin(request["pin"]).is_(request["level"])
         if {"chip", "position"} <= set(request) and not {"pin", "level"} & set(request):
@@ -250,7 +260,11 @@ class Requests:
         raise UsageError("until: give pin and level, or chip and position")
 
     def line(self, name: str) -> SerialLine:
-        """A serial line by its name, or by that of any chip on it."""
+        """Return a serial line by its name, or by that of any chip on it.
+
+        Raises:
+            UnknownName: no such line.
+        """
         lines = [line for line in self.server.lines.values() if isinstance(line, SerialLine)]
         for line in lines:
             if name == line.name or name in (chip.name for chip in line.chips):
@@ -268,6 +282,7 @@ class Requests:
         return {}
 
     def do_fault(self, request: Data) -> Data:
+        """Plan faults in the characters of a line, or in a chip's EEPROM."""
         if "chip" in request:
             return self.eeprom(request, True)
         if not {"line", "to"} <= set(request):
@@ -280,6 +295,7 @@ class Requests:
         return {}
 
     def do_clear(self, request: Data) -> Data:
+        """End the faults of a line, and reply with how many characters they hit; or those of a chip's EEPROM."""
         if "chip" in request:
             return self.eeprom(request, False)
         if "line" not in request:
@@ -290,15 +306,18 @@ class Requests:
         return {"hits": {"chip": line.to_chip.done, "host": line.to_host.done}}
 
     def do_power(self, request: Data) -> Data:
+        """Switch the supply of a chip."""
         if not isinstance(request["on"], bool):
             raise UsageError(f"on {request['on']!r}; allowed true, false")
         self.chip(request["chip"]).power(request["on"])
         return {}
 
     def do_status(self, _request: Data) -> Data:
+        """Reply with the state of everything."""
         return status(self.server)
 
     def do_findings(self, request: Data) -> Data:
+        """Reply with the last findings, of a chip or part or of all."""
         start = picoseconds(request.get("start", 0))
         owner = self.bench[request["source"]] if "source" in request else self.bench
         found = [one for one in owner.findings if one.time_ps >= start]
@@ -309,9 +328,11 @@ class Requests:
         return {"findings": shown, "omitted": len(found) - len(shown)}
 
     def do_schema(self, _request: Data) -> Data:
+        """Reply with what requests and replies look like."""
         return {"schema": schema()}
 
     def do_steps(self, request: Data) -> Data:
+        """Reply with the steps of an axis."""
         axis = self.axis(request)
         start, stop = request.get("start", 0), request.get("stop", self.bench.now_ps)
         count = axis.motor.count(moment(start), min(moment(stop), self.bench.now_ps))
@@ -321,5 +342,6 @@ class Requests:
         return {name: getattr(steps, name).tolist() for name in ("times_ps", "directions", "positions")}
 
     def do_quit(self, _request: Data) -> Data:
+        """End the server."""
         self.server.stop()
         return {}

@@ -50,6 +50,7 @@ class FramedLine(Line):
         self.too_long = self.full = self.cutting = False
 
     def feed(self, data: bytes) -> None:
+        """Take bytes of the host: lines of text, each carried out when it is complete."""
         for byte in data:
             if byte not in b"\r\n":
                 self.too_long |= len(self.line) >= LONGEST
@@ -112,14 +113,17 @@ class FramedLine(Line):
         return answer
 
     def say(self, text: str) -> None:
-        """An answer."""
+        """Send an answer, a line."""
         self.give(text.encode("ascii", "backslashreplace") + b"\r\n")
 
     def room(self) -> int:
+        """Return how many bytes may come now."""
         return CHUNK  # what is too much is refused line by line, so that ? and ! are always heard
 
     def sent(self) -> bool:
+        """Return whether everything that has come has gone to the chip."""
         return True  # the next host may have come to forget what the last one has left
 
     def quiet(self) -> bool:
+        """Return whether everything that was sent is played, and answered."""
         return self.computer.idle

@@ -1,7 +1,7 @@
-"""The transcript of what was served: both directions of every line, in virtual time, and what happened around them.
+r"""The transcript of what was served: both directions of every line, in virtual time, and what happened around them.
 
-         0.012292 x  < F\\r                        from the host to the module
-         0.017729 x  > R\\r                        and back
+         0.012292 x  < F\r                        from the host to the module
+         0.017729 x  > R\r                        and back
          0.020000 y  < 2 6c                        a byte to a register of a chipset, 5c from one: > 0 5c
          0.500000 x  ! 127.0.0.1:40522 has gone    connections, faults, findings, what had to be dropped
 
@@ -64,7 +64,7 @@ class Log:
             raise UsageError(f"log {self.path}: {error.strerror}; give a file that can be written") from None
 
     def characters(self, line: str, way: str, data: bytes) -> None:
-        """Characters have passed."""
+        """Write characters that have passed."""
         if self.file is None:
             return
         for byte in data:
@@ -84,7 +84,7 @@ class Log:
             self.write(since, line, way, data.decode("latin-1").encode("unicode_escape").decode("ascii"))
 
     def event(self, line: str, text: str) -> None:
-        """Something has happened around a line."""
+        """Write an event on a line."""
         if self.file is not None:
             self.end(line)
             self.write(
@@ -92,7 +92,7 @@ class Log:
             )
 
     def write(self, ps: int, line: str, way: str, text: str) -> None:
-        """One line of the transcript; a full disk does not stop the server."""
+        """Write one line of the transcript; a full disk does not stop the server."""
         if self.file is None:
             return
         try:

@@ -26,7 +26,7 @@ class FineSelector(selectors.DefaultSelector):
     """The selector of the system, with sleeps of any length."""
 
     def select(self, timeout: float | None = None) -> list[Ready]:
-        """What is ready, after at most so many seconds."""
+        """Return what is ready, after at most so many seconds."""
         if timeout:
             select.select([self.fileno()], [], [], timeout)
             timeout = 0

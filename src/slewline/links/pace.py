@@ -43,7 +43,7 @@ class Lag:
     lost_ns: int = 0
 
     def note(self, late_ns: int) -> None:
-        """An event was due so long ago."""
+        """Note that an event was due so many nanoseconds ago."""
         self.events += 1
         self.late += late_ns > LATE_NS
         self.worst_ns = max(self.worst_ns, late_ns)
@@ -80,22 +80,22 @@ class Pace:
         self.lag = Lag()
 
     def start(self) -> None:
-        """Serving begins: the chips are powered up by the time that anybody can speak to them."""
+        """Begin to serve: power the chips up before anybody can speak to them."""
         self.kernel.run(self.kernel.now + POWER_UP_PS)
 
     def goal(self) -> int:
-        """The instant up to which time may pass now, ps."""
+        """Return the instant up to which time may pass now (ps)."""
         raise NotImplementedError
 
     def pause(self) -> float | None:
-        """How long the loop may sleep when everything up to the goal is done, seconds; None: until a byte comes."""
+        """Return how long the loop may sleep once the goal is reached, in seconds; None: until a byte comes."""
         raise NotImplementedError
 
     def present(self) -> None:
-        """Something has come from outside: what it meets is the bench of this instant."""
+        """Bring the bench to this instant, because something has come from outside."""
 
     def wait(self, wait: Wait) -> None:
-        """From now on, somebody waits."""
+        """Add somebody who waits."""
         for net in wait.nets:
             net.watch(_seen)
         self.waits.append(wait)
@@ -160,18 +160,21 @@ class Paced(Pace):
         self.origin_ps = self.origin_ns = 0
 
     def start(self) -> None:
+        """Begin to serve: virtual time and the wall clock start together."""
         super().start()
         self.origin_ps, self.origin_ns = self.kernel.now, self.clock()
 
     def goal(self) -> int:
+        """Return the instant that the wall clock has reached (ps)."""
         passed = self.clock() - self.origin_ns
         return self.origin_ps + passed * PS_PER_NS * self.rate.numerator // self.rate.denominator
 
     def nanoseconds(self, ps: int) -> int:
-        """Nanoseconds of the wall clock in which so much virtual time passes, rounded up."""
+        """Return the nanoseconds of the wall clock in which so many ps of virtual time pass, rounded up."""
         return -(-ps * self.rate.denominator // (PS_PER_NS * self.rate.numerator))
 
     def pass_time(self) -> bool:
+        """Let time pass up to the wall clock, for a slice at most; return False when there is more to do at once."""
         due = self.kernel.next_time()
         goal = self.goal()
         if due is not None and due <= goal:
@@ -183,9 +186,11 @@ class Paced(Pace):
         return super().pass_time()
 
     def present(self) -> None:
+        """Let time pass up to the wall clock, because something has come from outside."""
         self.pass_time()
 
     def pause(self) -> float | None:
+        """Return the seconds until the next event is due; None: until a byte comes."""
         self.kernel.settle()
         times: list[int | None] = [self.kernel.next_time()]
         for wait in self.waits:
@@ -203,7 +208,9 @@ class Lockstep(Pace):
     lockstep = True
 
     def goal(self) -> int:
+        """Return the instant up to which a client lets time pass (ps)."""
         return max((wait.limit_ps for wait in self.waits), default=self.kernel.now)
 
     def pause(self) -> float | None:
+        """Return None: only a byte from a client lets time pass."""
         return None

@@ -54,6 +54,7 @@ class PacketStream(Stream):
         super().__init__(loop, fd, line.take, lambda _why: None, line.room)
 
     def fetch(self, room: int) -> bytes | None:
+        """Read; None: the other side has hung up."""
         data = os.read(self.fd, room + 1)
         if data[:1] == b"\0":
             self.used()

@@ -58,11 +58,13 @@ class RegisterLine(Line):
         return f"slewline registers {VERSION} {sheet.part} {sheet.axes}\r\n".encode("ascii")
 
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
+        """Connect a host."""
         self.half = b""
         super().attach(name, host, resume)
 
     # ------------------------------------------------------------------------------------------------------- requests
     def feed(self, data: bytes) -> None:
+        """Take bytes of the host: accesses to registers."""
         data = self.half + data
         self.half = data[len(data) & ~1 :]
         for request, value in zip(data[::2], data[1::2], strict=False):
@@ -116,21 +118,24 @@ class RegisterLine(Line):
 
     # ----------------------------------------------------------------------------------------------------- transcript
     def note(self, way: str, data: bytes) -> None:
-        """Accesses stand in the transcript, not the bytes that ask for them."""
+        """Write accesses into the transcript, not the bytes that ask for them."""
 
     def _show(self, way: str, offset: int, byte: int) -> None:
         """An access in the transcript: "< 2 31", "> 0 5c"."""
         self.log.write(self.kernel.now, self.name, way, f"{offset:x} {byte:02x}")
 
     def room(self) -> int:
+        """Return how many bytes may come now."""
         room = BACKLOG - len(self.board.queue)
         self.full = room <= 0
         return room
 
     def sent(self) -> bool:
+        """Return whether everything that has come has been carried out."""
         return self.board.idle
 
     def quiet(self) -> bool:
+        """Return whether everything that was asked for is answered."""
         return self.board.idle
 
 
@@ -140,15 +145,16 @@ class RegisterSession(Session):
     line: RegisterLine
 
     def arrive(self) -> None:
-        """Greet; nothing more goes out before the turn has come, for every answer belongs to a request."""
+        """Greet; nothing more goes out before its turn, for every answer belongs to a request."""
         self.stream.write(self.line.greeting)
 
     def begin(self) -> None:
+        """Begin the turn of this host."""
         super().begin()
         self.attach()
 
     def room(self) -> int:
-        """Nothing is read while answers are not: none may be dropped."""
+        """Return how many bytes may be read now: none while answers are not read, for none may be dropped."""
         if self.stream.outgoing:
             return 0
         return min(super().room(), self.line.room()) if self.begun else super().room()

@@ -18,7 +18,7 @@ class Reports:
         self.more: dict[tuple[str, str], int] = {}  # since the last report of this source and code
 
     def found(self, finding: Finding) -> None:
-        """There is a finding."""
+        """Report a finding."""
         key = finding.source, finding.code
         if key in self.more:
             self.more[key] += 1

@@ -29,17 +29,17 @@ PIN: Data = TEXT | {"pattern": r"^\w+\.\w+$"}
 
 
 def array(of: Data) -> Data:
-    """A list of values of a kind."""
+    """Return the schema of a list of values of a kind."""
     return {"type": "array", "items": of}
 
 
 def mapping(of: Data) -> Data:
-    """Values of a kind by names that depend on the bench."""
+    """Return the schema of values of a kind by names that depend on the bench."""
     return {"type": "object", "additionalProperties": of}
 
 
 def record(needed: Mapping[str, Data], optional: Mapping[str, Data] | None = None) -> Data:
-    """An object with keys that are known."""
+    """Return the schema of an object with known keys."""
     return {"type": "object", "properties": {**needed, **(optional or {})}, "required": list(needed)}
 
 
@@ -228,7 +228,7 @@ COMMON = (
 
 
 def read(line: bytes) -> Data:
-    """A request.
+    """Return a request.
 
     Raises:
         UsageError: no JSON object with a known "do", or keys that it does not have.
@@ -252,7 +252,7 @@ def read(line: bytes) -> Data:
 
 
 def as_object(line: bytes) -> Data:
-    """A line as a JSON object.
+    """Return a line as a JSON object.
 
     Raises:
         UsageError: it is none.
@@ -267,7 +267,7 @@ def as_object(line: bytes) -> Data:
 
 
 def must_be_text(kind: Data) -> bool:
-    """Has a value of this kind to be text?"""
+    """Return whether a value of this kind has to be text."""
     return kind.get("type") == "string" or isinstance(kind.get("enum", [0])[0], str)
 
 
@@ -287,17 +287,17 @@ def schema() -> Data:
 
 
 def request_schema(row: Request) -> Data:
-    """What a request looks like."""
+    """Return what a request looks like."""
     needed = {"do": {"const": row.do}} | {key.name: described(key) for key in row.keys if not key.default}
     optional = {key.name: described(key) for key in (*row.keys, *COMMON) if key.default}
     return record(needed, optional) | {"additionalProperties": False, "description": row.says}
 
 
 def reply_schema(row: Request) -> Data:
-    """What the answer to it looks like, unless it is an error; later versions may add keys."""
+    """Return what the reply to it looks like, unless it is an error; later versions may add keys."""
     return record({key.name: described(key) for key in row.reply} | {"time_ps": WHOLE}, {"id": {}})
 
 
 def described(key: Key) -> Data:
-    """The kind of a key, with what it means."""
+    """Return the kind of a key, with what it means."""
     return key.kind | {"description": key.says}

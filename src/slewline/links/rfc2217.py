@@ -111,7 +111,7 @@ class Remote:
             self.port.space(on)
 
     def reset_input_buffer(self) -> None:
-        """Nothing is kept that could be dropped: characters go out as they come."""
+        """Drop nothing: characters go out as they come."""
 
     def reset_output_buffer(self) -> None:
         """Drop what waits for its turn on the line; what another host has sent stays."""
@@ -148,22 +148,26 @@ class NetSession(Session):
     line: SerialLine
 
     def arrive(self) -> None:
+        """Connect the host: answer its options of the line from now on."""
         super().arrive()
         self.remote = Remote(self, self.line, *self.port.settings)
         self.manager = Manager(self.remote, Telnet(self))  # type: ignore[arg-type]
 
     def begin(self) -> None:
+        """Begin the turn of this host, with the rate and format it has asked for."""
         super().begin()
         self.remote.apply(self.remote.baud, self.remote.word)
         if self.remote.break_condition:
             self.remote.break_condition = True
 
     def end(self) -> None:
+        """End the turn of this host: the line returns to the settings of the port."""
         if self.remote.break_condition:
             self.remote.break_condition = False
         self.remote.apply(*self.port.settings)
 
     def heard(self, data: bytes) -> None:
+        """Take bytes of the host, telnet commands among them."""
         for byte in data:
             try:
                 for found in self.manager.filter(bytes([byte])):
@@ -177,6 +181,7 @@ class NetSession(Session):
         self.port.pump()
 
     def give(self, data: bytes) -> int:
+        """Send characters to the host; return how many were dropped."""
         return min(super().give(b"".join(self.manager.escape(data))), len(data))
 
 

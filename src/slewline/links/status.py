@@ -16,7 +16,7 @@ SHOWN_FINDINGS = 20
 
 
 def status(server: Server) -> dict[str, Any]:
-    """Everything that a client of the control port may want to know."""
+    """Return everything that a client of the control port may want to know."""
     return {
         "pace": pace(server),
         "chips": {name: chip_status(server, chip) for name, chip in server.bench.chips.items()},
@@ -27,7 +27,7 @@ def status(server: Server) -> dict[str, Any]:
 
 
 def pace(server: Server) -> dict[str, Any]:
-    """How time passes, and how well the wall clock was kept; microseconds."""
+    """Return how time passes, and how late the wall clock was met, in microseconds."""
     lag = server.pace.lag
     found: dict[str, Any] = {"lockstep": server.pace.lockstep}
     if isinstance(server.pace, Paced):
@@ -37,7 +37,7 @@ def pace(server: Server) -> dict[str, Any]:
 
 
 def chip_status(server: Server, chip: Chip) -> dict[str, Any]:
-    """A chip as it stands; of its findings the last ones."""
+    """Return the state of a chip, with its last findings."""
     return {
         "part": chip.sheet.part,
         **axis_status(chip),
@@ -52,17 +52,17 @@ def chip_status(server: Server, chip: Chip) -> dict[str, Any]:
 
 
 def last(findings: list[Finding]) -> list[dict[str, Any]]:
-    """The last ones of some findings."""
+    """Return the last ones of some findings."""
     return [{"time_ps": found.time_ps, "code": found.code, "text": found.text} for found in findings[-SHOWN_FINDINGS:]]
 
 
 def axis_status(axis: OneAxis) -> dict[str, Any]:
-    """An axis as it stands; a chip as a whole shows its first one."""
+    """Return the state of an axis; a chip as a whole shows its first one."""
     return {"position": axis.position, "registers": dict(axis.registers)}
 
 
 def line_status(line: Line) -> dict[str, Any]:
-    """A line: who is connected, and what has passed."""
+    """Return the state of a line: who is connected, and what has passed."""
     found: dict[str, Any] = {
         "chips": [chip.name for chip in line.chips],
         "host": line.host_name or None,
@@ -78,7 +78,7 @@ def line_status(line: Line) -> dict[str, Any]:
 
 
 def as_line(server: Server) -> str:
-    """The state in a line for a terminal."""
+    """Return the state as a line for a terminal."""
     bench, lag = server.bench, server.pace.lag
     parts = [f"{bench.now_ps / PS_PER_S:.3f} s"]
     for name, chip in bench.chips.items():

@@ -70,7 +70,7 @@ class Stream:
             self.take(data)
 
     def fetch(self, room: int) -> bytes | None:
-        """Read; None: the other side has hung up."""
+        """Read what is there; None: the other side has hung up."""
         return os.read(self.fd, room) or None
 
     def _end(self) -> None:
@@ -82,7 +82,7 @@ class Stream:
         self.ended()
 
     def resume(self) -> None:
-        """There is room again."""
+        """Read on: there is room again."""
         if self.open and not self.reading and not self.at_end:
             self.reading = True
             self._watch()
@@ -123,7 +123,7 @@ class Stream:
 
     # ---------------------------------------------------------------------------------------------------------- end
     def deafen(self, why: str) -> None:
-        """Nothing can be sent any more; what the other side has sent before is still to be read."""
+        """Drop what would be sent from now on; what the other side has sent before is still to be read."""
         self.why, self.deaf, self.blocked = why, True, False
         self.outgoing.clear()
         if self.ended is None or self.at_end:
@@ -139,13 +139,13 @@ class Stream:
             self.hang_up(self.why)
 
     def hang_up(self, why: str) -> None:
-        """The other side has gone."""
+        """Close, and report that the other side has gone."""
         if self.open:
             self.close()
             self.gone(why)
 
     def close(self) -> None:
-        """Neither read nor write any more; the file descriptor itself is the caller's."""
+        """Stop reading and writing; the file descriptor itself is the caller's."""
         if self.open:
             self.open = False
             self.loop.watch(self.fd)

@@ -1,4 +1,4 @@
-"""TCP: a raw socket for each line, socket://HOST:PORT for pySerial.
+r"""TCP: a raw socket for each line, socket://HOST:PORT for pySerial.
 
 A port behaves like a line: hosts take turns, and one owns the port at a time.
 
@@ -6,7 +6,7 @@ A port behaves like a line: hosts take turns, and one owns the port at a time.
     the next one comes       at any time: its bytes queue behind those, and it gets the answers that come from now on
     a second one beside it   gets a line of text that says who is there, and is hung up on
 
-A host that says no more (`printf 'V1\\r' | nc -N`) gets the answers to what it has said, unless the next one comes.
+A host that says no more (`printf 'V1\r' | nc -N`) gets the answers to what it has said, unless the next one comes.
 One that has vanished without a word (a cable pulled, a machine switched off) is found out by keepalive probes.
 That a host has closed shows behind its last byte only: one that leaves behind more than the system keeps for it, some
 64 KB, counts as there until its end is in sight.
@@ -36,7 +36,7 @@ CLOSED = select.POLLHUP | select.POLLERR | getattr(select, "POLLRDHUP", 0)
 
 
 def parse_address(text: str, allow_remote: bool = False) -> tuple[str, int]:
-    """ "HOST:PORT" as a pair; port 0 stands for any free one.
+    """Return "HOST:PORT" as a pair; port 0 stands for any free one.
 
     Raises:
         UsageError: not of this form, or reachable from other machines without `allow_remote`.
@@ -52,7 +52,7 @@ def parse_address(text: str, allow_remote: bool = False) -> tuple[str, int]:
 
 
 def is_loopback(host: str) -> bool:
-    """Is it this machine, seen from inside?"""
+    """Return whether an address is that of this machine, seen from inside."""
     if host == "localhost":
         return True
     try:
@@ -62,7 +62,7 @@ def is_loopback(host: str) -> bool:
 
 
 def resolved(host: str, address: str) -> int:
-    """The family of addresses to which a name belongs."""
+    """Return the family of addresses to which a name belongs."""
     try:
         return socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)[0][0]
     except (OSError, UnicodeError):
@@ -117,13 +117,13 @@ class Listener:
         self.accept(connection, f"{peer[0]}:{peer[1]}")
 
     def close(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         self.pause()
         self.socket.close()
 
 
 def has_closed(connection: socket.socket) -> bool:
-    """Will no more come from the other side than what is here already?"""
+    """Return whether no more will come from the other side than what is here already."""
     poll = select.poll()
     poll.register(connection.fileno(), CLOSED)
     return bool(poll.poll(0))
@@ -155,7 +155,7 @@ class Session:
         self.arrive()
 
     def arrive(self) -> None:
-        """The host is there: from now on it gets what the module says."""
+        """Connect the host: from now on it gets what the module sends."""
         self.attach()
 
     def attach(self) -> None:
@@ -164,19 +164,19 @@ class Session:
         self.line.attach(self.name, self.give, self.port.resume)
 
     def begin(self) -> None:
-        """The turn has come."""
+        """Begin the turn of this host."""
         self.begun = True
 
     def end(self) -> None:
-        """The turn is over: the host has gone, and all that it has sent is on its way."""
+        """End the turn: the host has gone, and all that it has sent is under way."""
 
     # --------------------------------------------------------------------------------------------------- to the line
     def room(self) -> int:
-        """How many bytes may come from the host now."""
+        """Return how many bytes may come from the host now."""
         return CHUNK - len(self.characters) - len(self.beginning.held)
 
     def take(self, data: bytes) -> None:
-        """From the host."""
+        """Take bytes from the host."""
         first = not self.beginning.seen
         passed = self.beginning.take(data)
         if self.beginning.is_http:
@@ -192,12 +192,12 @@ class Session:
             self.heard(self.beginning.release())
 
     def heard(self, data: bytes) -> None:
-        """Bytes of the host, none of them held back."""
+        """Take bytes of the host, none of them held back."""
         self.characters += data
         self.port.pump()
 
     def fed(self) -> None:
-        """Characters have gone to the line: there is room for more."""
+        """Take notice that characters have gone to the line: there is room for more."""
         self.stream.resume()
         if self.stream.at_end and not self.characters and not self.answering:
             self.answering = True
@@ -205,7 +205,7 @@ class Session:
 
     # --------------------------------------------------------------------------------------------------- to the host
     def give(self, data: bytes) -> int:
-        """To the host; returns how many bytes were dropped."""
+        """Send bytes to the host; return how many were dropped."""
         return self.stream.write(data)
 
     # ----------------------------------------------------------------------------------------------------------- end
@@ -225,13 +225,13 @@ class Session:
         return True
 
     def ended(self) -> None:
-        """The host says no more."""
+        """Take notice that the host sends no more."""
         self.heard(self.beginning.release())
         if self.stream.deaf:
             self.gone(self.stream.why)
 
     def detach(self, why: str) -> None:
-        """Answers go to somebody else, or to nobody."""
+        """Disconnect from the line: its answers go to another host, or to nobody."""
         if self.port.session is self:
             self.port.session = None
         if self.attached:
@@ -239,7 +239,7 @@ class Session:
             self.line.detach(why)
 
     def gone(self, why: str) -> None:
-        """The host has gone; the next one may come."""
+        """Take notice that the host has gone; the next one may come."""
         self.stream.close()
         self.connection.close()
         self.detach(why)
@@ -278,7 +278,7 @@ class TcpPort:
 
     # --------------------------------------------------------------------------------------------------------- turns
     def resume(self) -> None:
-        """The line has room again; may be called in mid-instant."""
+        """Read on: the line has room again; may be called in mid-instant."""
         self.full = False
         self.loop.ask(self.pump)
 
@@ -328,7 +328,7 @@ class TcpPort:
         self.loop.ask(self.pump)
 
     def close(self) -> None:
-        """Hang up, and listen no more."""
+        """Close the connection, and stop listening."""
         self.listener.close()
         hosts = list(self.turns)
         self.turns.clear()

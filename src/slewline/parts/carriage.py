@@ -45,9 +45,11 @@ class Gear(Part):
         return float(self.shaft.place)
 
     def quantities(self) -> tuple[Quantity, ...]:
+        """Return what the part has over time, to be drawn, written and asked."""
         return (self.shaft.quantity("position"),)
 
     def forget(self, before: int) -> None:
+        """Drop what the part keeps of the time before an instant (ps) for its quantities."""
         self.shaft.forget(before)
 
 
@@ -113,6 +115,7 @@ class Carriage(Part):
         return self._swallowed
 
     def catch_up(self) -> None:
+        """Work off what has happened up to the last committed instant."""
         self.shaft.look(self.kernel.seen)
 
     def _lost(self, ps: int, steps: int, anew: bool) -> None:
@@ -124,7 +127,9 @@ class Carriage(Part):
             self.finding("hard-stop", f"at {self.place:g} {self.unit} it runs into a stop: steps are lost", ps)
 
     def quantities(self) -> tuple[Quantity, ...]:
+        """Return what the part has over time, to be drawn, written and asked."""
         return (self.shaft.quantity("place", self.unit, float(self.scale)),)
 
     def forget(self, before: int) -> None:
+        """Drop what the part keeps of the time before an instant (ps) for its quantities."""
         self.shaft.forget(before)

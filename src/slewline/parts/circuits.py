@@ -11,7 +11,7 @@ RESET_FARAD = 1e-6
 
 
 def reset_time(r: float = PULL_UP_OHM, c: float = RESET_FARAD, *, supply: float = 5.0, threshold: float = 3.8) -> int:
-    """How long the capacitor at RESET keeps the pin low after power-up, in picoseconds (fig. 9.1).
+    """Return how long the capacitor at RESET keeps the pin low after power-up, in picoseconds (fig. 9.1).
 
     Args:
         r, c: ohms and farads; the built-in pull-up and 1 uF by default.
@@ -21,7 +21,7 @@ def reset_time(r: float = PULL_UP_OHM, c: float = RESET_FARAD, *, supply: float 
 
 
 def lc_frequency(l: float, c: float, cpp: float) -> float:  # noqa: E741  (the letter of the circuit)
-    """Frequency of the LC clock in hertz (fig. 9.2).
+    """Return the frequency of the LC clock in hertz (fig. 9.2).
 
     Args:
         l: coil, henry.

@@ -45,7 +45,7 @@ class Clocked(Follower):
         raise NotImplementedError
 
     def stepped(self) -> None:
-        """The clock has an edge at this instant, which nobody promised."""
+        """Take the edge of the clock at this instant, which nobody promised."""
         raise NotImplementedError
 
     def follow(self, clock: ClockEdges) -> None:
@@ -54,21 +54,25 @@ class Clocked(Follower):
 
     # ------------------------------------------------------------------------------------------------------- changes
     def cut(self, ps: int) -> None:
+        """Take notice of what the inputs have shown up to an instant (ps): they cannot be asked again."""
         if self._begun:
             self._level = self.outlooks[self.clock].level(ps)
             self._ahead.cut(ps)
             self.bring(ps)
 
     def lay(self) -> None:
+        """Promise what the outputs show from now on."""
         self._advance()
         self.follow(self._look_ahead())
 
     def go_by_edges(self) -> None:
+        """Follow the inputs edge by edge from now on."""
         if not self._laying:
             self.cut(self.kernel.seen)
         super().go_by_edges()
 
     def react(self) -> None:
+        """Drive the outputs to the levels that follow from those of the inputs."""
         self.bring(self.kernel.seen)
         self._advance()
         self.follow(Still())
@@ -109,5 +113,5 @@ class Clocked(Follower):
         return self._laying and self.pins[self.clock].net.level == self.edge != self._level
 
     def shown(self, name: str) -> Promise | Level:
-        """What an input shows from now on: a promise, or a level."""
+        """Return what an input shows from now on: a promise, or a level."""
         return self.pins[name].net.level if self.edge_driven else self.outlooks[name].shown()

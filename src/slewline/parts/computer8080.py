@@ -32,7 +32,7 @@ class Processor8080(Worker):
         self.sent = 0
 
     def ready(self) -> Net:
-        """The net behind the READY bit."""
+        """Return the net behind the READY bit."""
         return self.net("ready")
 
     async def states(self, number: int) -> None:
@@ -52,7 +52,7 @@ class Processor8080(Worker):
         await self.states(LOOP - IN)
 
     def before_stopper(self, data: Data) -> bytes:
-        """The bytes in front of the stopper FF."""
+        """Return the bytes in front of the stopper FF."""
         found, stop, _ = as_bytes(self.name, data).partition(bytes([STOPPER]))
         if not stop:
             raise UsageError(f"{self.name}: no stopper FF behind {found!r}; the routine would run on through memory")
@@ -73,7 +73,7 @@ class Host8080(Processor8080):
         self.add_pin("ready", "in", "READY of the chip", pull=1)
 
     def out(self, byte: int) -> None:
-        """OUT 0DCH."""
+        """Put a byte on the output port: OUT 0DCH."""
         self.drivers["port"].drive((0xFF, byte & 0x7F))
         self.drivers["request"].drive(byte >> 7)
 
@@ -85,7 +85,10 @@ class Host8080(Processor8080):
             self.work(f"SENDCHR {byte:#04x}", lambda byte=byte: self.sendchr(byte))  # type: ignore[misc]
 
     async def sendchr(self, byte: int) -> None:
-        """SENDCHR (fig. 10.7): wait until ready, out with bit 7 low, wait until busy, bit 7 high."""
+        """Send a character as SENDCHR does (fig. 10.7).
+
+        Wait until ready, out with bit 7 low, wait until busy, bit 7 high.
+        """
         await self.poll(self.ready(), 1)
         await self.states(MOVE + MVI + OUT)
         self.out(byte & 0x7F)
@@ -136,11 +139,12 @@ class Ppi8255(Processor8080):
             self._write(self.CONTROL, code)
 
     def ready(self) -> Net:
+        """Return the net behind the READY bit."""
         return self.net("b5")
 
     # -------------------------------------------------------------------------------------------------------- the ports
     def read(self, port: int) -> int:
-        """IN: what a port reads at this instant."""
+        """Return what a port reads at this instant: IN."""
         if port == self.DATA:
             return self.byte("a")
         if port == self.STATUS:
@@ -167,7 +171,7 @@ class Ppi8255(Processor8080):
 
     # --------------------------------------------------------------------------------------------- what a user asks for
     def out(self, port: int, value: int) -> None:
-        """Queue an OUT, for example out(0xEF, 0x0B) for STEP INHIBIT high."""
+        """Queue an OUT: a port and a value, such as 0xEF and 0x0B for STEP INHIBIT high."""
         self._checked(port, value)
         self.input("out", port, value)
 

@@ -51,6 +51,7 @@ class Bar(Translator):
         return super().position - self._cut_at
 
     def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
         super().rewired()
         self.pin("bit").net.watch(self._drilled)
         self.pin("blade").net.watch(self._cut)
@@ -68,6 +69,7 @@ class Bar(Translator):
             self._cut_at += self.position
 
     def catch_up(self) -> None:
+        """Work off what has happened up to the last committed instant."""
         for ps, place, _ in self._held.steps():
             self.finding("bit-broken", f"the bar leaves {place - self._cut_at} with the drill in it", ps)
 
@@ -87,6 +89,7 @@ class Drill(Translator):
         self._held = Held(self)
 
     def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
         super().rewired()
         self._bit.rewired()
         motor = self.pin("motor").net
@@ -94,6 +97,7 @@ class Drill(Translator):
         self._held.hold(motor.level == 0)
 
     def catch_up(self) -> None:
+        """Work off what has happened up to the last committed instant."""
         for ps, _, place in self._held.steps():
             if place > self.gap:
                 self.finding("drill-stands", f"the drill is {place - self.gap} steps in the bar and does not turn", ps)

@@ -77,15 +77,18 @@ class Counts(Sensor):
             raise UsageError(f"{self.name}: {counts!r} counts; expected a whole number")
 
     def promise(self) -> None:
+        """Promise what the outputs show from now on."""
         for name, code in self._codes.items():
             self.drivers[name].play(Channel(self._counter, code))
 
     @property
     def idle(self) -> bool:
+        """Nothing left to do by itself."""
         return not self._hand
 
     @property
     def waiting(self) -> str:
+        """What the part waits for."""
         return f"{self.name}: {self._hand} counts by hand" if self._hand else super().waiting
 
 
@@ -146,28 +149,30 @@ class Encoder(Counts):
         return motor
 
     def attached(self, own: str, row: Pin) -> None:
+        """Tell the motor inside which pin one of its own has been joined with."""
         if self._motor is not None and own in MOTOR:
             self._motor.attached(MOTOR[own], row)
 
     def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
         if self._motor is not None:
             self._motor.rewired()
         super().rewired()
 
     def block(self) -> None:
-        """The shaft stands still: steps are lost."""
+        """Block the shaft: it stands still, steps are lost."""
         self.input("block")
         self.shaft.block()
         self.kernel.settle()
 
     def free(self) -> None:
-        """The shaft follows again, from where it is."""
+        """Free the shaft: it follows again, from where it is."""
         self.input("free")
         self.shaft.free()
         self.kernel.settle()
 
     def slip(self, counts: int) -> None:
-        """The shaft does not follow the next steps, so many counts long, whatever their direction."""
+        """Let the shaft slip: it does not follow the next steps, so many counts long, whatever their direction."""
         self._check(counts)
         if counts < 0:
             raise UsageError(f"{self.name}: slips {counts} counts; allowed 0 and more (push turns the shaft)")
@@ -192,6 +197,7 @@ class Quadrature(Counts):
         super().rewired()  # its shaft is its own: there is nothing to wait for
 
     def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
         pass
 
     def run(self, rate: int) -> None:

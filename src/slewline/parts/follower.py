@@ -45,12 +45,14 @@ class Follower(Part):
         self._drivers_seen = -1  # of the inputs, when circles were looked for
 
     def add_pin(self, name: str, way: Way, says: str, **how: Any) -> Terminal:
+        """Make a pin, as `Part.add_pin`; an output promises what follows from the inputs."""
         terminal = super().add_pin(name, way, says, **how)
         if name in self.drivers:
             self.drivers[name].source = self
         return terminal
 
     def rewired(self) -> None:
+        """Look ahead along the inputs from now on."""
         if self.edge_driven:
             return
         self.outlooks = {name: Outlook(self.pins[name], self.changed) for name in self.follows}
@@ -65,11 +67,11 @@ class Follower(Part):
         raise NotImplementedError
 
     def react(self) -> None:
-        """An input of a part in a circle has changed: drive the outputs to levels."""
+        """Drive the outputs to levels: an input of a part in a circle has changed."""
         raise NotImplementedError
 
     def sources(self) -> Iterable[Follower]:
-        """The parts that run ahead and drive the inputs of this one."""
+        """Yield the parts that run ahead and drive the inputs of this one."""
         for name in self.follows:
             for driver in self.pins[name].net.drivers:
                 if isinstance(driver.source, Follower):
@@ -133,6 +135,7 @@ class Stateless(Follower):
         raise NotImplementedError
 
     def lay(self) -> None:
+        """Promise what the outputs show from now on."""
         inputs = [outlook.shown() for outlook in self.outlooks.values()]
         same = len(inputs) == len(self._inputs) and all(map(alike, inputs, self._inputs))
         self._inputs = inputs
@@ -143,6 +146,7 @@ class Stateless(Follower):
                 driver.renew()
 
     def react(self) -> None:
+        """Drive the outputs to the levels that follow from those of the inputs."""
         levels = [self.pins[name].level for name in self.follows]
         for pin, driver in self.drivers.items():
             driver.drive(self.view(pin, levels))

@@ -40,10 +40,11 @@ class Gate(Stateless):
         self._table = tuple(int(self.law(levels[::-1])) for levels in product((False, True), repeat=inputs))
 
     def view(self, pin: str, inputs: Sequence[Promise | Level]) -> Promise | Level:
+        """Return what an output shows while the inputs show promises or levels."""
         return gated(inputs, self._table)
 
     def law(self, levels: Iterable[bool]) -> bool:
-        """The output for the levels of the inputs."""
+        """Return the output for the levels of the inputs, True being high."""
         raise NotImplementedError
 
 
@@ -51,6 +52,7 @@ class And(Gate):
     """High while all inputs are high."""
 
     def law(self, levels: Iterable[bool]) -> bool:
+        """Return the output for the levels of the inputs, True being high."""
         return all(levels)
 
 
@@ -58,6 +60,7 @@ class Or(Gate):
     """Low while all inputs are low."""
 
     def law(self, levels: Iterable[bool]) -> bool:
+        """Return the output for the levels of the inputs, True being high."""
         return any(levels)
 
 
@@ -65,6 +68,7 @@ class Nand(Gate):
     """Low while all inputs are high."""
 
     def law(self, levels: Iterable[bool]) -> bool:
+        """Return the output for the levels of the inputs, True being high."""
         return not all(levels)
 
 
@@ -72,6 +76,7 @@ class Nor(Gate):
     """High while all inputs are low."""
 
     def law(self, levels: Iterable[bool]) -> bool:
+        """Return the output for the levels of the inputs, True being high."""
         return not any(levels)
 
 
@@ -97,6 +102,7 @@ class WireInverter(Stateless):
         self.drivers["out"].source = self
 
     def view(self, pin: str, inputs: Sequence[Promise | Level]) -> Promise | Level:
+        """Return what an output shows while the inputs show promises or levels."""
         return inverted(inputs[0])
 
 
@@ -120,10 +126,12 @@ class Delay(Follower):
         self.wired_ps = 0  # when the part was wired
 
     def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
         self.wired_ps = self.kernel.now
         super().rewired()
 
     def lay(self) -> None:
+        """Promise what the outputs show from now on."""
         driver, shown = self.drivers["out"], self.outlooks["in"].shown()
         if self._pieces and not self.withdrawn and alike(shown, self._shown):
             if driver.promise is not None:
@@ -133,9 +141,11 @@ class Delay(Follower):
         self._follow(gated([shown], HIGH))
 
     def react(self) -> None:
+        """Drive the outputs to the levels that follow from those of the inputs."""
         self._follow(int(self.high("in")))
 
     def freeze(self, ps: int) -> None:
+        """Bound the promise of the output the delay later than an instant (ps)."""
         super().freeze(ps + self.delay_ps)
 
     def _follow(self, shown: Promise | Level) -> None:
@@ -164,6 +174,7 @@ class Latch8(Part):
         self.held = 0xFF
 
     def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
         for name in ("d", "enable", "output_enable"):
             self.pin(name).net.watch(self._react)
         self._react()

@@ -31,14 +31,14 @@ MANAGEMENT = ("atn", "ifc", "srq")
 
 
 def add_bus_lines(part: Part) -> None:
-    """Data lines, handshake and management lines of the IEEE-488 bus."""
+    """Make the data lines, handshake and management lines of the IEEE-488 bus."""
     part.add_bus("dio", "data lines", role="dio")
     for name in (*HANDSHAKE, *MANAGEMENT):
         part.add_pin(name, "both", f"{name.upper()}, low active, open collector", pull=1, role=name)
 
 
 def pull(part: Part, name: str, low: bool) -> None:
-    """Pull an open-collector line low, or let go of it."""
+    """Pull an open-collector line low, or release it."""
     part.drivers[name].drive(0 if low else None)
 
 
@@ -69,6 +69,7 @@ class GpibListener(Part):
         self.add_pin("motion_complete", "in", "MOTION COMPLETE of the chip", pull=1)
 
     def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
         for name in ("dio", "dav", "atn", "ifc", "ready", "motion_complete"):
             self.pin(name).net.watch(self._react)
         self._react()
@@ -98,6 +99,7 @@ class GpibTalker(Worker):
         self.requests = 0
 
     def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
         self.net("srq").watch(self._requested)
 
     def _requested(self, net: Net) -> None:

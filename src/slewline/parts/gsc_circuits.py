@@ -39,11 +39,13 @@ class TwoClocks(Stateless):
         self.add_pin("ccw", "out", "CLOCK while DIR is low, else high", initial=1)
 
     def objection(self, own: str, row: Pin) -> str:
+        """Return why a neighbour's pin does not fit, or "": its clock must rest at the level between steps."""
         if own == "clock" and row.reset is not None and row.reset == row.active:
             return "rests at the level of a step: with each change of direction the other clock would step"
         return super().objection(own, row)
 
     def view(self, pin: str, inputs: Sequence[Promise | Level]) -> Promise | Level:
+        """Return what an output shows while the inputs show promises or levels."""
         return gated(inputs, TWO_CLOCKS[pin])
 
 
@@ -77,6 +79,7 @@ class StepCheck(Part):
             self._put(0)
 
     def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
         self.quarter = self._quarter()
         self.pin("clock").net.watch(self._clocked)
         for pin in "xy":
@@ -135,6 +138,7 @@ class Damping(Part):
         self.add_pin("dir_out", "out", "direction of the driver", initial=1, role="direction")
 
     def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
         for pin in ("mov", "ramp"):
             self.pin(pin).net.watch(lambda _: self._detect())
         self.pin("a").net.watch(self._ended)

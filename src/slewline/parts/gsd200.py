@@ -97,13 +97,16 @@ class GsD200(Clocked):
 
     # ------------------------------------------------------------------------------------------------------- changes
     def bring(self, ps: int) -> None:
+        """Take the steps up to an instant (ps)."""
         self._state = (self._state + self._by * self._counted.by(ps)) % len(STATES)
         self._counted = Still()
 
     def stepped(self) -> None:
+        """Take the step whose edge comes at this instant."""
         self._state = (self._state + self._step) % len(STATES)
 
     def follow(self, clock: ClockEdges) -> None:
+        """Follow another clock from now on."""
         if not self.high("reset"):
             self._state, clock = 0, Still()
         self._by, self._counted = self._step, clock
@@ -129,12 +132,12 @@ GROUND_OHM = NETWORKS["gs-d200"].ground
 
 
 def parallel(*resistors: float) -> float:
-    """Resistors side by side, ohms."""
+    """Return the resistance of resistors side by side, ohms."""
     return 1 / sum(1 / r for r in resistors)
 
 
 def set_point(*to_ground: float, to_supply: float | None = None, ground: float = GROUND_OHM) -> float:
-    """Phase current in amperes.
+    """Return the phase current in amperes.
 
     Args:
         to_ground: resistors from the set-point input to ground, ohms.
@@ -147,20 +150,23 @@ def set_point(*to_ground: float, to_supply: float | None = None, ground: float =
 
 
 def to_ground(amperes: float, ground: float = GROUND_OHM) -> float:
-    """The resistor to ground that makes a current below that of the open input: I / (1 - 0.933 I) kohm for 1200 ohm."""
+    """Return the resistor to ground, in ohms, that makes a current below that of the open input.
+
+    I / (1 - 0.933 I) kohm for 1200 ohm.
+    """
     volts = amperes / AMPERES_PER_VOLT
     return _rest(volts / ((SUPPLY_V - volts) / PULL_UP_OHM), ground, f"{amperes} A by a resistor to ground")
 
 
 def to_supply(amperes: float, *others: float, ground: float = GROUND_OHM) -> float:
-    """The resistor to 5 V that makes a current, with other resistors to ground."""
+    """Return the resistor to 5 V, in ohms, that makes a current, with other resistors to ground."""
     volts = amperes / AMPERES_PER_VOLT
     upper = (SUPPLY_V - volts) * parallel(ground, *others) / volts
     return _rest(upper, PULL_UP_OHM, f"{amperes} A by a resistor to 5 V")
 
 
 def beside(total: float, present: float) -> float:
-    """The resistor that makes `total` ohms with one that is present."""
+    """Return the resistor, in ohms, that makes `total` ohms with one that is present."""
     return _rest(total, present, f"{total:g} ohm beside {present:g}")
 
 
@@ -206,6 +212,7 @@ class PhaseCurrent(Part):
         self.history: History | None = None  # from the instant on at which the part is wired
 
     def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
         for pin in ("mov", "ramp"):
             self.pin(pin).net.watch(lambda _: self._note())
         self._note()
@@ -230,9 +237,11 @@ class PhaseCurrent(Part):
         return self.history
 
     def quantities(self) -> tuple[Quantity, ...]:
+        """Return what the part has over time, to be drawn, written and asked."""
         return (self._known.quantity(self.kernel, "current", "A"),)
 
     def forget(self, before: int) -> None:
+        """Drop what the part keeps of the time before an instant (ps) for its quantities."""
         self._known.forget(before)
 
     @property

@@ -1,12 +1,12 @@
-"""The ISA board of the chipset's application note: its host port as I/O addresses of a PC.
+r"""The ISA board of the chipset's application note: its host port as I/O addresses of a PC.
 
     base + 0   data, read and write     + 2   command, write     + 4   bit 7: HostRdy, read     + 8   reset, write
 
     clocks     |  0  |  1  |  2  |  3  |  4  |  5  |            of the bus, 8 MHz
     address    ---<================================>            selects the port, and is HostCmd (A1)
-    IOW, IOR   ‾‾‾‾‾‾\\_______________________/‾‾‾‾‾‾
-    HostWrite  ‾‾‾‾‾‾‾‾‾‾‾‾\\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾            the PAL cuts it short, so that data are held behind it
-    HostRead   ‾‾‾‾‾‾\\_______________________/‾‾‾‾‾‾            the PC takes the byte at its end
+    IOW, IOR   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾
+    HostWrite  ‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾            the PAL cuts it short, so that data are held behind it
+    HostRead   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾            the PC takes the byte at its end
 
 The board decodes ten address lines.  It takes sixteen addresses; those without a function read FF and take nothing, and
 the other bits of the status float and read 1.  RESET of the bus resets the chipset, too.
@@ -72,6 +72,7 @@ class Isa(Caller):
         self.reset_until = 0  # a write to base + 8 holds the chipset in reset so long
 
     def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
         self.pin("reset_drv").net.watch(self._put_reset)
         self._put_reset()
 
@@ -107,7 +108,7 @@ class Isa(Caller):
 
     # ------------------------------------------------------------------------------------------------------ bus cycles
     async def write(self, port: int, byte: int) -> None:
-        """A write cycle, now."""
+        """Write a byte to a port, now: a write cycle."""
         offset = self._offset(port)
         if offset in (DATA, COMMAND):
             self._select(command=int(offset == COMMAND))
@@ -120,7 +121,7 @@ class Isa(Caller):
         await until(self.kernel, self._clock(CYCLE))
 
     async def read(self, port: int) -> int:
-        """A read cycle, now."""
+        """Return the byte of a port, now: a read cycle."""
         offset, end = self._offset(port), self._clock(CYCLE)
         if offset == DATA:
             self._select(command=0)
@@ -135,7 +136,7 @@ class Isa(Caller):
         return byte
 
     async def until_ready(self, ps: int) -> None:
-        """No cycles, until HostRdy is high or so much time is over."""
+        """Wait, without cycles, until HostRdy is high or so much time (ps) is over."""
         await first_of(self.kernel, self.kernel.now + ps, (self.pins["hostrdy"].net, 1))
 
     def _offset(self, port: int) -> int:

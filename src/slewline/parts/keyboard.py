@@ -1,10 +1,10 @@
-"""A keyboard without a strobe of its own: a generator makes I/O REQUEST from the byte (s.10, fig. 10.8).
+r"""A keyboard without a strobe of its own: a generator makes I/O REQUEST from the byte (s.10, fig. 10.8).
 
 A strobe is made once per key, and only while READY is high:
 
-    key       ____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\\____      the byte is on the bus while the key is down
-    REQUEST   ‾‾‾‾\\______/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾      READY low clears the strobe,
-    READY     ‾‾‾‾‾‾‾‾‾‾‾\\___________/‾‾‾‾‾‾‾‾‾‾‾      READY high again does not set it
+    key       ____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\____      the byte is on the bus while the key is down
+    REQUEST   ‾‾‾‾\______/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾      READY low clears the strobe,
+    READY     ‾‾‾‾‾‾‾‾‾‾‾\___________/‾‾‾‾‾‾‾‾‾‾‾      READY high again does not set it
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Keyboard(Worker):
         self.add_pin("request", "out", "I/O REQUEST", initial=1)
 
     def type(self, keys: Data) -> None:
-        """Press one key after the other; "\\r" is RETURN."""
+        r"""Press one key after the other; "\r" is RETURN."""
         data = as_bytes(self.name, keys)
         self.input("type", data)
         for byte in data:

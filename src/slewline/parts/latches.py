@@ -39,6 +39,7 @@ class PositionLatch(Part):
         self.high_byte = self.low_byte = 0xFF
 
     def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
         for name in ("db", "outstrobe", "motion_complete"):
             self.pin(name).net.watch(self._latch)
         for name in ("read_high", "read_low"):
@@ -98,15 +99,18 @@ class PhaseLatch(Clocked):
 
     # ------------------------------------------------------------------------------------------------------- changes
     def bring(self, ps: int) -> None:
+        """Take the steps up to an instant (ps)."""
         self._hold(int(coil.level(ps)) for coil in self._coils)
 
     def stepped(self) -> None:
+        """Take the step whose edge comes at this instant."""
         self._hold(self._read())
 
     def _hold(self, levels: Iterable[int]) -> None:
         self._coils = [Sampled(Still(), level, level) for level in levels]
 
     def follow(self, clock: ClockEdges) -> None:
+        """Follow another clock from now on."""
         off = self.shown("off")
         for n, coil in enumerate(self._coils, 1):
             sampled = Sampled(clock, self.shown(f"phase{n}"), coil.before)

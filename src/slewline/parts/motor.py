@@ -77,9 +77,11 @@ class Translator(Clocked):
         return self.shaft.place // 1 + (self.sign if self.due else 0)
 
     def quantities(self) -> tuple[Quantity, ...]:
+        """Return what the part has over time, to be drawn, written and asked."""
         return (self.shaft.quantity("position"),)
 
     def forget(self, before: int) -> None:
+        """Drop what the part keeps of the time before an instant (ps) for its quantities."""
         self.shaft.forget(before)
 
     @property
@@ -89,12 +91,15 @@ class Translator(Clocked):
 
     # ------------------------------------------------------------------------------------------------------- changes
     def bring(self, ps: int) -> None:
+        """Take the steps up to an instant (ps)."""
         self.shaft.cut(ps)
 
     def stepped(self) -> None:
+        """Take the step whose edge comes at this instant."""
         self.shaft.step(self.kernel.now, self.sign)
 
     def follow(self, clock: ClockEdges) -> None:
+        """Follow another clock from now on."""
         self.shaft.turn(clock, self.sign, self.kernel.now)
 
 
@@ -167,10 +172,12 @@ class Motor(Translator):
 
     @property
     def position(self) -> int:
+        """Whole steps clockwise since the beginning, at the last committed instant."""
         return self.shaft.place // 1
 
     # ------------------------------------------------------------------------------------------------------- changes
     def bring(self, ps: int) -> None:
+        """Take the steps up to an instant (ps)."""
         if self._made is not None:
             self._pulsed = self._made.onward(ps)
             self._made = None
@@ -179,6 +186,7 @@ class Motor(Translator):
         super().bring(ps)
 
     def stepped(self) -> None:
+        """Take the step whose edge comes at this instant."""
         self._arrive()
         self._pulsed = self.limits.after(self._pulsed, self.kernel.now, self.sign)
         if self._pulsed.follows:
@@ -192,6 +200,7 @@ class Motor(Translator):
             self._under_way = 0
 
     def follow(self, clock: ClockEdges) -> None:
+        """Follow another clock from now on."""
         now = self.kernel.now
         self._arrive()
         self._made = StepsMade(clock, self.limits, self._pulsed, self.sign)
@@ -247,6 +256,7 @@ class Rotor(Follower):
         return FIELDS[sum(self.high(name) << n for n, name in enumerate(self.follows))]
 
     def catch_up(self) -> None:
+        """Work off what has happened up to the last committed instant."""
         if self._read_ps is not None:
             if self._laying:
                 self._look()
@@ -255,11 +265,13 @@ class Rotor(Follower):
 
     # ------------------------------------------------------------------------------------------------------- changes
     def cut(self, ps: int) -> None:
+        """Take notice of what the inputs have shown up to an instant (ps): they cannot be asked again."""
         if self._read_ps is not None:
             self._read(ps)
             self._levels = [outlook.level(ps) for outlook in self.outlooks.values()]
 
     def lay(self) -> None:
+        """Follow the field up to this instant; a rotor has no outputs."""
         if self._read_ps is not None:
             self._look()
         self._read_ps = self.kernel.now

@@ -22,7 +22,7 @@ class Chance:
         self.state = seed & WORD
 
     def below(self, number: int) -> int:
-        """One of 0 ... number-1, all alike."""
+        """Return one of 0 ... number-1, all equally likely."""
         self.state = self.state + 0x9E3779B97F4A7C15 & WORD
         mixed = (self.state ^ self.state >> 30) * 0xBF58476D1CE4E5B9 & WORD
         mixed = (mixed ^ mixed >> 27) * 0x94D049BB133111EB & WORD
@@ -48,7 +48,7 @@ class Plan:
             raise UsageError(f"chance {self.chance!r}; allowed above 0, up to 1")
 
     def strikes(self) -> bool:
-        """Does it hit the character that begins now?"""
+        """Return whether it hits the character that begins now."""
         if self.after:
             self.after -= 1
             return False
@@ -80,11 +80,11 @@ class Noise:
         self.plans.append(Plan(kind, count, chance, after, Chance(seed)))
 
     def clear(self) -> None:
-        """No more noise."""
+        """End all noise."""
         self.plans.clear()
 
     def strike(self) -> tuple[str, int]:
-        """A character begins: what happens to it ("": nothing), and to which of its data bits."""
+        """Return what happens to the character that begins now ("": nothing), and to which of its data bits."""
         if not self.plans:
             return "", 0
         plan = self.plans[0]
@@ -97,7 +97,7 @@ class Noise:
         return plan.kind, bit + (bit >= self.spared)
 
     def hit(self, byte: int) -> tuple[int | None, str]:
-        """A character passes: what comes out of it (None: nothing), and the fault of its frame, if any."""
+        """Return what comes out of a character (None: nothing), and the fault of its frame, if any."""
         kind, bit = self.strike()
         if kind == "lost":
             return None, ""

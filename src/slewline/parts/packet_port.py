@@ -1,9 +1,9 @@
-"""What a host has on the host port of a chipset, and how it strobes bytes through it.
+r"""What a host has on the host port of a chipset, and how it strobes bytes through it.
 
-HostRdy   ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\\___ 82 us ___/‾‾   looked at before each operation
-HostSlct  ‾‾‾‾\\________________________________________/‾‾‾‾‾‾‾
+HostRdy   ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\___ 82 us ___/‾‾   looked at before each operation
+HostSlct  ‾‾‾‾\________________________________________/‾‾‾‾‾‾‾
 bus       ----<     high byte     X     low byte       >-------   a command is one byte, with HostCmd high
-HostWrite ‾‾‾‾‾‾‾‾‾‾‾‾‾\\_____/‾‾‾‾‾‾‾\\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾   HostRead likewise; the chipset drives the bus
+HostWrite ‾‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾   HostRead likewise; the chipset drives the bus
            settle set-up low   gap    low     hold
 """
 

@@ -37,7 +37,11 @@ AXIS = Option("axis", "int", 1, "of the neighbour", low=1, high=4)  # of a part 
 
 
 def served(host: str, chips: Mapping[str, T], chip: object) -> T:
-    """What a host has for one of its chips, which is named or given itself."""
+    """Return what a host has for one of its chips, which is named or given itself.
+
+    Raises:
+        UnknownName: the host does not serve it.
+    """
     name = chip if isinstance(chip, str) else getattr(chip, "name", repr(chip))
     if name not in chips:
         raise UnknownName(f"{host} has no chip {name!r}; it serves {', '.join(chips)}")
@@ -103,22 +107,26 @@ class Part:
         return terminal
 
     def pin(self, name: str) -> Terminal:
-        """A pin by name."""
+        """Return a pin by its name.
+
+        Raises:
+            UnknownName: no such pin; the message lists those there are.
+        """
         try:
             return self.pins[name]
         except KeyError:
             raise UnknownName(f"{self.name} has no pin {name!r}; its pins: {', '.join(self.pins)}") from None
 
     def high(self, name: str) -> bool:
-        """Does a pin read high?  An open input does, as in TTL."""
+        """Return whether a pin reads high.  An open input does, as in TTL."""
         return bool(self.pins[name].net.level != 0)
 
     def byte(self, name: str) -> int:
-        """The byte on a bus pin."""
+        """Return the byte on a bus pin, 0 to 255."""
         return self.pins[name].net.byte  # type: ignore[attr-defined,no-any-return]
 
     def input(self, verb: str, *args: Any) -> None:
-        """Tell the outside that a user has told the part something by one of its methods, as plain data."""
+        """Report to the outside that a user has called one of the part's methods, as plain data."""
         plain = [list(arg) if isinstance(arg, bytes) else arg for arg in args]
         self.kernel.outside.tell("input", part=self.name, verb=verb, args=plain)
 
@@ -152,7 +160,7 @@ class Part:
                 self._catching_up = False
 
     def finding(self, code: str, text: str, at: int | None = None) -> None:
-        """Keep something that went wrong around the chip, now or at an instant of the past (ps)."""
+        """Add a finding around the chip, now or at an instant of the past (ps)."""
         found = Finding(self.kernel.now if at is None else at, self.name, code, text)
         insort(self._findings, found, key=attrgetter("time_ps"))
         self.on_finding(found)
@@ -168,7 +176,7 @@ class Part:
         """Take notice that `to` has joined a pin with a neighbour's, whose role holds at the level `row.active`."""
 
     def rewired(self) -> None:
-        """The part is wired, and time is about to pass: subclasses put their observers on here; called once."""
+        """Start to watch the pins: the part is wired, and time is about to pass.  Called once; subclasses fill it."""
 
     @property
     def idle(self) -> bool:

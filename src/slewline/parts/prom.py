@@ -59,6 +59,7 @@ class Prom(Part):
         self.requesting = False
 
     def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
         for name in ("ready", "load", *(f"p{bit}" for bit in range(8))):
             self.pin(name).net.watch(self._react)
         self.address = self.preset
@@ -90,8 +91,10 @@ class Prom(Part):
 
     @property
     def idle(self) -> bool:
+        """Nothing left to do by itself."""
         return self.ended
 
     @property
     def waiting(self) -> str:
+        """What the part waits for."""
         return f"{self.name}: at address {self.address:#04x}, " + ("the end" if self.ended else "waits for READY")

@@ -39,18 +39,19 @@ class Sensor(Follower):
         self._counter = StepCounter(shaft.course, scale, lag_ps)
 
     def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
         self.sit(self.shaft, self._counter.scale, self._counter.lag_ps)
         self.shaft.on_cut.add(self.consume)
         self.shaft.on_turn.add(self._turned)
         self.promise()
 
     def sources(self) -> Iterable[Follower]:
-        """The part that turns the shaft, if it runs ahead."""
+        """Yield the part that turns the shaft, if it runs ahead."""
         source = self.shaft.source
         return [source] if isinstance(source, Follower) else []
 
     def consume(self, ps: int) -> None:
-        """The course holds up to an instant only: follow it so far."""
+        """Follow the course of the shaft up to an instant (ps), up to which alone it holds."""
         self._counter = self._counter.onward(ps)
 
     def _turned(self) -> None:
@@ -62,10 +63,11 @@ class Sensor(Follower):
         raise NotImplementedError
 
     def lay(self) -> None:
+        """Promise what the outputs show from now on."""
         self.promise()
 
     def react(self) -> None:
-        """Who turns the shaft goes by edges; what is shown of it is promised all the same, since it comes later."""
+        """Promise what the outputs show, though the shaft is turned edge by edge: it comes later."""
 
 
 class Switch(Sensor):
@@ -139,17 +141,19 @@ class Switch(Sensor):
         return self._zone.closed_at(self.kernel.seen)
 
     def consume(self, ps: int) -> None:
+        """Follow the course of the shaft up to an instant (ps), up to which alone it holds."""
         self._closed = self._zone.closed_at(ps)
         self._since = ps
         super().consume(ps)
 
     def promise(self) -> None:
+        """Promise what the outputs show from now on."""
         self._zone = Zone(self._counter, self._since, self._closed, self._says, self._levels)
         self.drivers["out"].play(self._zone)
 
 
 def zone(low: Fraction | None, high: Fraction | None, hysteresis: Fraction) -> tuple[Scale, tuple[bool | None, ...]]:
-    """The bounds of a switch, and what the number of those below says: closed, open, or as it was (None)."""
+    """Return the bounds of a switch, and what the number of those below says: closed, open, or as it was (None)."""
     bounds: list[tuple[Fraction, bool | None]] = []
     if low is not None:
         bounds += [(low - hysteresis, None)] * bool(hysteresis) + [(low, True)]
@@ -159,10 +163,10 @@ def zone(low: Fraction | None, high: Fraction | None, hysteresis: Fraction) -> t
 
 
 def fraction(value: float) -> Fraction:
-    """A number as it is written: 0.1 is a tenth."""
+    """Return a number exactly as it is written: 0.1 is a tenth."""
     return Fraction(str(value))
 
 
 def fraction_or_none(value: float | None) -> Fraction | None:
-    """The same, or None."""
+    """Return a number exactly as it is written, or None."""
     return None if value is None else fraction(value)

@@ -1,6 +1,6 @@
-"""A serial line into the parallel port (s.10, fig. 10.16): the sender of a host, and a receive-only UART.
+r"""A serial line into the parallel port (s.10, fig. 10.16): the sender of a host, and a receive-only UART.
 
-    line   ‾‾‾‾\\_____/  d0 |  d1 | ... |  dn | parity | stop ‾‾‾‾‾       TTL levels, idle high, lowest bit first
+    line   ‾‾‾‾\_____/  d0 |  d1 | ... |  dn | parity | stop ‾‾‾‾‾       TTL levels, idle high, lowest bit first
                start  ^     ^           ^      ^         ^
                       the UART looks in the middle of each bit, on a clock of sixteen times the baud rate
 

@@ -53,13 +53,13 @@ class Limits:
         return not (self.lag_ps or self.pull_in or self.loses)
 
     def shortest_ps(self, rate: float) -> int:
-        """The shortest interval before the next step, at a rate."""
+        """Return the shortest interval before the next step (ps), at a rate."""
         if not self.pull_in:
             return 0
         return int(PS_PER_S / max(self.pull_in, sqrt(rate * rate + 2 * self.acceleration)))
 
     def after(self, of: Pulsed, ps: int, sign: int) -> Pulsed:
-        """What it is after a pulse at an instant."""
+        """Return the state after a pulse at an instant (ps)."""
         pulses, interval = of.pulses + 1, ps - of.pulsed_ps
         rate = of.rate if sign == of.sign else 0.0
         follows = ps >= of.arrives_ps and pulses not in self.loses and interval >= self.shortest_ps(rate)
@@ -75,7 +75,7 @@ class Limits:
         )
 
     def followed(self, of: Pulsed, times: NDArray[np.int64]) -> int:
-        """How many pulses it follows one after the other, the first one being followed: (n,) int64 ps, n >= 1."""
+        """Return how many pulses, (n,) int64 ps, n >= 1, it follows one after the other, the first one included."""
         import numpy as np
 
         intervals = np.diff(times)
@@ -154,11 +154,13 @@ class StepsMade(ClockEdges):
 
     # ---------------------------------------------------------------------------------------------- the steps made
     def by(self, ps: int) -> int:
+        """Return how many steps have been made by an instant (ps), that instant included."""
         n = self.clock.by(ps)
         self._work(n)
         return self._made(n)
 
     def at(self, k: int) -> int | None:
+        """Return the instant of step k (ps), or an earlier one at which to ask again; None: it does not come."""
         time: int | None = None
         for _ in range(LOOKS):
             if k <= self._made(self._known):
@@ -170,6 +172,7 @@ class StepsMade(ClockEdges):
         return time if k > self._made(self._known) else self.clock.at(self._pulse(k))
 
     def many(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of steps first ... last, all of which come: (n,) int64 ps, ascending."""
         import numpy as np
 
         if last < first:
@@ -181,7 +184,7 @@ class StepsMade(ClockEdges):
         return times
 
     def onward(self, ps: int) -> Pulsed:
-        """What it is at an instant."""
+        """Return the state at an instant (ps)."""
         n = self.clock.by(ps)
         self._work(n)
         if n == self._known:

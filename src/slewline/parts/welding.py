@@ -38,6 +38,7 @@ class Workpieces(Part):
         self.left = 0  # welds that the workpiece in place still needs
 
     def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
         self.pin("torch").net.watch(self._welded)
         self._next()
 
@@ -60,6 +61,7 @@ class Workpieces(Part):
 
     @property
     def waiting(self) -> str:
+        """What the part waits for."""
         return f"{self.name}: {self.finished} of {self.pieces} finished"
 
 
@@ -89,6 +91,7 @@ class Welder(Translator):
         self._held = Held(self)
 
     def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
         super().rewired()
         self.pin("torch").net.watch(self._torch)
         self._torch(self.pin("torch").net)
@@ -104,5 +107,6 @@ class Welder(Translator):
             self.lit = None
 
     def catch_up(self) -> None:
+        """Work off what has happened up to the last committed instant."""
         for ps, place, _ in self._held.steps():
             self.finding("smeared", f"the carriage leaves {place} with the torch on", ps)

@@ -53,8 +53,8 @@ class Lane:
 class Diagram:
     """What a timing diagram shows of a window (ps).
 
-    `measured` are arrows with times; `causes` curved arrows from an edge to what it brings about; `quiet` is how long a
-    stretch without edges must be to be cut short: None, as it fits; 0, none is.
+    `measured` are arrows with times; `causes` curved arrows from an edge to the one that it causes; `quiet` is how long
+    a stretch without edges must be to be cut short: None, as it fits; 0, none is.
     """
 
     title: str
@@ -156,7 +156,7 @@ class Layout:
 
     @classmethod
     def of(cls, diagram: Diagram, scale: Scale) -> Layout:
-        """The layout of a diagram."""
+        """Return the layout of a diagram, all in inches."""
         arrows: list[Arrow] = []
         taken: dict[tuple[int, int], list[tuple[float, float]]] = {}
         order = sorted(diagram.measured, key=lambda each: (each.ps, each.start_ps))

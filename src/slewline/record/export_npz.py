@@ -14,7 +14,10 @@ if TYPE_CHECKING:
 
 
 def edge_columns(nets: Mapping[str, Probe], recorder: Recorder, start: int, stop: int) -> dict[str, NDArray[Any]]:
-    """Edges of some nets at start <= t <= stop (ps): for each name, columns name.times_ps and name.levels.
+    """Return the edges of some nets at start <= t <= stop (ps): for each name, name.times_ps and name.levels.
+
+    Returns:
+        Times (n,) int64 ps, ascending; levels (n,), as `Recorder.edges`.
 
     Raises:
         NotRecorded: a net is not recorded, or no longer that far back.

@@ -1,4 +1,4 @@
-"""Figures: what axes did, in one column of panels, and below them their pins; over one time axis.
+r"""Figures: what axes did, in one column of panels, and below them their pins; over one time axis.
 
 title                                                  a `Paper` measures all of it in inches, so that a picture
 slope S = 240, number N = 700      (notes)              of any number of panels looks the same
@@ -7,7 +7,7 @@ slope S = 240, number N = 700      (notes)              of any number of panels 
  1  2  3                           (phases)
 Velocity, steps/s
 |  ________                    R = 80, 5 978 steps/s
-|_/        \\_______
+|_/        \_______
 ... further panels, lanes of pins, time
 """
 

@@ -1,7 +1,7 @@
-"""Times between edges, and whether they keep what the data sheet prints.
+r"""Times between edges, and whether they keep what the data sheet prints.
 
-    start  ‾‾\\___/‾‾\\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾    an interval goes from the last start before an end to that end, if no
-    end    ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\\___/‾‾\\___/‾    other end lies between: here one, from the second fall to the first
+    start  ‾‾\___/‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾    an interval goes from the last start before an end to that end, if no
+    end    ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\___/‾‾\___/‾    other end lies between: here one, from the second fall to the first
                     |<-->|
 
 Everything is exact, in whole picoseconds.
@@ -40,7 +40,11 @@ class Signal(NamedTuple):
 
     @classmethod
     def of(cls, probe: Probe, recorder: Recorder, start: int, stop: int) -> Signal:
-        """What a recorded net or pin did at start <= t <= stop (ps)."""
+        """Return what a recorded net or pin did at start <= t <= stop (ps).
+
+        Raises:
+            NotRecorded, TimeError: as `Recorder.edges`.
+        """
         times, levels = recorder.edges(probe, start, stop)
         before = max(start - 1, recorder.since(probe))
         return cls(times, levels, recorder.level_at(probe, before), width_of(probe) > 1)
@@ -93,7 +97,7 @@ class Edge(NamedTuple):
         return cls(pin, change, int(number))
 
     def find(self, signal: Signal, after: int, include: bool) -> int | None:
-        """Return the instant of the edge behind another instant (ps), or at it; None: there is none."""
+        """Return the instant of the edge after another instant (ps), or at it; None: there is none."""
         import numpy as np
 
         if signal.bus and self.change in ("falls", "rises"):
@@ -150,11 +154,11 @@ class Bound:
 
     @classmethod
     def of(cls, limit: Limit, crystal_hz: int) -> Bound:
-        """The limit as it holds with a crystal."""
+        """Return the limit as it holds with a crystal (Hz)."""
         return cls(limit, *limit.at(crystal_hz))
 
     def kept(self, shortest: int, longest: int) -> bool | None:
-        """Are times from the shortest to the longest within it?  None: it says only what is typical."""
+        """Return whether times from the shortest to the longest (ps) are within it; None: it is only a typical time."""
         if self.least is None and self.most is None:
             return None
         return (self.least is None or shortest >= self.least) and (self.most is None or longest <= self.most)
@@ -213,7 +217,7 @@ class Checked:
 
     @classmethod
     def of(cls, chip: str, bound: Bound, begins: NDArray[np.int64], ends: NDArray[np.int64]) -> Checked:
-        """What a limit's intervals say of it."""
+        """Return what the intervals of a limit, begins and ends (m,) int64 ps, say of it."""
         if not len(begins):
             return cls(chip, bound)
         lasts = ends - begins
@@ -237,7 +241,7 @@ class Checked:
 
     @property
     def verdict(self) -> str:
-        """The same in words."""
+        """Whether it was kept, in words."""
         if self.missing:
             return f"{self.missing} not recorded"
         if not self.count:

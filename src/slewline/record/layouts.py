@@ -47,7 +47,7 @@ class View(NamedTuple):
 
 
 def layout_paths(path: str | Path) -> tuple[Path, Path]:
-    """Where the layouts of a waveform go: GTKWave's, Surfer's.
+    """Return where the layouts of a waveform go: GTKWave's, Surfer's.
 
     Raises:
         UsageError: the waveform has the name of a layout.
@@ -76,7 +76,7 @@ def save_layouts(path: str | Path, variables: Sequence[Variable], view: View) ->
 
 # --------------------------------------------------------------------------------------------------------- GTKWave
 def gtkwave_lines(dump: str, name: str, variables: Sequence[Variable], view: View) -> Iterator[str]:
-    """The lines of GTKWave's save file.  It finds the waveform beside the file if it is told the name of both."""
+    """Yield the lines of GTKWave's save file.  It finds the waveform beside the file if it is told the name of both."""
     span = max(view.end - view.begin, 1) * view.scale
     marks = [(at, ascii_of(text)) for at, text in view.marks][: len(LETTERS)]
     instants = [str(at * view.scale) for at, _ in marks] + ["-1"] * (len(LETTERS) - len(marks))
@@ -117,7 +117,7 @@ def _gtkwave_row(row: Row, whose: str) -> Iterator[str]:
 
 # ---------------------------------------------------------------------------------------------------------- Surfer
 def surfer_lines(variables: Sequence[Variable], view: View) -> Iterator[str]:
-    """The lines of Surfer's command file."""
+    """Yield the lines of Surfer's command file."""
     number, curves = 0, []
     yield "# slewline"
     for scope, rows in grouped(variables):
@@ -147,7 +147,10 @@ class Row(NamedTuple):
 
 
 def grouped(variables: Sequence[Variable]) -> Iterator[tuple[str, list[Row]]]:
-    """The rows of each axis and chip: texts and curves, then pins.  A bus that is there as a whole needs no wires."""
+    """Yield the rows of each axis and chip: texts and curves, then pins.
+
+    A bus that is there as a whole needs no wires.
+    """
     named = {variable.name for variable in variables}
     shown = [variable for variable in variables if not (variable.bus and variable.bus in named)]
     ranks = {"string": 0, "real": 1, "wire": 2}

@@ -128,9 +128,7 @@ def phases_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[tup
 def draw_phases(
     panels: Sequence[Axes], phases: Sequence[tuple[float, float, str]], axis: TimeAxis, colours: Palette, width: float
 ) -> None:
-    """Shade every second phase of a motion in all panels, and write their names over the first panel, where there is
-    room.
-    """
+    """Shade every second phase of a motion in all panels, and name them above the first one, where there is room."""
     per_inch = _per_inch(axis, width)
     index, last = 0, float("nan")
     for begin, end, text in phases:

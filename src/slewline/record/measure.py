@@ -22,7 +22,7 @@ ROUNDING_PS = 1
 
 
 def intervals(times_ps: NDArray[np.int64]) -> NDArray[np.int64]:
-    """From each instant to the next: (n-1,) int64, ps.
+    """Return the time from each instant to the next: (n-1,) int64 ps.
 
     Raises:
         UsageError: the instants do not ascend.
@@ -38,16 +38,23 @@ def intervals(times_ps: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def rates(times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Rate from each step to the next: (n-1,) float64, steps/s."""
+    """Return the rate from each step to the next: (n-1,) float64 steps/s.
+
+    Raises:
+        UsageError: the instants do not ascend.
+    """
     return PS_PER_S / intervals(times_ps)
 
 
 def runs(times_ps: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Runs of steps at a constant rate.
+    """Return the runs of steps at a constant rate.
 
     Returns:
         The step with which each run begins (m,) int64, and its intervals (m,) int64: run i spans the intervals of steps
-        first[i] to first[i] + count[i] - 1.
+            first[i] to first[i] + count[i] - 1.
+
+    Raises:
+        UsageError: the instants do not ascend.
     """
     import numpy as np
 
@@ -59,7 +66,7 @@ def runs(times_ps: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int
 
 
 def pulse_widths(times_ps: NDArray[np.int64], levels: Levels, level: int = 0) -> NDArray[np.int64]:
-    """How long each pulse at a level lasts: (m,) int64, ps; pulses that begin and end within the edges given."""
+    """Return the width of each pulse at a level: (m,) int64 ps; pulses that begin and end within the edges given."""
     import numpy as np
 
     begins = np.flatnonzero(levels[:-1] == level)
@@ -67,7 +74,7 @@ def pulse_widths(times_ps: NDArray[np.int64], levels: Levels, level: int = 0) ->
 
 
 def glitches(times_ps: NDArray[np.int64], shorter_than_ps: int) -> NDArray[np.intp]:
-    """Where a level lasts less than it should: indices (m,) of the edges that are too close before the next one."""
+    """Return the edges that are too close before the next one: indices (m,)."""
     import numpy as np
 
     return np.flatnonzero(np.diff(times_ps) < shorter_than_ps)
@@ -86,9 +93,10 @@ class Ramp:
 
 
 def ramp(times_ps: NDArray[np.int64], rounding_ps: int = ROUNDING_PS) -> Ramp:
-    """Where a move reaches its highest rate, and for how long.
+    """Return where a move reaches its highest rate, and for how long.
 
     Args:
+        times_ps: instants of the steps, (n,) int64 ps, ascending.
         rounding_ps: what the instants are rounded to: of a measured recording what its times are multiples of
             (`timescale_ps`); intervals of one rate differ by so much.
 

@@ -37,12 +37,14 @@ class Measured(Quantity):
         self.from_zero = name != "position"
 
     def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the values at instants (ps), any order: float64, shape as `times_ps`; NaN where none is known."""
         import numpy as np
 
         found: NDArray[np.float64] = np.append(np.nan, self.values)[np.searchsorted(self.times_ps, times_ps, "right")]
         return found
 
     def changes(self, start: int, stop: int) -> Outline:
+        """Return every change at start < t <= stop (ps), the value at `start` before them."""
         import numpy as np
 
         first, last = np.searchsorted(self.times_ps, (start, stop), side="right").tolist()
@@ -51,7 +53,7 @@ class Measured(Quantity):
 
 
 def velocity(steps: Steps) -> Measured:
-    """Return the velocity of measured steps: 1 / interval, 0 in a rest, NaN from the last step on."""
+    """Return the velocity of measured steps, steps/s: 1 / interval, 0 in a rest, NaN from the last step on."""
     import numpy as np
 
     lasts = np.diff(steps.times_ps)
@@ -63,7 +65,7 @@ def velocity(steps: Steps) -> Measured:
 
 
 def position(steps: Steps) -> Measured:
-    """Return the position after each of some measured steps."""
+    """Return the position after each of some measured steps, in steps."""
     import numpy as np
 
     return Measured("position", "steps", steps.times_ps, steps.positions.astype(np.float64))

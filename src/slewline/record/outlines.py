@@ -25,8 +25,10 @@ DENSE = 2  # edges in a stripe, above which a trace is a band
 
 
 def edges(recorder: Recorder, probe: Probe, start: int, stop: int) -> Edges:
-    """Return edges at start < t <= stop (ps), as far as they are recorded, of which `logic` makes the same as of all:
-    of a stripe with more than DENSE edges the first ones, and where a band ends the last one.
+    """Return as many of the recorded edges at start < t <= stop (ps) as a picture needs.
+
+    `logic` makes the same of them as of all: of a stripe with more than DENSE edges the first ones, and where a band
+    ends the last one.
 
     Raises:
         NotRecorded, TimeError: as `Recorder.edges`.
@@ -69,13 +71,13 @@ def logic(
     until: int | None = None,
     stripes: int | None = None,
 ) -> tuple[Outline, NDArray[np.int64]]:
-    """A trace: the line where single edges can be told apart, and bands where they cannot.
+    """Return a trace: the line where single edges can be told apart, and bands where they cannot.
 
     Args:
-        times, levels: edges, (n,).
+        times, levels: edges, (n,) int64 ps and (n,).
         level: before the first edge.
         start, stop: the window, ps.
-        since, until: what is known of the trace, if not all of the window; nothing is drawn outside.
+        since, until: what is known of the trace (ps), if not all of the window; nothing is drawn outside.
         stripes: as many as a narrow picture has, at most STRIPES, which a page has.
 
     Returns:

@@ -30,11 +30,16 @@ class Levelled(Protocol):
     """Edges, (n,) int64 ps, the levels from them on, (n,), and the level before the first: a trace, or a signal."""
 
     @property
-    def times_ps(self) -> NDArray[np.int64]: ...
+    def times_ps(self) -> NDArray[np.int64]:
+        """Instants of the edges: (n,) int64 ps, ascending."""
+
     @property
-    def levels(self) -> Levels: ...
+    def levels(self) -> Levels:
+        """Levels from the edges on: (n,)."""
+
     @property
-    def level(self) -> int: ...
+    def level(self) -> int:
+        """Level before the first edge."""
 
 
 def checked(over: Mapping[str, Trace] | None) -> Mapping[str, Trace]:
@@ -64,7 +69,7 @@ def fitting(name: str, bus: bool, trace: Trace | None) -> Trace | None:
 
 
 def differing(model: Levelled, measured: Trace, start: int, stop: int) -> NDArray[np.int64]:
-    """Return the stretches of a window (ps) in which a pin is measured otherwise: begins and ends, (k, 2) int64."""
+    """Return the stretches of a window (ps) in which a pin is measured otherwise: begins and ends, (k, 2) int64 ps."""
     import numpy as np
 
     start, stop = max(start, measured.since), min(stop, measured.until)

@@ -436,7 +436,7 @@ def _write_over(
 
 # ------------------------------------------------------------------------------------------------------------- ideals
 def draw_ideals(panel: Axes, curves: Sequence[Curve], axis: TimeAxis, colours: Palette) -> None:
-    """Lay over velocities and positions what they would be if there were no steps, clocks and cycles."""
+    """Draw the ideal velocities and positions, without steps, clocks and cycles, over the real ones."""
     import numpy as np
 
     for curve in curves:

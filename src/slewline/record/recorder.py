@@ -63,7 +63,7 @@ class Log(list[tuple[int, Any]]):
         self.keep(keep_ps)
 
     def keep(self, keep_ps: int | None) -> None:
-        """How much of the past to keep from now on; None: all of it."""
+        """Keep this much of the past from now on (ps); None: all of it."""
         self.keep_ps = keep_ps
         self.full = sys.maxsize if keep_ps is None else TRIM_FROM
 
@@ -119,7 +119,7 @@ class Recorder:
             net.follow()  # several drivers: only the net itself knows what their promises add up to
 
     def since(self, probe: Probe) -> int:
-        """The first instant, in ps, about which the recorder can be asked.
+        """Return the first instant (ps) about which the recorder can be asked.
 
         Raises:
             NotRecorded: the net is not recorded.
@@ -131,7 +131,7 @@ class Recorder:
         return net.log[0][0] if keep is None else max(net.log[0][0], net.kernel.seen - keep)
 
     def level_at(self, probe: Probe, ps: int) -> int:
-        """Level at an instant, edges at that instant included; FLOATING where nothing drives.
+        """Return the level at an instant (ps), edges at that instant included; FLOATING where nothing drives.
 
         After the last committed instant, the level is the one at that instant.
 
@@ -143,11 +143,13 @@ class Recorder:
         return _code(probe, _level(log[max(bisect_left(log, (ps + 1,)) - 1, 0)][1], ps))
 
     def edges(self, probe: Probe, start: int, stop: int) -> Edges:
-        """Edges at start <= t <= stop, as far as the last committed instant: one per instant, each a real change.
+        """Return the edges at start <= t <= stop (ps), up to the last committed instant.
+
+        There is one per instant, and each is a real change.
 
         Returns:
-            Times (n,) int64, ps, ascending; levels after the edges (n,) int8, FLOATING where nothing drives.  On a
-            bus the levels are int16, 0 to 255; a wire of it that nobody drives reads 1, unless nobody drives any.
+            Times (n,) int64, ps, ascending; levels after the edges (n,) int8, FLOATING where nothing drives.  On a bus
+                the levels are int16, 0 to 255; a wire of it that nobody drives reads 1, unless nobody drives any.
 
         Raises:
             NotRecorded: the net is not recorded, or no longer that far back.
@@ -162,7 +164,7 @@ class Recorder:
         return real_edges(*_expanded(probe, log[first:last], start, stop), before)
 
     def each_edge(self, probe: Probe, start: int, stop: int) -> Iterator[tuple[int, int]]:
-        """Yield the same edges one after the other, time and level, for those who want a few of many.
+        """Yield what `edges` returns one by one, time (ps) and level, for those who want a few of many.
 
         Raises:
             NotRecorded, TimeError: as `edges`.
@@ -204,9 +206,9 @@ class Recorder:
 
 
 def chunks(expand: Sequence[Callable[[int, int], Any]], start: int, stop: int, unit: int = 1) -> Iterator[list[Any]]:
-    """What changes at start <= t <= stop, in consecutive windows: one array would not hold an hour.
+    """Yield what changes at start <= t <= stop, in consecutive windows: one array would not hold an hour.
 
-    The length of a window follows the density of what came before.  All but the last end with a whole `unit` (ps).
+    The length of a window follows the density of the one before.  All but the last end with a whole `unit` (ps).
 
     Args:
         expand: functions of a window (start, stop), such as the edges of a net; each returns times and values.
@@ -224,12 +226,12 @@ def chunks(expand: Sequence[Callable[[int, int], Any]], start: int, stop: int, u
 
 
 def net_of(probe: Probe) -> Net:
-    """The net of a pin, or the net itself."""
+    """Return the net of a pin, or the net itself."""
     return probe if isinstance(probe, Net) else probe.net
 
 
 def width_of(probe: Probe) -> int:
-    """How many wires a probe shows: 8 for a whole bus, else 1."""
+    """Return how many wires a probe shows: 8 for a whole bus, else 1."""
     return 1 if isinstance(probe, Terminal) and probe.bit is not None else net_of(probe).width
 
 
@@ -268,7 +270,7 @@ def _code(probe: Probe, level: Any) -> int:
 
 
 def columns(probe: Probe, times: Any, levels: Any) -> Edges:
-    """Two lists of entries, or two arrays, as edges."""
+    """Return two lists of entries, or two arrays, as edges."""
     import numpy as np
 
     dtype: Any = np.int8 if width_of(probe) == 1 else np.int32 if isinstance(probe, Wires) else np.int16
@@ -301,10 +303,10 @@ def _expanded(probe: Probe, entries: Sequence[tuple[int, Any]], start: int, stop
 
 
 def real_edges(times: NDArray[np.int64], levels: Levels, before: int) -> Edges:
-    """Edges that are: of equal times the last one, and of equal neighbours the first one.
+    """Return the edges that change something: of equal times the last one, and of equal neighbours the first one.
 
     Args:
-        times: (n,) int64, ascending, equal ones allowed.
+        times: (n,) int64 ps, ascending, equal ones allowed.
         levels: (n,), after each time.
         before: the level before the first.
     """

@@ -1,8 +1,8 @@
-"""Timing diagrams: a window of recorded pins, drawn as a data sheet draws it.
+r"""Timing diagrams: a window of recorded pins, drawn as a data sheet draws it.
 
-/WRITE  ‾‾‾‾‾‾\\_____/‾‾‾‾‾‾‾‾‾ \\ \\ ‾‾‾‾‾      one lane a pin, measured times under the lower of their two lanes,
+/WRITE  ‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾ \ \ ‾‾‾‾‾      one lane a pin, measured times under the lower of their two lanes,
               |<--->| 80 ns     / /           long quiet stretches cut short where the zigzag is
-DATA    -----<  4A 'J'  >------ \\ \\ -----
+DATA    -----<  4A 'J'  >------ \ \ -----
 """
 
 from __future__ import annotations

@@ -40,10 +40,9 @@ class Trace:
 
     @classmethod
     def of(cls, name: str, probe: Probe, recorder: Recorder, start: int, stop: int, over: Trace | None = None) -> Trace:
-        """Return the trace of a recorded net or pin in a window (ps), as far as it is recorded and a picture of it
-        shows.
+        """Return the trace of a recorded net or pin in a window (ps): as many of its edges as a picture needs.
 
-        With all its edges, if something is laid over it: each may differ.
+        If something is laid over it, all of its edges: each may differ.
         """
         since, until = max(start, recorder.since(probe)), min(stop, net_of(probe).kernel.seen)
         edges = recorder.edges(probe, since + 1, stop) if over else outlines.edges(recorder, probe, start, stop)

@@ -1,10 +1,10 @@
-"""Value change dumps (IEEE 1364), for GTKWave, PulseView, Surfer and their like.
+r"""Value change dumps (IEEE 1364), for GTKWave, PulseView, Surfer and their like.
 
     #1200                  time, in units of the timescale
     0!                     one wire: level and identifier
     b1010 "                a bus as a whole
     r5978.26 #             a real: a velocity
-    sP\\x20300 $            a string: the command in work
+    sP\x20300 $            a string: the command in work
 
 Times are rounded down to the timescale.  Of several changes of a variable inside one unit the last one counts; a glitch
 that is over within its unit is not in the file, and is counted as lost.  Changes of one instant stand under one time.
@@ -106,14 +106,14 @@ class VcdStream:
         return self._start, self._reached
 
     def write_until(self, ps: int) -> None:
-        """Append the changes up to an instant; what lies in a unit that is not over stays back for the next call."""
+        """Append the changes up to an instant (ps); a unit of the file that is not over waits for the next call."""
         self._reached = max(self._reached, min(ps, self._kernel.seen))
         over = (self._reached + 1) // self.unit * self.unit
         if over >= self._next:
             self._append(over - 1)
 
     def close(self) -> None:
-        """Append what stayed back and, as the end, the instant of the last call; put the file in place."""
+        """Append what is left and, as the end, the instant of the last call; put the file in place."""
         self._append(self._reached)
         end = self._reached // self.unit
         if end > self._said:
@@ -122,7 +122,7 @@ class VcdStream:
         self._file.commit()
 
     def discard(self) -> None:
-        """Throw the file away, unless it is closed."""
+        """Discard the file, unless it is closed."""
         self._file.discard()
 
     def _append(self, stop: int) -> None:
@@ -246,7 +246,7 @@ def write_vcd(
 
 
 def unit_of(timescale: str) -> int:
-    """The picoseconds of a timescale.
+    """Return the picoseconds of a timescale.
 
     Raises:
         UsageError: a VCD file has no such timescale.
@@ -257,7 +257,7 @@ def unit_of(timescale: str) -> int:
 
 
 def identifier(number: int) -> str:
-    """The short name of variable `number` in the file: "!" for 0, and so on, further characters when those run out."""
+    """Return the short name of variable `number` in the file: "!" for 0, and so on, longer when those run out."""
     text = ""
     while True:
         number, character = divmod(number, ID_COUNT)
@@ -268,7 +268,7 @@ def identifier(number: int) -> str:
 
 
 def identifiers(variables: Iterable[Variable]) -> list[str]:
-    """The short names of all variables; those of strings look like nothing else in the file."""
+    """Return the short names of all variables; those of strings look like nothing else in the file."""
     names = map(identifier, count())
     return [
         next(name for name in names if variable.kind != "string" or name[0] not in MISREAD) for variable in variables
@@ -276,18 +276,18 @@ def identifiers(variables: Iterable[Variable]) -> list[str]:
 
 
 def real(bits: int) -> str:
-    """A real as the file has it: exact, as short as can be."""
+    """Return a real as the file has it: exact, as short as can be."""
     (value,) = unpack("<d", pack("<q", bits))
     return f"r{value!r}".removesuffix(".0")
 
 
 def string(text: str) -> str:
-    """A text as the file has it: ASCII in one word; viewers show \\x20 as a blank."""
+    r"""Return a text as the file has it: ASCII in one word; viewers show \x20 as a blank."""
     return "s" + ascii_of(text.translate(ESCAPES))
 
 
 def ascii_of(text: str) -> str:
-    """A text in printable ASCII."""
+    """Return a text in printable ASCII."""
     return "".join(letter if " " <= letter <= "~" else "?" for letter in text.translate(PLAIN))
 
 

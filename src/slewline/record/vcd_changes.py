@@ -189,7 +189,10 @@ class Changes:
 
     # ---------------------------------------------------------------------------------------------------- the whole
     def series(self) -> dict[bytes, tuple[Variable, NDArray[np.int64], NDArray[Any]]]:
-        """By identifier: the variable, times (n,) int64 ps, ascending, equal ones in the file's order, and values (n,).
+        """Return the changes by identifier.
+
+        Returns:
+            For each: the variable, times (n,) int64 ps, ascending, equal ones in the file's order, and values (n,).
 
         Raises:
             WaveformError: a time beyond 2^63 ps.
@@ -216,7 +219,7 @@ class Changes:
         return out
 
     def picoseconds(self, times: Any) -> Any:
-        """Times in the file's unit as picoseconds, rounded down; what stands before the first time stays so."""
+        """Return times in the file's unit as picoseconds, rounded down; what comes before the first time stays so."""
         import numpy as np
 
         return np.where(times == BEFORE, BEFORE, times * self.unit.numerator // self.unit.denominator)

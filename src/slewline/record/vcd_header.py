@@ -62,7 +62,7 @@ class Place:
         self.path, self.block, self.lines = path, block, lines
 
     def error(self, at: int, what: str) -> WaveformError:
-        """An error that names the line of byte `at` of the block, and shows it."""
+        """Return an error that names the line of byte `at` of the block, and shows it."""
         number = self.lines + self.block.count(b"\n", 0, at) + 1
         begin = self.block.rfind(b"\n", 0, at) + 1
         end = self.block.find(b"\n", at)

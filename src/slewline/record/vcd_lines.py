@@ -34,11 +34,11 @@ class Table:
         self._rows = np.frombuffer(padded.encode("ascii"), np.uint8).reshape(-1, width + 1)
 
     def with_more(self, texts: Sequence[str]) -> Table:
-        """The table with further texts behind; itself if there are none."""
+        """Return the table with further texts added; itself if there are none."""
         return Table([*self.texts, *texts]) if texts else self
 
     def lines(self, units: NDArray[np.int64], codes: NDArray[np.int64]) -> bytes:
-        """The lines of changes, each instant named once.
+        """Return the lines of changes, each instant named once.
 
         Args:
             units: (n,) int64, times in units of the file, ascending.

@@ -47,7 +47,7 @@ class Curve(Protocol):
     """Something that has a value at every instant, as `slewline.core.quantity.Quantity`."""
 
     def staircase(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """The value at `start` and every change at start < t <= stop, the same ones for every window."""
+        """Return the value at `start` and every change at start < t <= stop (ps), the same ones for every window."""
 
 
 class Source(Protocol):
@@ -56,13 +56,13 @@ class Source(Protocol):
     variables: list[Variable]
 
     def values_at(self, ps: int) -> list[Any]:
-        """The value of every variable at an instant."""
+        """Return the value of every variable at an instant (ps)."""
 
     def changes(self, start: int, stop: int) -> Changes:
-        """What changes at start <= t <= stop, for all variables in one."""
+        """Return what changes at start <= t <= stop (ps), for all variables in one."""
 
     def split(self, values: Any) -> list[Any]:
-        """The values of every variable."""
+        """Return the values of every variable, from what `changes` gives for all in one."""
 
 
 class NetSource:
@@ -86,7 +86,7 @@ class NetSource:
             self.variables = whole + [Variable(f"{name}{bit}", bus=name) for bit in self.bits]
 
     def values_at(self, ps: int) -> list[int]:
-        """Levels at an instant.
+        """Return the levels at an instant (ps), a variable each.
 
         Raises:
             NotRecorded: the net is not recorded, or no longer that far back.
@@ -96,11 +96,11 @@ class NetSource:
         return [int(levels[0]) for levels in self.split(np.array([self.recorder.level_at(self.probe, ps)]))]
 
     def changes(self, start: int, stop: int) -> Changes:
-        """Edges; of a bus, whenever one of its wires changes."""
+        """Return the edges at start <= t <= stop (ps); of a bus, whenever one of its wires changes."""
         return self.recorder.edges(self.probe, start, stop)
 
     def split(self, values: NDArray[Any]) -> list[NDArray[Any]]:
-        """Levels of every variable."""
+        """Return the levels of every variable, from those of `changes`."""
         import numpy as np
 
         if not self.wires:
@@ -118,15 +118,15 @@ class CurveSource:
         self.curve, self.variables = curve, [Variable(name, "real", 64)]
 
     def values_at(self, ps: int) -> list[int]:
-        """The value at an instant."""
+        """Return the value at an instant (ps)."""
         return [int(self.split(self.curve.staircase(ps, ps)[1])[0][-1])]
 
     def changes(self, start: int, stop: int) -> Changes:
-        """Every change."""
+        """Return every change at start <= t <= stop (ps)."""
         return self.curve.staircase(start, stop)
 
     def split(self, values: NDArray[np.float64]) -> list[NDArray[np.int64]]:
-        """The values."""
+        """Return the values as the 64 bits of each number."""
         import numpy as np
 
         return [(values + 0.0).view(np.int64)]  # zero has no sign
@@ -146,19 +146,19 @@ class TextSource:
         self.texts, self.variables = texts, [Variable(name, "string", all=all)]
 
     def values_at(self, ps: int) -> list[str]:
-        """The last text."""
+        """Return the last text at an instant (ps)."""
         told = self.texts(0, ps)
         return [told[-1][1] if told else ""]
 
     def changes(self, start: int, stop: int) -> Changes:
-        """Every text."""
+        """Return every text at start <= t <= stop (ps)."""
         import numpy as np
 
         told = self.texts(start, stop)
         return np.array([ps for ps, _ in told], np.int64), [text for _, text in told]
 
     def split(self, values: list[str]) -> list[NDArray[Any]]:
-        """As they are."""
+        """Return the texts as they are."""
         import numpy as np
 
         return [np.array([*values, None], object)[:-1]]

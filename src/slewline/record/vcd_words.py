@@ -33,11 +33,11 @@ class Words:
         return self.text[self.begins[number] : self.ends[number]]
 
     def error(self, number: Any, what: str) -> WaveformError:
-        """An error at a word."""
+        """Return an error at a word."""
         return self.place.error(int(self.begins[number]), what)
 
     def numbers(self, where: NDArray[np.intp]) -> NDArray[np.int64]:
-        """The decimal numbers behind the first characters of some words."""
+        """Return the decimal numbers after the first characters of some words."""
         import numpy as np
 
         lengths, ends = self.ends[where] - self.begins[where] - 1, self.ends[where]
@@ -56,7 +56,7 @@ class Words:
         return out
 
     def keys(self, where: NDArray[np.intp], behind: NDArray[np.bool_], long: dict[bytes, int]) -> NDArray[np.uint64]:
-        """Identifiers as numbers; `behind` says of which words they begin with the second character."""
+        """Return identifiers as numbers; `behind` says of which words they begin with the second character."""
         import numpy as np
 
         begins, ends = self.begins[where] + behind, self.ends[where]
@@ -73,7 +73,7 @@ class Words:
         return out
 
     def vectors(self, where: NDArray[np.intp], widths: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
-        """Values of words such as b10z1, and which of the words have more bits than they may.
+        """Return the values of words such as b10z1, and which of the words have more bits than they may.
 
         A bit that floats beside others that do not reads 1.  A value that is wider than MOST_BITS is UNKNOWN.
         """
@@ -109,7 +109,7 @@ class Words:
         return out, np.array(over, np.intp)
 
     def reals(self, where: NDArray[np.intp]) -> NDArray[np.float64]:
-        """The numbers of words such as r1.5."""
+        """Return the numbers of words such as r1.5."""
         import numpy as np
 
         out = np.empty(len(where), np.float64)
@@ -124,7 +124,7 @@ class Words:
 # ----------------------------------------------------------------------------------------------------------- tables
 @cache
 def kinds_of_letters() -> NDArray[np.int8]:
-    """What a word is, by its first character: (256,) int8."""
+    """Return what a word is, by its first character: (256,) int8."""
     import numpy as np
 
     kinds = np.zeros(256, np.int8)
@@ -135,7 +135,7 @@ def kinds_of_letters() -> NDArray[np.int8]:
 
 @cache
 def codes_of_letters() -> NDArray[np.int8]:
-    """Levels by character, those of nine-valued logic (VHDL) included: (256,) int8."""
+    """Return levels by character, those of nine-valued logic (VHDL) included: (256,) int8."""
     import numpy as np
 
     codes = np.full(256, NO_CODE, np.int8)
@@ -145,7 +145,7 @@ def codes_of_letters() -> NDArray[np.int8]:
 
 
 def mark_identifiers(kinds: NDArray[np.int8]) -> bool:
-    """Change the kind of words that stand behind values to IDENTIFIER; is there one still to come?"""
+    """Change the kind of words that follow values to IDENTIFIER; return whether one is still to come."""
     import numpy as np
 
     like_values = kinds == VALUE
@@ -161,5 +161,6 @@ def mark_identifiers(kinds: NDArray[np.int8]) -> bool:
 
 
 def quoted(word: bytes) -> str:
+    """Return the beginning of a word as a message shows it."""
     shown = word[:20].decode("latin-1")
     return repr(shown) + ("..." if len(word) > 20 else "")

@@ -109,7 +109,7 @@ class Waveforms:
         return times[first:last], signal.levels[first:last]
 
     def level_at(self, name: str, time: Time) -> Any:
-        """Return the value of a signal at an instant, changes at that instant included; behind the end the last one.
+        """Return the value of a signal at an instant, changes at that instant included; after the end the last one.
 
         Raises:
             NotRecorded: the instant lies before the recording.

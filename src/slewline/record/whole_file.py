@@ -59,7 +59,7 @@ class WholeFile:
         self._end.detach()
 
     def discard(self) -> None:
-        """Throw away what was written, unless it is in place already."""
+        """Discard what was written, unless it is in place already."""
         self._end()
 
     @contextmanager

@@ -64,7 +64,11 @@ class Controller:
         return self.chip.position
 
     def pin(self, name: str) -> Terminal:
-        """A pin of the module, for example pin("ui1").drive(0)."""
+        """Return a pin of the module, for example to drive it: `module.pin("ui1").drive(0)`.
+
+        Raises:
+            UnknownName: no such pin; the message lists those there are.
+        """
         return self.chip.pin(name)
 
     # ----------------------------------------------------------------------------------------------------------- time
@@ -104,9 +108,9 @@ class Controller:
 
     # ------------------------------------------------------------------------------------------------------- exchange
     def ask(self, command: str, timeout: Time = "5 s") -> str:
-        """Send a command over the line, as a host would, and return the answer without checksum and carriage return.
+        r"""Send a command over the line, as a host would, and return the answer without checksum and carriage return.
 
-        The line is borrowed from the program that may hold it.  The listing of Q is lines with "\\r" between them.
+        The line is borrowed from the program that may hold it.  The listing of Q is lines with "\r" between them.
 
         Raises:
             ChecksumError: the answer has a wrong checksum.
@@ -144,7 +148,11 @@ class Controller:
 
     # ----------------------------------------------------------------------------------------------------- assertions
     def assert_reply(self, command: str, expected: str) -> None:
-        """Ask, and compare the answer."""
+        """Assert that a command is answered as expected.
+
+        Raises:
+            AssertionError: it is answered otherwise, or not at all.
+        """
         __tracebackhide__ = True
         answer = self.ask(command)
         if answer != expected:
@@ -195,7 +203,7 @@ class Controller:
 
     # --------------------------------------------------------------------------------------------------------- report
     def report(self) -> str:
-        """What a failed test should tell: where the module stands, its faults, its findings, and what was said."""
+        """Return what a failed test should show: the state of the module, its faults and findings, and the dialogue."""
         try:
             return self.rig.do(lambda: "\n".join(self._told()))
         except (

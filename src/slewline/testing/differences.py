@@ -16,12 +16,12 @@ Event = tuple[int, int]
 def difference(
     found: Sequence[Event], expected: Sequence[Event], noun: str, words: Mapping[int, str], hz: int = PS_PER_S
 ) -> str:
-    """The first difference, and how many more there are; empty if there is none.
+    """Return the first difference, and how many more there are, in words; "" if there is none.
 
     Args:
         noun: "step", "edge".
         words: how to say what happened: {1: "cw", -1: "ccw"}.
-        hz: the clock in whose ticks a time is told, if it is a whole number of them.
+        hz: the clock in whose ticks a time is given, if it is a whole number of them.
     """
     wrong = [n for n, (one, other) in enumerate(zip(found, expected, strict=False)) if one != other]
     if not wrong:
@@ -60,7 +60,7 @@ def _told(event: Event, words: Mapping[int, str]) -> str:
 
 
 def amount(ps: int, hz: int) -> str:
-    """A time between two instants, in ticks of a clock where it is a whole number of them."""
+    """Return a time between two instants in words: in ticks of a clock where it is a whole number of them."""
     ticks = round(Fraction(ps * hz, PS_PER_S))
     if hz < PS_PER_S and ticks and abs(ps - Fraction(ticks * PS_PER_S, hz)) < 1:  # both instants are rounded down
         return counted(ticks, "tick")
@@ -68,5 +68,5 @@ def amount(ps: int, hz: int) -> str:
 
 
 def counted(number: int, noun: str) -> str:
-    """ "1 step", "2 steps"."""
+    """Return a number with its noun, "1 step" or "2 steps"."""
     return f"{number} {noun}{'' if number == 1 else 's'}"

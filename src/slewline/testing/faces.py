@@ -35,6 +35,7 @@ class Named(Rig):
         NAMED[self.key] = self
 
     def close(self) -> None:
+        """End the module; its name is free again."""
         del NAMED[self.key]
         super().close()
 
@@ -56,12 +57,19 @@ class Served(Rig):
         self.thread = Thread(target=self.server.run, name=f"slewline {self.url}", daemon=True)
 
     def begin(self) -> None:
+        """Start the server, in a thread of its own."""
         self.thread.start()
 
     def pace_of(self, rate: str | float | None) -> Pace:
+        """Return how virtual time passes: only while somebody waits (None), or by the wall clock at a rate."""
         return Lockstep(self.bench) if rate is None else Paced(self.bench, rate)
 
     def do(self, action: Callable[[], Result]) -> Result:
+        """Call a function in the thread of the server and return what it returns.
+
+        Raises:
+            SlewlineError: the server has ended.
+        """
         if not self.thread.is_alive():
             raise SlewlineError(f"{self.url}: the server has ended")
         return self.server.call(action, PATIENCE_S)  # type: ignore[no-any-return]
@@ -69,6 +77,7 @@ class Served(Rig):
     def wait(
         self, met: Callable[[], bool], ps: int, when: Callable[[], int | None] | None = None, nets: Iterable[Net] = ()
     ) -> bool:
+        """Let time pass until a condition is met, or for so many ps; return whether it was met."""
         over, found = Event(), []
 
         def done(was_met: bool) -> None:
@@ -81,6 +90,7 @@ class Served(Rig):
         return found[0]
 
     def close(self) -> None:
+        """End the server."""
         self.server.stop()
         self.thread.join(PATIENCE_S)
         rmtree(self.folder)
@@ -91,11 +101,17 @@ FACES = ("url", "tcp", "pty", "rfc2217")
 
 
 def running(part: str, on: str = "url", seed: int = 0, **settings: Any) -> Controller:
-    """A running module.
+    """Return a running module.
 
     Args:
+        part: its number, such as "gs-c200s".
         on: where a program finds it: "url", "tcp", "pty", "rfc2217".
+        seed: of everything that is random, such as a garbled character.
         settings: straps, rate, store, and options of the part.
+
+    Raises:
+        UsageError: none of these faces, or a setting that is not allowed.
+        UnknownName: no such part.
     """
     if on not in FACES:
         raise UsageError(f"on {on!r}; allowed {', '.join(FACES)}")

@@ -37,13 +37,13 @@ class Fault:
         self.active = self.over = False
 
     def begin(self) -> None:
-        """The fault is there."""
+        """Put the fault in."""
         if not self.over:
             self.active = True
             self.owner.tell(f"{self.name}: {self._begin()}")
 
     def end(self) -> None:
-        """The fault has gone; one that has not begun never will."""
+        """Take the fault away; one that has not begun never will."""
         self.over = True
         if self.active:
             self.active = False
@@ -103,13 +103,13 @@ class Faults(Part):
     def lost_byte(
         self, to: str = "module", count: int = 1, at: Time | None = None, lasting: Time | None = None
     ) -> Fault:
-        """The next characters to the module or to the host do not arrive."""
+        """Lose the next characters to the module or to the host."""
         return self._noisy("lost byte", "lost", to, count, at, lasting)
 
     def garbled_byte(
         self, to: str = "module", count: int = 1, at: Time | None = None, lasting: Time | None = None
     ) -> Fault:
-        """A data bit of the next characters is wrong, and their parity bit fits: only a checksum finds it out.
+        """Invert a data bit of the next characters, and their parity bit to match: only a checksum finds it out.
 
         It is never bit 4 (0x10), to which a checksum is blind.  Of several characters, the errors may cancel; and a
         carriage return that has become something else ends no line.
@@ -119,13 +119,13 @@ class Faults(Part):
     def late_byte(
         self, to: str = "module", count: int = 1, at: Time | None = None, lasting: Time | None = None
     ) -> Fault:
-        """The next characters come 100 ms later than they could, each; what follows waits behind them."""
+        """Delay each of the next characters by 100 ms; what follows waits for them."""
         return self._noisy("late byte", "late", to, count, at, lasting)
 
     def wrong_parity(
         self, to: str = "module", count: int = 1, at: Time | None = None, lasting: Time | None = None
     ) -> Fault:
-        """The parity bit of the next characters is wrong."""
+        """Invert the parity bit of the next characters."""
         return self._noisy("wrong parity", "parity", to, count, at, lasting)
 
     def _noisy(self, name: str, kind: str, to: str, count: int, at: Time | None, lasting: Time | None) -> Fault:
@@ -145,11 +145,11 @@ class Faults(Part):
 
     # ----------------------------------------------------------------------------------------------------------- pins
     def stuck_switch(self, pin: str, level: int, at: Time | None = None, lasting: Time | None = None) -> Fault:
-        """An input has a level, whatever happens."""
+        """Hold an input at a level, whatever happens."""
         return self._stuck("stuck switch", pin, level, at, lasting)
 
     def enable_held_low(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
-        """ENABLE is low: the next step is held until it is high again."""
+        """Hold ENABLE low: the next step waits until it is high again."""
         row = self._row("enable")
         level = 1 - (row.sense or 0)
         return self._stuck(f"{row.name.upper()} held {'high' if level else 'low'}", row.name, level, at, lasting)
@@ -180,13 +180,14 @@ class Faults(Part):
         at: Time | None = None,
         lasting: Time | None = None,
     ) -> Fault:
-        """A contact closes, opens again some times at instants that the seed says, and stays closed.
+        """Close a contact, open it again some times at instants that the seed says, and leave it closed.
 
         Args:
-            pin: by default the input that is told of an end of the travel.
+            pin: by default the input for an end of the travel.
             level: of the closed contact; by default the active one.
             bounces: how often it opens again.
             within: all of it happens in this time.
+            at, lasting: when it begins, by default now, and for how long, by default for good.
         """
         row = self._row("end", "end_plus") if pin is None else self.chip.pin(pin).row
         closed = (row.sense or 0) if level is None else level
@@ -203,7 +204,7 @@ class Faults(Part):
         return self._made("bouncing limit", begin, terminal.release, at, lasting)
 
     def eeprom_fault(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
-        """Programming the EEPROM fails: M is answered E6, and so is X until a write succeeds."""
+        """Let programming of the EEPROM fail: M is answered E6, and so is X until a write succeeds."""
         fail = getattr(self.chip, "fail_eeprom", None)
         if fail is None:
             raise UsageError(f"EEPROM fault: {self.chip.name}, a {self.chip.sheet.part}, has no EEPROM")
@@ -215,7 +216,7 @@ class Faults(Part):
         return self._made("EEPROM fault", begin, lambda: fail(False), at, lasting)
 
     def power_cut(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
-        """The supply of the module fails."""
+        """Cut the supply of the module."""
 
         def begin() -> str:
             self.chip.power(False)
@@ -232,6 +233,7 @@ class TellingNoise(Noise):
         self.way, self.tell = way, tell
 
     def hit(self, byte: int) -> tuple[int | None, str]:
+        """Return what becomes of a byte (None: it is lost) and its fault, and report it."""
         passed, fault = super().hit(byte)
         if passed is None:
             self.tell(f"{byte:#04x} to the {self.way} is lost")

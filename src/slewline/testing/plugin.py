@@ -28,7 +28,7 @@ MODULES: pytest.StashKey[list[Controller]] = pytest.StashKey()
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Announce the marker."""
+    """Register the marker."""
     config.addinivalue_line(
         "markers",
         "slewline(on='url', straps={}, seed=0, rate=None, store=None, **options): how the modules of the fixtures "
@@ -38,7 +38,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.fixture
 def slewline_module(request: pytest.FixtureRequest) -> Iterator[Make]:
-    """Makes modules: slewline_module("gs-c200s", on="tcp", straps={"chs": 0}); the marker `slewline` says the rest."""
+    """Return a function that makes running modules, for a test that ends them.
+
+    Its arguments, such as `("gs-c200s", on="tcp", straps={"chs": 0})`, come before those of the marker `slewline`.
+    """
     from .faces import running
 
     modules: list[Controller] = request.node.stash.setdefault(MODULES, [])
@@ -55,19 +58,19 @@ def slewline_module(request: pytest.FixtureRequest) -> Iterator[Make]:
 
 @pytest.fixture
 def gs_c200(slewline_module: Make) -> Controller:
-    """A running GS-C200."""
+    """Return a running GS-C200."""
     return slewline_module("gs-c200")
 
 
 @pytest.fixture
 def gs_c200s(slewline_module: Make) -> Controller:
-    """A running GS-C200S."""
+    """Return a running GS-C200S."""
     return slewline_module("gs-c200s")
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """A failed test tells about its modules."""
+    """Add a report of its modules to a failed test."""
     report = yield
     if report.failed:
         for module in item.stash.get(MODULES, []):

@@ -52,6 +52,7 @@ class Following(Paced):
     """Virtual time follows the wall clock whenever the program looks; what has passed meanwhile is made up for."""
 
     def pass_time(self) -> bool:
+        """Let time pass up to the wall clock; what has passed meanwhile is made up for."""
         return Pace.pass_time(self)
 
 
@@ -96,12 +97,12 @@ class Rig:
         self.lock = Condition()  # programs read in one thread and write in another; handed over while one waits
 
     def begin(self) -> None:
-        """Everything is furnished: the module is switched on, and hears a host from now on."""
+        """Switch the module on; it hears a host from now on."""
         self.bench.run(0)
         self.pace.start()
 
     def pace_of(self, rate: str | float | None) -> Pace:
-        """How virtual time passes."""
+        """Return how virtual time passes."""
         return Driven(self.bench) if rate is None else Following(self.bench, rate)
 
     # ---------------------------------------------------------------------------------------------------------- time
@@ -123,12 +124,12 @@ class Rig:
         return over[0]
 
     def present(self) -> int:
-        """The present instant; with a rate, the one that belongs to the wall clock."""
+        """Return the present instant (ps); with a rate, the one that belongs to the wall clock."""
         self.do(self.pace.present)
         return self.bench.now_ps
 
     def glance(self) -> None:
-        """What a program pays that looks whether there is something: a character's time, so that polling gets on."""
+        """Advance one character time, so that a polling loop makes progress."""
         if isinstance(self.pace, Following):
             self.present()
         else:
@@ -142,7 +143,7 @@ class Rig:
         return result
 
     def resume(self) -> None:
-        """A program is back: the transcript goes on."""
+        """Continue the transcript: the program is back."""
         self.log.reopen()
 
     def close(self) -> None:
@@ -151,17 +152,17 @@ class Rig:
 
 
 def never() -> bool:
-    """A condition that only time ends."""
+    """Return False: a condition that only time ends."""
     return False
 
 
 def seconds(time: float) -> int:
-    """Picoseconds of a time as pySerial has it."""
+    """Return the picoseconds of a time as pySerial has it."""
     return round(time * PS_PER_S)
 
 
 def store_at(path: str | PathLike[str]) -> FileStore:
-    """The file of an EEPROM, which need not exist; its directory must."""
+    """Return the file of an EEPROM, which need not exist; its directory must."""
     if Path(path).is_dir() or not Path(path).parent.is_dir():
         raise UsageError(f"store {path}: expected a file in a directory that exists, such as left.eeprom")
     return FileStore(path)
@@ -169,7 +170,7 @@ def store_at(path: str | PathLike[str]) -> FileStore:
 
 # ----------------------------------------------------------------------------------------------------------------- URLs
 def from_url(url: str) -> Rig:
-    """The module that a URL means: a new one; or, with a name, the one that was made for this name before.
+    """Return the module that a URL means: a new one; or, with a name, the one made for this name before.
 
     Raises:
         UsageError: no such part, strap or option; or the name stands for another module already.
@@ -207,7 +208,7 @@ def _query(url: str, text: str) -> dict[str, str]:
 
 
 def settings(part: str, query: Mapping[str, str]) -> dict[str, Any]:
-    """What the query of a URL says, as arguments of a Rig."""
+    """Return what the query of a URL says, as arguments of a Rig."""
     sheet = sheet_of(part)
     inputs = {row.name for row in sheet.pins if row.way == "in"}
     straps = {key: STRAP.read(text) for key, text in query.items() if key in inputs}

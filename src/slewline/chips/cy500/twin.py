@@ -30,13 +30,13 @@ class Stepwise(twin.Stepwise):
         self, chip: Chip, ticks: Mapping[str, int], registers: Registers, outputs: StepOutputs, port: BusPort, law: Law
     ) -> None:
         super().__init__(chip, ticks, registers, outputs, port)
-        self.law, self.text, self.endless = law, "", False
+        self.law, self.text, self.goes, self.endless = law, "", False, False
         self.trigger, self.abort, self.xss, self.xdir = (
             line_in(chip, name) for name in ("trigger", "abort", "xss", "xdir")
         )
 
     async def move(self, number: int, sign: int, text: str) -> None:
-        self.text = text
+        self.text, self.goes = text, number > 0
         await super().move(number, sign, text)
 
     def parameters(self, number: int) -> Callable[[], Parameters]:
@@ -47,7 +47,8 @@ class Stepwise(twin.Stepwise):
         return self.motion_made.parameters
 
     async def ordered(self) -> None:
-        await self.chip.polled(self.trigger, 0, self.ticks["inhibit_poll"])
+        if self.goes:
+            await self.chip.polled(self.trigger, 0, self.ticks["inhibit_poll"])
 
     def expected(self) -> Callable[[], Ideal]:
         alike = [(step, len(list(steps))) for step, steps in groupby(self.plan)]

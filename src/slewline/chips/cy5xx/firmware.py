@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Coroutine, Mapping
 from typing import TYPE_CHECKING, Any
 
 from ...core.axis import Axis
@@ -73,9 +73,9 @@ class Cy5xx(Chip):
         """Make what moves the motor: the fast way, or its slow twin."""
         raise NotImplementedError
 
-    async def run(self) -> None:
+    def run(self) -> Coroutine[Any, Any, None]:
         """The firmware from reset on."""
-        await self.interpreter.run()
+        return self.interpreter.run()
 
     # ------------------------------------------------------------------------------------------------ power and reset
     def power(self, on: bool) -> None:

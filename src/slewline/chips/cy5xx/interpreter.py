@@ -78,11 +78,11 @@ class Interpreter:
                 program.mark(found.letter)
             await port.finish(port.requested + self.ticks["letter"])
 
-    async def next_byte(self) -> int:
-        """The next byte of the host."""
+    def next_byte(self) -> Awaitable[int]:
+        """Await the next byte of the host."""
         live, letter = self.program.live, self.decoder.at_letter
         awaited = "the rest of a command" if not letter else "a live command" if live else "a command"
-        return await self.port.next_byte(awaited, letter, self.program.pc is None, live)
+        return self.port.next_byte(awaited, letter, self.program.pc is None, live)
 
     async def execute(self, command: Command) -> None:
         """Perform a command given by the host, and end its handshake."""

@@ -1,10 +1,10 @@
-"""The law of motion of the GS-C modules: parameters in, a plan out.  Pure functions, whole picoseconds.
+r"""The law of motion of the GS-C modules: parameters in, a plan out.  Pure functions, whole picoseconds.
 
     steps/s
       T ..............._______________
-                     /|               |\\            the interval from step i (from 0) of n to the next is 1/rate(k),
-                   _/ |               | \\_          k = min(i, n-2-i, R): backwards they read the same
-                 _/   |               |   \\_
+                     /|               |\            the interval from step i (from 0) of n to the next is 1/rate(k),
+                   _/ |               | \_          k = min(i, n-2-i, R): backwards they read the same
+                 _/   |               |   \_
       S ........|     |               |     |       rest: the start-stop interval behind the last step
                 | up  |     slew      | down|
     intervals      R    n-1-2R, or 0     R

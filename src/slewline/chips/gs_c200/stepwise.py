@@ -1,4 +1,4 @@
-"""The GS-C modules' motion, one step at a time: the oracle of the fast path, slow and obvious.
+r"""The GS-C modules' motion, one step at a time: the oracle of the fast path, slow and obvious.
 
 The fast path plans whole moves and promises step trains.  This twin knows how many steps it has made and how many there
 are to be, looks at the pins just before each step, and drives every edge when it comes; it reports no findings.
@@ -7,7 +7,7 @@ are to be, looks at the pins just before each step, and drives every edge when i
            |<----->|           |<------------>|<--------->|
     MOV  __/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾ ...
     DIR  ==X====================================
-    CLOCK ‾‾‾‾‾‾‾‾‾\\_/‾‾‾‾‾‾‾‾‾‾‾‾‾\\_/‾‾‾‾‾‾‾‾‾\\_ ...
+    CLOCK ‾‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾‾\_ ...
                    look           look        look: Z? input? ENABLE? (in a homing EOT or HOME? ENABLE?)
 
 Step i is followed by the period of the rate at an index of the ramp: min(i, n-2-i, R), of the n steps of the move; the

@@ -1,8 +1,8 @@
-"""What the chipset is: reset, supply, the port, the cycles, and six parts that differ in axes and encoder inputs.
+r"""What the chipset is: reset, supply, the port, the cycles, and six parts that differ in axes and encoder inputs.
 
-RESET    ‾‾\\____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾       1 us at least; RESET as a command does the same at once
+RESET    ‾‾\____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾       1 us at least; RESET as a command does the same at once
 cycle            |  0  |  1  | ...  |  9  | 10  |           327.68 us each, from the end of reset on
-HostRdy  ‾‾\\______________________________/‾‾‾‾‾‾‾‾‾‾       after ten cycles
+HostRdy  ‾‾\______________________________/‾‾‾‾‾‾‾‾‾‾       after ten cycles
 """
 
 from __future__ import annotations

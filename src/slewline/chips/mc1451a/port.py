@@ -1,9 +1,9 @@
-"""The host port: strobes of a host become packets, HostRdy paces them.
+r"""The host port: strobes of a host become packets, HostRdy paces them.
 
-    HostCmd    ____/‾‾‾‾\\______________________________________________      a command byte, then words
-    HostWrite  ‾‾‾‾‾\\_/‾‾‾‾‾‾‾‾‾‾‾‾\\_/‾\\_/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾
-    HostRead   ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\\_/‾\\_/‾‾‾‾‾‾‾‾‾‾‾      the checksum
-    HostRdy    ‾‾‾‾‾‾‾\\_________/‾‾‾‾‾‾‾‾\\_________/‾‾‾‾‾‾\\_________/‾‾      low for a slice of 81.92 us
+    HostCmd    ____/‾‾‾‾\______________________________________________      a command byte, then words
+    HostWrite  ‾‾‾‾‾\_/‾‾‾‾‾‾‾‾‾‾‾‾\_/‾\_/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾
+    HostRead   ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\_/‾\_/‾‾‾‾‾‾‾‾‾‾‾      the checksum
+    HostRdy    ‾‾‾‾‾‾‾\_________/‾‾‾‾‾‾‾‾\_________/‾‾‾‾‾‾\_________/‾‾      low for a slice of 81.92 us
 
 What a byte or a word does is done at the end of the slice: a command without data acts then, one with data when its
 last word is in; what is to be read is frozen then.  A command byte begins a new packet, whatever has become of the old

@@ -1,13 +1,13 @@
-"""The law of motion of one axis, in the integers of the chipset: pure functions, parameters in, runs of cycles out.
+r"""The law of motion of one axis, in the integers of the chipset: pure functions, parameters in, runs of cycles out.
 
 Every cycle of 327.68 us the chipset chooses a displacement.  Distances are in 1/65536 step, speeds in the same per
 cycle, accelerations per cycle and cycle.  A `Run` is a number of cycles whose displacements follow one law.
 
     speed                                                    V  maximum velocity       a  acceleration
       V          ___________________                         s  starting velocity      r  remaining distance
-                /                   \\
-             a /|                   |\\ a                     B(c): what is left behind when a cycle at speed c is
-              / |                   | \\                      followed by braking: c + (c-a) + ... down to s
+                /                   \
+             a /|                   |\ a                     B(c): what is left behind when a cycle at speed c is
+              / |                   | \                      followed by braking: c + (c-a) + ... down to s
       s  ____|  |                   |  |____
          0  up  |      coast        | down, landing          landing: the last cycle covers what remains
 

@@ -1,12 +1,12 @@
-"""Acceleration and jerk of an axis, as its laws have them: asked afterwards, from the runs that are kept.
+r"""Acceleration and jerk of an axis, as its laws have them: asked afterwards, from the runs that are kept.
 
 acceleration     ____                 trapezoid: what each cycle adds to the velocity; a jump (start velocity, a stop
           ______|    |____      __    at once, the electronic gear) has no acceleration, and is not drawn
                           |____|
                   2                   S-curve: of the continuous curve, phase by phase; its jerk holds for a whole
-              1 /---\\ 3   4   7       phase, from the instant at which the phase begins, cycle or not
-          ____/      \\____    /--
-                          5\\_/6
+              1 /---\ 3   4   7       phase, from the instant at which the phase begins, cycle or not
+          ____/      \____    /--
+                          5\_/6
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""The one check of every run before its pulses are promised: what a run of cycles must keep.
+r"""The one check of every run before its pulses are promised: what a run of cycles must keep.
 
     speed        ______  limit                          fits on:  from the cycle before to the first one, the speed
-          before/      \\                                           changes by no more than the law allows
-           ----/        \\____                          keeps:    no cycle is faster than the limit, or than before
+          before/      \                                           changes by no more than the law allows
+           ----/        \____                          keeps:    no cycle is faster than the limit, or than before
                           landing: exactly there        lands:    what ends a move ends it at the destination
 
 A fault is a mistake in a law of motion, never of the host or of the user.

@@ -1,0 +1,30 @@
+"""Names of a module that are loaded when somebody asks for them (PEP 562)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
+from typing import Any
+
+
+def lazily(
+    module: dict[str, Any], places: Mapping[str, Sequence[str]]
+) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """Return `__getattr__` and `__dir__` of a module that exports names of others.
+
+    Args:
+        module: its `globals()`; a name that has been asked for stays there.
+        places: the names, by the module of slewline that has them: {"core.chip": ("Chip", "Finding")}.
+    """
+    where = {name: place for place, names in places.items() for name in names}
+
+    def __getattr__(name: str) -> Any:
+        if name not in where:
+            raise AttributeError(f"module {module['__name__']!r} has no attribute {name!r}")
+        module[name] = value = getattr(import_module(f"slewline.{where[name]}"), name)
+        return value
+
+    def __dir__() -> list[str]:
+        return sorted({*module, *where})
+
+    return __getattr__, __dir__
