@@ -59,7 +59,7 @@ def older_page(part: str) -> str:
     quirks = quirk_lines(part)
     quirks[:2] = [
         "\n## What we do not know\n",
-        f"No manual of the {part.upper()} is at hand. What no source tells is inferred (UND), mostly from its sisters;\n"
+        f"No manual of the {part.upper()} is at hand. What no source tells is inferred (UND), most from its sisters;\n"
         "where two disagree (CON), one is chosen. The numbers among it are replaced in a bench file:\n\n"
         f'```toml\n[[chip]]\npart = "{part}"\n[chip.options.inferred]\npulse_high = 60\n```\n',
     ]
