@@ -54,16 +54,16 @@ RAMP_TIMES = (  # S, computed and measured milliseconds (CY525 manual, s.8)
 
 
 # ----------------------------------------------------------------------------------------------------------- data sheet
-def cy500_page() -> str:
-    """The data sheet of the CY500, and what no source tells of it."""
-    quirks = quirk_lines("cy500")
+def older_page(part: str) -> str:
+    """The data sheet of a part of which no manual is at hand, and what no source tells of it."""
+    quirks = quirk_lines(part)
     quirks[:2] = [
         "\n## What we do not know\n",
-        "No manual of the CY500 is at hand. What no source tells is inferred (UND), most of it from its successors;\n"
-        "where two disagree (CON), one is chosen. Its numbers are replaced in a bench file, without touching code:\n\n"
-        '```toml\n[[chip]]\npart = "cy500"\n[chip.options.inferred]\npulse_high = 60\n```\n',
+        f"No manual of the {part.upper()} is at hand. What no source tells is inferred (UND), most from its sisters;\n"
+        "where two disagree (CON), one is chosen. The numbers among it are replaced in a bench file:\n\n"
+        f'```toml\n[[chip]]\npart = "{part}"\n[chip.options.inferred]\npulse_high = 60\n```\n',
     ]
-    return "\n".join([NOTE + describe(sheet_of("cy500")), *quirks])
+    return "\n".join([NOTE + describe(sheet_of(part)), *quirks])
 
 
 def cy525_page() -> str:
@@ -308,8 +308,9 @@ def conformance_page(folder: str) -> str:
 
 # ---------------------------------------------------------------------------------------------------------------- pages
 FILES = {
-    "reference/cy500.md": cy500_page,
+    "reference/cy500.md": partial(older_page, "cy500"),
     "reference/cy525.md": cy525_page,
+    "reference/cy512.md": partial(older_page, "cy512"),
     "reference/gs-c200.md": gs_c200_page,
     "reference/mc1451a.md": mc1451a_page,
     "reference/cli.md": cli_page,

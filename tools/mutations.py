@@ -5,8 +5,8 @@
     python tools/mutations.py --list       the list
 
 A mutation says what is wrong with it (`name`), which text becomes which (`old`, `new`), and which tests should notice
-(`tests`: files below tests/, and options such as -k).  `old` must stand exactly once in src/slewline.  Every file of
-tests is first run on the unbroken source.  The work is done in copies; the checkout is never touched.
+(`tests`: files below tests/, and options such as -k).  `old` must stand exactly once in src/slewline, or in the folder
+or file of it that `within` names, since sister parts read alike.  Every file of tests is first run on the unbroken source.  The work is done in copies; the checkout is never touched.
 """
 
 from __future__ import annotations
@@ -46,6 +46,7 @@ class Mutation:
     old: str
     new: str
     tests: str
+    within: str = ""  # the folder or the file of src/slewline in which the old text stands once; "": in all of it
 
     @property
     def selection(self) -> tuple[str, ...]:
@@ -122,9 +123,10 @@ class Copy:
         last = (done.stdout + done.stderr).strip().splitlines()[-3:]
         return done.returncode, f"pytest ended with {done.returncode}: {' | '.join(last)}"
 
-    def place(self, old: str) -> Path | str:
+    def place(self, old: str, within: str) -> Path | str:
         """The file in which a text stands, or what is wrong with the text."""
-        paths = sorted((self.root / "src" / "slewline").rglob("*.py"))
+        below = self.root / "src" / "slewline" / within
+        paths = [below] if below.is_file() else sorted(below.rglob("*.py"))
         found = [(path, times) for path in paths if (times := path.read_text("utf-8").count(old))]
         if len(found) == 1 and found[0][1] == 1:
             return found[0][0]
@@ -149,7 +151,7 @@ class Copy:
 
     def judged(self, mutation: Mutation) -> Result:
         """Apply a mutation, run its tests, take it back."""
-        path = self.place(mutation.old)
+        path = self.place(mutation.old, mutation.within)
         if isinstance(path, str):
             return Result("LIST ERROR", path)
         if mutation.new == mutation.old:

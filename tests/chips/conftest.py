@@ -17,13 +17,19 @@ US = 1_000_000  # picoseconds
 
 
 class Rig:
-    """One CY525 named x and its host.  Times are picoseconds; at 11 MHz a clock is 1/11 us."""
+    """One CY5xx named x and its host.  Times are picoseconds; at 11 MHz a clock is 1/11 us."""
 
     def __init__(
-        self, *, crystal: str = "11 MHz", delay: str | int = 0, record: tuple[str, ...] = (), **options: object
+        self,
+        *,
+        part: str = "cy525",
+        crystal: str = "11 MHz",
+        delay: str | int = 0,
+        record: tuple[str, ...] = (),
+        **options: object,
     ) -> None:
         self.bench = slewline.Bench()
-        self.x = self.bench.add("cy525", name="x", crystal=crystal, **options)
+        self.x = self.bench.add(part, name="x", crystal=crystal, **options)
         self.host = self.bench.host(self.x, delay=delay)
         if record:
             self.bench.record(*(f"x.{pin}" for pin in record))

@@ -31,7 +31,7 @@ class Way:
 
 WAYS = {
     "cy500": Way("R 253\r", "D", "A", "xss", "trigger", "T"),
-    "cy512": Way("R 255\r", "D", "A", "dowhile", "step_inhibit", "T"),
+    "cy512": Way("R 255\rS 0\rF 1\r", "D", "A", "dowhile", "step_inhibit", "T"),
     "cy525": Way("F 80\rR 80\rS 255\rZ 1\r", "X", "A 0", "dowhile", "step_inhibit", "T 0"),
 }
 FAMILY = [part for part in WAYS if part in PARTS]

@@ -25,6 +25,7 @@ DIALOGUES = {
 }
 OWN = {  # of parts whose letters differ from those of their family
     "cy500": "A\nF 2\nR 253\nS 20\nH\nL\nE\nN 30\nG\nB\nO\nP 0\nC\nN 12\nG\n0\nQD\n",
+    "cy512": "A\nR 250\nS 20\nH\nE\nN 30\nG\nX 3\nB\nP 0\nO 5\nN 3\nG\n0\nQD\n",
 }
 ENTER = {"gs-c200": "P", "gs-c200s": "Po"}
 FAST_LINE = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}

@@ -35,6 +35,7 @@ class Dialogue:
     options: dict[str, Any] = field(default_factory=dict)  # of the part
     events: list[tuple[int, str, Any]] = field(default_factory=list)
     kinds: set[str] = field(default_factory=set)
+    part: str = "cy525"
 
 
 def made(seed: int) -> Dialogue:
@@ -191,7 +192,8 @@ class Wires:
     """Extra outputs beside the host's: whoever pulls a line low wins."""
 
     def __init__(self, chip: Any) -> None:
-        nets = {name: chip.pin(name).net for name in ("abort", "step_inhibit", "io_request", "reset", "wait")}
+        names = {"abort", "step_inhibit", "io_request", "reset", "wait", "terminate"} & chip.pins.keys()
+        nets = {name: chip.pin(name).net for name in sorted(names)}
         self.drivers = {name: Driver(net, "event") for name, net in nets.items()}
         self.drivers["db"] = Driver(chip.bus, "event")
         self.select = chip.pin("io_select")
@@ -208,7 +210,7 @@ class Wires:
 def play(dialogue: Dialogue, *, stepwise: bool = False, shuffle: int | None = None, fit: Any = None) -> Played:
     """Play a dialogue on a fresh bench; `fit` puts parts on it."""
     bench = slewline.Bench(shuffle=shuffle)
-    chip = bench.add("cy525", "x", dialogue.crystal, stepwise=stepwise, **dialogue.options)
+    chip = bench.add(dialogue.part, "x", dialogue.crystal, stepwise=stepwise, **dialogue.options)
     if fit is not None:
         fit(bench)
     host = bench.host(chip)

@@ -73,10 +73,14 @@ def text(rnd: Random) -> bytes:
 class Mad:
     """One run of the fuzz."""
 
+    part = "cy525"
+    inputs = INPUTS
+    text = staticmethod(text)
+
     def __init__(self, seed: int, journal: str | None = None) -> None:
         self.rnd = Random(seed)
         self.bench = slewline.Bench(journal=journal)
-        self.chip: Any = self.bench.add("cy525", "x", position=0)
+        self.chip: Any = self.bench.add(self.part, "x", position=0)
         self.host = self.bench.host(self.chip)
         self.hash, self.told = hashlib.sha256(), hashlib.sha256()
         self.effects: Counter[str] = Counter()
@@ -99,12 +103,12 @@ class Mad:
         rnd, bench, host = self.rnd, self.bench, self.host
         data = b""
         while len(data) < BLOCK:
-            data += text(rnd)
+            data += self.text(rnd)
         before = host.sent
         host.send(data)
         while not host.idle:
             for _ in range(rnd.randrange(3)):
-                pin = self.chip.pin(rnd.choice(INPUTS))
+                pin = self.chip.pin(rnd.choice(self.inputs))
                 pin.release() if rnd.random() < 0.6 else pin.drive(rnd.randrange(2))
             bench.run(rnd.choice((10**7, 10**8, 10**9, 5 * 10**9)))
             if rnd.random() < 0.02 or bench.now_ps - self.chip._waiting[1] > 10**11:
@@ -116,7 +120,7 @@ class Mad:
         """RESET, and everything works again."""
         chip, bench = self.chip, self.bench
         self.host.clear()
-        for name in INPUTS:
+        for name in self.inputs:
             chip.pin(name).release()
         chip.reset()
         bench.run("1 ms")

@@ -47,6 +47,7 @@ class Listed:
 PARTS = {
     "cy525": Listed(folder="cy525", chip="firmware:Cy525", sheet="sheet:SHEET", says="CY525 intelligent ramping stepper motor controller (Cybernetic, 1984)"),
     "cy500": Listed(folder="cy500", chip="firmware:Cy500", sheet="sheet:SHEET", says="CY500 stored program stepper motor controller (Cybernetic, 1979)"),
+    "cy512": Listed(folder="cy512", chip="firmware:Cy512", sheet="sheet:SHEET", says="CY512 intelligent positioning stepper motor controller (Cybernetic, 1981)"),
     "gs-c200": Listed(folder="gs_c200", chip="firmware:GsC200", sheet="sheet:GS_C200", says="GS-C200 stepper motor controller module (SGS-Thomson, 1994)"),
     "gs-c200s": Listed(folder="gs_c200", chip="firmware:GsC200S", sheet="sheet:GS_C200S", says="GS-C200S stepper motor controller module (SGS-Thomson, 1994)"),
     "mc1151a": Listed(folder="mc1451a", chip="firmware:Mc1151A", sheet="sheet:MC1151A", says="MC1151A step motor control chipset, 1 axis (PMD, 1997)"),

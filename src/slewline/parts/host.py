@@ -256,7 +256,9 @@ class Host(Part):
             self.queue.pop()
 
     def run_program(self, timeout: Time = "5 s") -> None:
-        """Send X, and let time pass until RUN is low; from then on only live commands count, until RUN is high again.
+        """Run the stored program, and let time pass until RUN is low.
+
+        From then on only live commands count, until RUN is high again.
 
         Raises:
             UsageError: a program runs already.
@@ -265,7 +267,8 @@ class Host(Part):
         async def action(port: Port) -> None:
             self.doing = f"starts the program of {port.chip}"
             await self.command_mode(port, "wait until RUN is high, or give live commands")
-            await self.send_now(port, port.text("X"))
+            run = next(row for row in port.sheet.commands if row.flow == "0")  # the program, from its start
+            await self.send_now(port, port.text(run.form))
             await level(port.running, 0)
 
         self._call("run_program", [], action, timeout)

@@ -15,6 +15,7 @@ from ...core.table import Sheet
 from ...language.lint import Check, explored
 from ...language.problems import Severity
 from ...language.statements import Block, Directive, Source, Statement
+from ..cy5xx.sisters import written_for
 from .profile import head, ramp, steps
 from .sheet import RATE_TOP, SHORT_SLEW_STEPS, SLIPS, STEP_TICKS, STEPS_PER_SECOND, VERIFY_BYTES
 
@@ -318,4 +319,4 @@ def size(source: Source) -> None:
 
 def checks(sheet: Sheet) -> tuple[Check, ...]:
     """The rules of this part, for `language.lint.lint`.  They read its tables themselves; `sheet` names the part."""
-    return (motions, rates, size)
+    return (motions, rates, size, written_for)

@@ -61,6 +61,8 @@ class Stepwise:
         self.number = self.made = 0  # steps of the move, and made so far
 
     # ------------------------------------------------------------------------------------------ what a part brings
+    held_high = False  # PULSE while STEP INHIBIT holds a step
+
     def parameters(self, number: int) -> Callable[[], Parameters]:
         """Return what tells the parameters of a motion that begins now, when somebody asks."""
         raise NotImplementedError
@@ -83,6 +85,10 @@ class Stepwise:
     def stretched(self, step: Step) -> int:
         """A step begins: how many clocks longer it becomes."""
         return 0
+
+    async def time_out(self, end: int) -> None:
+        """A step has begun: wait until PULSE may rise, at a tick if nothing ends the step before."""
+        await self.chip.at_tick(end)
 
     async def goes_on(self, just: Step) -> bool:
         """Look at everything at the end of a step, in the chip's order; false: the motion is over."""
@@ -153,9 +159,10 @@ class Stepwise:
         playing = Playing(StepTrain(self.clock, begin, leg.runs), until=None)
         self.axis.follow(playing, self.sign, plan=Plan((leg,)))
         self.made += 1
-        await chip.at_tick(begin + period - high)
+        await self.time_out(begin + period - high)
         if self.inhibit.level == 1:
             self.departs("event", "STEP INHIBIT")
+            outputs.pulse.drive(1 if self.held_high else 0)
         await chip.polled(self.inhibit, 0, self.ticks["inhibit_poll"])
         outputs.pulse.drive(1)
         await chip.ticks(high)

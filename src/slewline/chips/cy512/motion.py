@@ -1,0 +1,122 @@
+r"""How the CY512 moves.  TERMINATE ends a step before its time, so that an encoder can say when the next one may come:
+
+    b                  t                 b + period
+    |__________________|‾‾‾‾|_ _ _ _ _ _      PULSE
+    |                       |
+    ABORT, I/O REQUEST      the next step, PULSE having been high for 16 us at 6 MHz
+
+TERMINATE is looked at from there on where the step, with PULSE high behind it, lasts for 92 machine cycles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+from ...core.chip import Chip
+from ...core.ideal import Ideal
+from ...core.motions import Parameters
+from ...core.net import Net
+from ...core.plan import Plan, mirrored, plan, tail
+from ..cy5xx import motion
+from ..cy5xx.lines import line_in
+from ..cy5xx.motion import STOP, Within
+from ..cy5xx.port import BusPort
+from ..cy5xx.registers import Registers
+from ..cy5xx.slope import Law, Made
+from ..cy5xx.steps import StepOutputs
+from . import profile
+
+
+class Motion(motion.Motion):
+    """Plays what profile.py plans."""
+
+    def __init__(
+        self,
+        chip: Chip,
+        ticks: Mapping[str, int],
+        registers: Registers,
+        outputs: StepOutputs,
+        port: BusPort,
+        law: Law,
+    ) -> None:
+        super().__init__(chip, ticks, registers, outputs, port)
+        self.law, self.request = law, port.request
+        self.abort, self.terminate = (line_in(chip, name) for name in ("abort", "terminate"))
+        self.held_high = bool(chip.options.inferred["held_pulse"])
+        self.least = max(ticks["terminated"] - self.high, 1)  # clocks, from the begin of a step on
+        self.ways: Mapping[str, str] = chip.options.inferred
+
+    # ------------------------------------------------------------------------------------------ before the first step
+    def parameters(self, number: int) -> Callable[[], Parameters]:
+        """Take over the parameters for this motion."""
+        values = self.registers.values
+        rate, slope, factor = (values[name] for name in ("rate", "slope", "factor"))
+        self.aborted = False
+        self.made = Made(self.chip.crystal_hz, rate, slope, factor or 256, number, self.law)
+        return self.made.parameters
+
+    def planned(self) -> Plan:
+        """The plan of this motion, whose first step begins now."""
+        made = self.made
+        return profile.move(self.number, made.rate, made.slope, made.factor, self.law)
+
+    def expected(self, plan: Plan) -> Callable[[], Ideal]:
+        """What makes the ideal of this motion, whose first step begins now."""
+        return partial(self.made.ideal, plan, self.kernel.now, self.axis.position, self.sign)
+
+    # ----------------------------------------------------------------------------------------------- between two steps
+    def watched(self) -> list[tuple[Net, int]]:
+        """The inputs whose change matters now, each with the level that would be a change."""
+        pairs = [*super().watched(), (self.terminate, 0), (self.request, 0)]
+        return pairs if self.aborted else [*pairs, (self.abort, 0)]
+
+    async def look(self, plan: Plan, step: int) -> Plan:
+        """Look at ABORT and I/O REQUEST before a step begins; returns the plan to go on with (an empty one: stop)."""
+        if step >= plan.steps:
+            return STOP if self.done < self.number else plan  # an end before the target, or on it
+        if not self.aborted and self.abort.level == 0:
+            plan, step = self.ended("abort", "ABORT", plan, step), 0
+        if plan is not STOP and self.request.level == 0:
+            self.chip.finding("software-abort", "I/O REQUEST low at the end of a step: the motion ends")
+            if not (self.aborted and self.ways["request"] == "ramp"):
+                return self.ended("request", "I/O REQUEST", plan, step)
+        return plan
+
+    def ended(self, option: str, text: str, of: Plan, step: int) -> Plan:
+        """The motion is to end: at once, or behind the way down that the option asks for."""
+        self.aborted = True
+        self.departs("command", text)
+        down = self.way_down(of, step) if self.ways[option] == "ramp" else ()
+        return plan(("down", down)) if down else STOP
+
+    def way_down(self, of: Plan, step: int) -> tuple[tuple[int, int], ...]:
+        """The way down from a step that is over."""
+        over = of.leg(step - 1) if step else of.legs[0]
+        if over.name == "down":
+            return tail(over.runs, step - over.first)
+        if over.name == "crawl":
+            return ()
+        made = self.made
+        rate = made.rate if over.name == "slew" else self.law.start + (step - 1) * made.slope
+        return profile.slowed(mirrored(self.law.up(rate, made.slope)), made.factor)
+
+    # -------------------------------------------------------------------------------------------------------- TERMINATE
+    def look_after(self, net: Net) -> tuple[int, Within | None]:
+        """Return the tick of the first look at a net strictly after this instant, and what is done at one in a step."""
+        if net is not self.terminate:
+            return super().look_after(net)
+        now, train = self.kernel.now, self.train
+        step = train.begun(now)
+        look = max(train.begin(step - 1) + self.least, self.clock.ticks_until(now) + 1)
+        end = train.begin(step)
+        return (look, self.terminated) if look < end - self.high else (end, None)
+
+    async def terminated(self) -> bool:
+        """TERMINATE has gone low: the step ends now.  Returns whether it does."""
+        if self.terminate.level == 1:
+            return False
+        self.axis.log.depart()
+        if not await self.hold():
+            await self.rises()
+        return True

@@ -1,0 +1,13 @@
+"""The CY512's ramp calculator: R and S."""
+
+from __future__ import annotations
+
+from ...core.table import Sheet
+from ...language.ramps import Calculator
+from ..cy5xx.slope import SlopeRamps
+from .profile import LAW, move
+
+
+def ramps(sheet: Sheet) -> Calculator:
+    """Return the calculator of this part."""
+    return SlopeRamps(sheet, LAW, move)

@@ -1,0 +1,180 @@
+"""CY512 data sheet as data.  No manual of it is at hand: what is known stands in the CY525 manual of 1984, in its history
+(s.1), its comparison (s.3) and its CY512 page and selection guide ("guide").  No behaviour in this file.
+
+The comparison lists what is new or different in the CY525, which fits the CY512's socket; so everything else is taken
+from the CY525's sheet.  What no source states is *inferred*.  It is marked so, and a bench file replaces the numbers and
+readings among it: options `inferred.*`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any
+
+from ...core.option import Option
+from ...core.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing, Trust
+from ..cy5xx.letters import exchanged
+from ..cy525 import sheet as cy525
+
+PART = "cy512"
+BUFFER_BYTES = 48  # guide; s.4 and s.6 of the CY525 manual still name it
+COMPARED = "s.3, comparison"
+PAGE = "CY512 page"
+TARGET = Arg("target", 1, 0, BUFFER_BYTES - 1)
+RATE = Arg("rate", 1, 1, 255, alias=((256, 255),))  # "up to 256", in one byte
+SLOPE, FACTOR, OFFSET = Arg("slope", 1, 0, 255), Arg("factor", 1, 1, 255), Arg("offset", 1, 0, 7)
+DELAY = Arg("delay", 2, 1, 65535, unit="ms at 11 MHz")
+
+
+def _alike(letter: str, *args: Arg) -> Row:
+    """A command of the CY525 that the comparison does not list; its arguments, where their range differs."""
+    row: Row = cy525.COMMANDS[letter]
+    return replace(row, args=args or row.args)
+
+
+def _own(
+    like: str, letter: str, name: str, args: tuple[Arg, ...], says: str, flow: str = "n", trust: Trust = "inferred"
+) -> Row:
+    """A command that the comparison lists; its times are those of a command of the CY525."""
+    time_us, where = cy525.COMMANDS[like].time_us, f"{COMPARED}; {PAGE}"
+    return Row(letter, name, args, time_us, says, where, flow=flow, trust=trust)
+
+
+# fmt: off
+COMMANDS = Table(
+    _own("B", "A", "ATHOME", (), "this place is position zero"),
+    _alike("B"),
+    _alike("C"),
+    _own("X", "D", "DOITNOW", (), "run the program from its start", flow="0", trust="stated"),
+    _alike("E"),
+    _own("F", "F", "FACTOR", (FACTOR,), "divide the rate"),
+    _alike("G"),
+    _own("H", "H", "HALFSTEP", (), "half steps, until I or RESET", trust="stated"),
+    _alike("I"),
+    _alike("J", TARGET),
+    _alike("L", Arg("count", 1, 0, 256), TARGET),  # guide: 256, which is 0 in a byte
+    _alike("N"),
+    _own("O", "O", "OFFSET", (OFFSET,), "phase pattern: 0-3 full steps, 4-7 the half step behind each"),
+    _alike("P"),
+    _alike("Q"),
+    _own("R", "R", "RATE", (RATE,), "step rate", trust="stated"),
+    _own("S", "S", "SLOPE", (SLOPE,), "rise of the rate parameter with each step of a ramp; 0: no ramps; above 0 the factor becomes 1"),
+    _own("T", "T", "TIL", (), "run the program from its start while DOWHILE is low", flow="n0"),
+    _alike("U"),
+    _alike("V"),
+    _alike("W"),
+    _own("D", "X", "EXPEND", (DELAY,), "wait", trust="stated"),
+    _alike("+"),
+    _alike("-"),
+    _alike("0"),
+)
+
+# ---------------------------------------------------------------------------------------------------- pins: CY525, T.I
+_ITS: Mapping[str, dict[str, Any]] = {
+    "io_request": {"says": "byte strobe; low at the end of a step it ends the motion"},
+    "abort": {"says": "ramp down to the lowest rate and stop", "trust": "inferred"},
+    "step_inhibit": {"says": "high holds the next step, with PULSE high"},
+    "ready": {"says": "high: ready for a byte, or a program runs; low while a byte or a motion of a command is in work"},
+    "prog": {"says": "low during program entry", "seen": "", "told": ("program entry", "")},
+    "io_select": {"says": "low: host writes, high: chip writes", "seen": "level; not in motion"},
+}
+PINS = (
+    *(replace(pin, **_ITS.get(pin.name, {})) for pin in cy525.PINS),
+    Pin(0, "terminate", "in", "low ends the running step; its number is not known", active=0, pull=1, tie=1, seen="all through a step, not in its first 125 us", where=PAGE, trust="inferred"),
+)
+
+# --------------------------------------------------------------------------------------------------------- registers
+_POWER_UP = "s.4; s.6"
+REGISTERS = (
+    Register("number", 16, 0, "steps of a relative move", "N", _POWER_UP, unit="steps"),
+    Register("slope", 8, 0, "rise of the rate parameter per step", "S", _POWER_UP, unit="rate index"),
+    Register("rate", 8, 1, "step rate", "R", _POWER_UP, unit="rate index"),
+    Register("factor", 8, 1, "divisor of the rate", "F", _POWER_UP, unit="times"),
+    Register("position", 16, 0xA55A, "absolute position", "A", _POWER_UP, unit="steps"),
+)
+
+# ------------------------------------------------------------------------------------------------- rates, at 11 MHz
+# Both speeds that are stated are met: 5000 steps/s at R 255, and almost 8000 where TERMINATE ends every step.
+FASTEST_TICKS, RATE_TICKS = 2200, 240  # clocks of a step at R 255; what a unit of R takes more: 16 cycles of 15 clocks
+LEAST_TICKS = 92 * 15  # of a step that TERMINATE ends
+PERIODS = tuple(FASTEST_TICKS + (RATE.high - rate) * RATE_TICKS for rate in range(RATE.high + 1))  # R 0 ... 255
+
+_LEFT_OUT = ("readout_delay", "readout_spacing", "readout_stretch", "phase_pulse", "slew_blink")
+TIMES = MappingProxyType({
+    **{name: time for name, time in cy525.TIMES.items() if name not in _LEFT_OUT},
+    "millisecond": Timing(1000, 11, "unit of X", COMPARED, "inferred"),
+    "pulse_high": Timing(16, 6, "PULSE high between steps", "s.3 item 6; s.8", "inferred"),
+    "terminated": Timing(LEAST_TICKS / 11, 11, "shortest step that TERMINATE leaves", f"s.1; {PAGE}", "inferred"),
+})
+
+_EDGES = ("reset falls", "io_request falls", "ready falls", "run falls", "programmable_output rises", "programmable_output falls", "clk15 falls", "clk15 rises")
+LIMITS = (
+    *(limit for limit in cy525.LIMITS if limit.start in _EDGES),
+    Limit("pulse falls", "pulse falls", "a step, at almost 8000 steps/s", f"s.1; {PAGE}", least=125_000_000, mhz=11, trust="derived"),
+)
+
+# ----------------------------------------------------------------------------------------------------------- options
+WAYS = ("ramp", "stop")
+
+
+def _clocks(name: str) -> Option:
+    time = TIMES[name]
+    return Option(name, "int", time.ticks, f"inferred: {time.says}", low=1, high=10**6, unit="clocks", where=time.where)
+
+
+def _whole(periods: Sequence[int]) -> str:
+    """What is wrong with a table of periods."""
+    return "" if len(periods) in (0, len(PERIODS)) else f"allowed {len(PERIODS)} numbers, for R 0 to {RATE.high}"
+
+
+INFERRED = (
+    Option("periods", "ints", (), "inferred: clocks of a step at R 0 to R 255; none: 2200 at R 255, and 240 more for each unit below", low=LEAST_TICKS, high=1 << 20, check=_whole, unit="clocks", where=f"{COMPARED} R"),
+    Option("ramp_start", "int", 1, "inferred: the rate parameter at which ramps and short moves begin", low=0, high=RATE.high, where=f"{COMPARED} item 10"),
+    _clocks("millisecond"),
+    _clocks("pulse_high"),
+    _clocks("terminated"),
+    Option("held_pulse", "int", 1, "inferred: PULSE while STEP INHIBIT holds a step", low=0, high=1, where=f"{COMPARED} item 6"),
+    Option("abort", "choice", "ramp", "inferred: what ABORT low does", choices=WAYS, where="guide"),
+    Option("request", "choice", "stop", "inferred: what I/O REQUEST low at the end of a step does", choices=WAYS, where=f"guide; {COMPARED} item 9"),
+)
+OPTIONS = (
+    *(option for option in cy525.OPTIONS if option.name in ("stepwise", "cold")),
+    Option("inferred", "table", {}, "what no source states: to be replaced where more is known", table=INFERRED),
+    *(Option(row.name, "int", row.default, f"at power-up: {row.says}; not known of the part", low=0, high=(1 << row.bits) - 1, where=row.where) for row in REGISTERS),
+)
+
+# phi1, phi2, phi3, phi4 in half steps (s.7; the half steps between them inferred); clockwise goes up
+PHASES = tuple(
+    row for full, after in zip(cy525.PHASES, (*cy525.PHASES[1:], cy525.PHASES[0]), strict=True)
+    for row in (full, tuple(a if a == b else 1 for a, b in zip(full, after, strict=True)))
+)
+VERIFY_BYTES = {0: 5, 1: BUFFER_BYTES, 2: 6, 3: 5}
+SLIPS = MappingProxyType({
+    **{letter: says for letter, says in cy525.SLIPS.items() if letter in "\u00d8}"},
+    **exchanged(PART)["cy525"],
+})
+
+SHEET = Sheet(
+    part=PART,
+    title="CY512 intelligent positioning stepper motor controller",
+    manual="CY525 manual, 1984: history, comparison, CY512 page, selection guide",
+    crystal_hz=cy525.REFERENCE_HZ,
+    crystal_low_hz=1_000_000,
+    crystal_high_hz=11_000_000,
+    pins=PINS,
+    commands=COMMANDS,
+    registers=REGISTERS,
+    options=OPTIONS,
+    rates=tuple(round(cy525.REFERENCE_HZ / ticks) for ticks in PERIODS),
+    times=TIMES,
+    limits=LIMITS,
+    buffer_bytes=BUFFER_BYTES,
+    buffer_where="guide",
+    verify_bytes=VERIFY_BYTES,
+    suffix=".cy512",
+    slips=SLIPS,
+    notes=cy525.NOTES,
+)
+# fmt: on
