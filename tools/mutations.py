@@ -6,7 +6,8 @@
 
 A mutation says what is wrong with it (`name`), which text becomes which (`old`, `new`), and which tests should notice
 (`tests`: files below tests/, and options such as -k).  `old` must stand exactly once in src/slewline, or in the folder
-or file of it that `within` names, since sister parts read alike.  Every file of tests is first run on the unbroken source.  The work is done in copies; the checkout is never touched.
+or file of it that `within` names, since sister parts read alike.  Every file of tests is first run on the unbroken
+source.  The work is done in copies; the checkout is never touched.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from conftest import Rig
+from cy5xx import Rig
 
 import slewline
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import pytest
-from conftest import Rig
+from cy5xx import Rig
 
 import slewline
 from slewline.chips import PARTS, sheet_of

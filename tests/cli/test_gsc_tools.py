@@ -23,7 +23,14 @@ def program(write):
 # --------------------------------------------------------------------------------------------------- without running
 def test_chips_are_listed(call):
     chipsets = [f"mc1{axes}51a{dash}" for dash in ("", "-e") for axes in (1, 2, 4)]
-    assert [line.split()[0] for line in call("chips").out.splitlines()] == ["cy525", "gs-c200", "gs-c200s", *chipsets]
+    assert [line.split()[0] for line in call("chips").out.splitlines()] == [
+        "cy525",
+        "cy500",
+        "cy512",
+        "gs-c200",
+        "gs-c200s",
+        *chipsets,
+    ]
 
 
 def test_asm_lists_locations_and_counts_them(call, program):
@@ -220,8 +227,11 @@ def test_pins_and_ramps_are_drawn(call, program):
         (("p.gs-c200s", "--crystal", "1 MHz"), "the gs-c200s has none to choose"),
         (("p.gs-c200s", "--strap", "clock=1"), "straps put an input to 0 or 1"),
         (("p.gs-c200s", "--strap", "chs=2"), "give a pin and its level"),
-        (("p.txt",), "for which chip? Give --chip cy525, or a file name ending in .cy525, .gs-c200, .gs-c200s"),
-        (("p.txt", "--chip", "gs-c201"), "no chip 'gs-c201'; there are: cy525, gs-c200, gs-c200s"),
+        (
+            ("p.txt",),
+            "for which chip? Give --chip cy525, or a file name ending in .cy525, .cy500, .cy512, .gs-c200, .gs-c200s",
+        ),
+        (("p.txt", "--chip", "gs-c201"), "no chip 'gs-c201'; there are: cy525, cy500, cy512, gs-c200, gs-c200s"),
     ],
 )
 def test_wrong_use(call, program, write, options, found):

@@ -140,14 +140,15 @@ def run_page(path: Path, languages: tuple[str, ...] = tuple(EVALUATORS)) -> int:
 @contextmanager
 def modules_here() -> Iterator[None]:
     """Modules in the current directory can be imported, as those beside a script can, and are forgotten afterwards."""
-    here, before = os.getcwd(), [*sys.path]
+    here, before, known = os.getcwd(), [*sys.path], set(sys.modules)
     sys.path.insert(0, here)
     try:
         yield
     finally:
         sys.path[:] = before
-        for name, module in sys.modules.copy().items():
-            if Path(getattr(module, "__file__", None) or os.sep).is_relative_to(here):
+        for name in sys.modules.keys() - known:
+            file = Path(getattr(sys.modules[name], "__file__", None) or os.sep)
+            if file.is_relative_to(here) and not file.is_relative_to(ROOT):  # ours, and .venv, stay whatever is here
                 del sys.modules[name]
 
 
