@@ -73,7 +73,8 @@ def played(part: str) -> Any:
     return bench
 
 
-@pytest.fixture(scope="module", params=PARTS)
+# The script in letters is one of the CY525: its sisters are tested with their motions.
+@pytest.fixture(scope="module", params=[part for part in PARTS if part not in ("cy500", "cy512")])
 def bench(request: pytest.FixtureRequest) -> Any:
     return played(request.param)
 

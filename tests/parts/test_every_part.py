@@ -8,7 +8,7 @@ import pytest
 
 import slewline
 from slewline.core.option import Option, checked, flat
-from slewline.parts import KINDS, Listed, part_class
+from slewline.parts import CATALOGUE, KINDS, Listed, part_class
 from slewline.parts.part import Part
 from tests.options import wrong_options
 
@@ -74,7 +74,7 @@ class Loaded(Part):
 def loaded(monkeypatch):
     """A kind of part whose options have a table."""
     monkeypatch.setitem(KINDS, "loaded", Listed(at="loaded:Loaded", says="a part for tests"))
-    monkeypatch.setattr("slewline.parts.import_module", lambda _: type("module", (), {"Loaded": Loaded}))
+    monkeypatch.setitem(CATALOGUE.ours, "loaded", f"{__name__}:Loaded")
 
 
 BENCH = """

@@ -474,10 +474,10 @@ def test_with_a_rate_a_time_counts_from_the_present_and_is_virtual(late, wait):
 @pytest.mark.parametrize(
     ("url", "changes", "says"),
     [
-        ("slewline://gs-c300", {}, "no chip 'gs-c300'; there are: cy525, gs-c200, gs-c200s"),
+        ("slewline://gs-c300", {}, "no chip 'gs-c300'; there are: cy525, cy500, cy512, gs-c200, gs-c200s"),
         ("slewline://gs-c200s/extra?chs=0", {}, "'extra' belongs to nothing; expected slewline://gs-c200s"),
         ("slewline://gs-c200s#x", {}, "'x' belongs to nothing; expected slewline://gs-c200s"),
-        ("slewline://", {}, "no chip ''; there are: cy525, gs-c200, gs-c200s"),
+        ("slewline://", {}, "no chip ''; there are: cy525, cy500, cy512, gs-c200, gs-c200s"),
         ("slewline://cy525", {}, r"cy525: has no serial line; use bench\.host"),
         ("slewline://gs-c200s?sel9=0", {}, "no option 'sel9'; its options: store, cold, firmware"),
         ("slewline://gs-c200s?chs=2", {}, "strap chs=2; straps put an input to 0 or 1"),
