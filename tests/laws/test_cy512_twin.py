@@ -10,6 +10,7 @@ from .cy512_dialogues import Dialogue, differences, made, play
 from .digests import digests
 from .test_twin import explained
 
+SLOW = (5, 34)  # with TERMINATE held low for tens of thousands of steps: half a minute each
 KINDS = ("abort", "inhibit", "request", "terminate", "select", "reset", "tie")
 
 
@@ -24,7 +25,8 @@ def compared(seed: int, shuffle: int | None = None) -> Dialogue:
 @pytest.mark.parametrize("block", range(3))
 def test_fast_path_and_twin_agree(block: int) -> None:
     for seed in range(block * 20, block * 20 + 20):
-        compared(seed)
+        if seed not in SLOW:
+            compared(seed)
 
 
 def test_shuffled_ties_change_nothing() -> None:
@@ -39,7 +41,7 @@ def test_shuffled_ties_change_nothing() -> None:
 @pytest.mark.timeout(3000)
 def test_two_thousand_dialogues_agree() -> None:
     counted: Counter[str] = Counter()
-    for seed in range(10_000, 12_000):
+    for seed in (*SLOW, *range(10_000, 12_000)):
         counted.update(compared(seed, shuffle=seed).kinds)
     print(dict(counted))
     for kind in KINDS:
