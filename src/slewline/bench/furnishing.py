@@ -17,6 +17,7 @@ from ..core.table import Sheet
 from ..core.timebase import Time, hertz, picoseconds
 from ..errors import UnknownName, UsageError, WiringError
 from ..parts import make_part, part_class
+from ..parts.connection import Connection
 from ..parts.host import Host
 from ..parts.packet_host import PacketHost
 from ..parts.part import Part
@@ -272,7 +273,7 @@ class Furnished(Drawing):
             chips[0].bus.join(chip.bus)
         self.outside.tell("host", name=name, chips=[chip.name for chip in chips], delay_ps=delay_ps)
         kind = PacketHost if chips[0].sheet.in_packets else Host
-        host = kind(self.kernel, name, chips, delay_ps)
+        host = kind(self.kernel, name, [connection(chip) for chip in chips], delay_ps)
         self.place(host)
         self.kernel.settle()
         return host
@@ -291,7 +292,9 @@ class Furnished(Drawing):
             for role in ("serial_in", "serial_out"):
                 in_role(chip, role)
         name = self._new_name(name, "host")
-        host = SerialHost(self.kernel, name, chips, baud=baud)
+        host = SerialHost(self.kernel, name, [connection(chip) for chip in chips], baud=baud)
+        for chip in chips:
+            chip.on_power.add(lambda _chip, on: host.switched_on() if on else None)
         pairs = [] if line is None else joints("rs232_line", line, host)
         self.outside.tell(
             "host", name=name, chips=[chip.name for chip in chips], delay_ps=0, baud=baud, line=line and line.name
@@ -387,6 +390,20 @@ class Furnished(Drawing):
     def findings(self) -> list[Finding]:
         """What hosts did wrong, of all chips and parts, in order of time; parts that are lazy catch up first."""
         return sorted((found for owner in self._owners() for found in owner.findings), key=lambda found: found.time_ps)
+
+
+def connection(chip: Chip) -> Connection:
+    """Return what a host is handed of a chip."""
+    line = chip if isinstance(chip, LineChip) else None
+    return Connection(
+        name=chip.name,
+        sheet=chip.sheet,
+        pins=chip.pins,
+        crystal_hz=chip.crystal_hz,
+        bus=chip.bus,
+        straps=None if line is None else line.straps,
+        up_ps=0 if line is None else line.up_ps,
+    )
 
 
 def crystal_for(sheet: Sheet, crystal: str | int) -> int:

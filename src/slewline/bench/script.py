@@ -115,10 +115,10 @@ def refused(bench: Scene, host: Computer, script: Script) -> list[Problem]:
     `run` plays nothing of a script with such lines, and `lint` calls each of them an error.
     """
     found = list(script.problems)
-    stage, chip = Stage(bench, host, script), host.chip
+    stage, chip = Stage(bench, host, script), bench.chips[host.chip.name]
     for step in script.steps:
         if step.to in host.chips:
-            chip = host.chips[step.to]
+            chip = bench.chips[step.to]
         elif step.to:
             found.append(step.problem("unknown-chip", f"{host.name} serves {', '.join(host.chips)}, but not {step.to}"))
         found += _no_packet(step, chip.sheet, chip.crystal_hz)

@@ -18,7 +18,6 @@ from ..parts.host import Host, Port
 from ..parts.packet_host import PacketHost, Result
 from ..parts.packet_port import packet_of
 from ..parts.rs232 import SerialHost
-from ..parts.worker import Worker
 
 if TYPE_CHECKING:
     from ..core.axis import Axis
@@ -45,6 +44,10 @@ class Scene(Protocol):
     @property
     def kernel(self) -> Kernel:
         """The time of the bench."""
+
+    @property
+    def chips(self) -> Mapping[str, Chip]:
+        """The chips, by name."""
 
     @property
     def parts(self) -> Mapping[str, Part]:
@@ -116,7 +119,8 @@ class Stage:
 
     def do(self, act: Act) -> None:
         """Queue an action of the host for the present line; what goes wrong in it is told with the line."""
-        step, script, host, chip = self.step, self.script, self.host, self.host.chip
+        step, script, host = self.step, self.script, self.host
+        chip = self.scene.chips[host.chip.name]
         assert step is not None
         text = f"at {step.text[:60]!r} ({script.where}, line {step.line})"
 
@@ -126,15 +130,7 @@ class Stage:
             except SlewlineError as error:
                 script.refuse([step.problem("refused", str(error))])
 
-        if isinstance(host, Worker):
-            host.work(text, action)
-            return
-
-        async def on_bus(port: Port) -> None:
-            self.bus_host.doing = text
-            await action()
-
-        host.do(on_bus)
+        host.work(text, action)
 
     @property
     def bus_host(self) -> Host:

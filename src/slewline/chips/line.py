@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 
 from ..core.chip import Chip
 from ..core.kernel import Kernel, Task
-from ..core.pin import strapped
-from ..core.serial import RS232, Receiver, Word, bit_clock, transmit
+from ..core.serial import RS232, Receiver, Straps, Word, bit_clock, transmit
 from ..core.table import Port
 from ..core.waits import next_round
 from ..language.lines import KEPT, Refusal, parse
@@ -45,7 +44,6 @@ class LineChip(Chip):
 
     turnround_ps = TURNROUND_PS
     baud = 0  # the rate at which it listens
-    kept = KEPT  # the bits that its checksums always have
     up_ps = 0  # when the supply was switched on
     done, refused = b"OK", b"?"  # what `obey` answers where a command says nothing, and to what is no command
     lenient = False  # forgive a line feed between two lines
@@ -54,6 +52,7 @@ class LineChip(Chip):
         super().__init__(kernel, name, crystal_hz, **given)
         assert self.sheet.port is not None  # a mistake in the sheet of the chip
         self.port: Port = self.sheet.port
+        self.straps = Straps(self.port, self.pins, kept=KEPT)
         self.work: deque[Line | bytes] = deque()  # lines to obey, and answers that came late
         self.worker: Task | None = None
         self.listener: Task | None = None
@@ -104,16 +103,21 @@ class LineChip(Chip):
     @property
     def checked(self) -> bool:
         """Do lines carry a checksum at present?"""
-        return bool(self.port.checksum_pin) and strapped(self.pins, [self.port.checksum_pin]) == (1,)
+        return self.straps.checked
+
+    @property
+    def kept(self) -> int:
+        """The bits that its checksums always have."""
+        return self.straps.kept
 
     def strapped_address(self) -> int:
-        """The address that stands in front of its lines; 0: none."""
-        return 0
+        """Return the address that stands in front of its lines, as the pins say; 0: none."""
+        return self.straps.address
 
     def listen(self) -> None:
         """Begin to receive, at the rate that the straps say now."""
         self.word = Word(self.port.bits, self.port.parity, self.port.stop)
-        self.baud = self.port.bauds[strapped(self.pins, self.port.baud_pins)]
+        self.baud = self.straps.baud
         self.bits = bit_clock(self.baud, self.name)
         self.listener = self.kernel.spawn(self._listen(), f"{self.name} listens")
         self.refresh_idle()

@@ -34,6 +34,7 @@ from .stream import CHUNK
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
+    from ..parts.caller import Errand
     from ..parts.host import Port
 
 LONGEST = 256  # characters of a line
@@ -81,9 +82,8 @@ class FramedLine(Line):
             if text[1:] not in groups:
                 raise UsageError(f"{text}: allowed ?, ?{', ?'.join(groups)}")
             self._check_room(text)
-            with self.kernel.outside.queued():  # the server lets time pass
-                self.computer.verify(int(text[1:]), live=None)
-            self.computer.do(self._answered(text))
+            errand = self.computer.read_group(self.chip.name, int(text[1:]), None, live=None)
+            self.computer.work("an answer", lambda: self._answer(text, errand))
         else:
             self._check_room(text)
             self.computer.send(spelled(text, self.chip.sheet))
@@ -105,11 +105,8 @@ class FramedLine(Line):
         """Wait until the chip is ready again, or has been at work for so long that it moves or waits."""
         await first_of(self.kernel, self.kernel.now + port.ps(TAKEN_US), (port.ready, 1))
 
-    def _answered(self, question: str):  # type: ignore[no-untyped-def]
-        async def answer(_port: Port) -> None:
-            self.say(f"{question} {self.computer.answer.hex(' ').upper()}")
-
-        return answer
+    async def _answer(self, question: str, errand: Errand[bytes]) -> None:
+        self.say(f"{question} {errand.answer.hex(' ').upper()}")
 
     def say(self, text: str) -> None:
         """An answer."""
