@@ -17,11 +17,13 @@ from ..core.table import Sheet
 from ..core.timebase import Time, hertz, picoseconds
 from ..errors import UnknownName, UsageError, WiringError
 from ..parts import make_part, part_class
+from ..parts.computer import Computer
 from ..parts.connection import Connection
 from ..parts.host import Host
 from ..parts.packet_host import PacketHost
 from ..parts.part import Part
 from ..parts.rs232 import SerialHost
+from .by_name import adds, hosts, makes
 from .drawing import Drawing
 from .journal import Journal
 from .wiring import as_needed, in_role, joints
@@ -64,6 +66,7 @@ class Furnished(Drawing):
         self.on_input, self.on_commit = self.outside.on_input, self.kernel.on_commit
 
     # ---------------------------------------------------------------------------------------------------- furnishing
+    @adds
     def add(
         self,
         /,
@@ -117,6 +120,7 @@ class Furnished(Drawing):
         self.kernel.settle()
         return chip
 
+    @makes
     def part(
         self,
         /,
@@ -125,7 +129,7 @@ class Furnished(Drawing):
         to: Chip | Part | str | None = None,
         on: Part | str | None = None,
         **options: Any,
-    ) -> Any:
+    ) -> Part:
         """Make a part and put it on the bench, at any time; it works from this instant on.
 
         Args:
@@ -187,7 +191,7 @@ class Furnished(Drawing):
     def _there(self, neighbour: Chip | Part | str) -> Chip | Part:
         """A chip or part of this bench, which is named or given itself."""
         if isinstance(neighbour, str):
-            return self[neighbour]  # type: ignore[no-any-return]
+            return self[neighbour]
         if not any(neighbour is owner for owner in self._owners()):
             raise UnknownName(f"{getattr(neighbour, 'name', neighbour)!r} is no chip and no part of this bench")
         return neighbour
@@ -229,6 +233,7 @@ class Furnished(Drawing):
             raise UsageError(f"the bench has a {name!r} already; names are unique")
         return name
 
+    @hosts
     def host(
         self,
         *chips: Chip,
@@ -236,7 +241,7 @@ class Furnished(Drawing):
         delay: Time = 0,
         baud: int | None = None,
         line: Part | None = None,
-    ) -> Any:
+    ) -> Computer:
         """Put a host computer on the command port of a chip, or of several that share its bus or its line, at any time.
 
         Args:
@@ -326,7 +331,7 @@ class Furnished(Drawing):
             rxd.join(downs[-1])
         self.kernel.settle()
 
-    def __getitem__(self, name: str) -> Any:
+    def __getitem__(self, name: str) -> Chip | Part:
         """A chip or part by name."""
         for owners in (self.chips, self.parts):
             if name in owners:
@@ -344,8 +349,7 @@ class Furnished(Drawing):
         owner, dot, pin = name.partition(".") if isinstance(name, str) else (repr(name), "", "")
         if not dot:
             raise UnknownName(f"pin {name!r}: give owner and pin, for example 'x.slew'")
-        found: Terminal = self[owner].pin(pin)
-        return found
+        return self[owner].pin(pin)
 
     # ------------------------------------------------------------------------------------------------------- wiring
     def wire(self, a: str, b: str, invert: bool = False) -> None:

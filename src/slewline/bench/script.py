@@ -69,7 +69,8 @@ from .stage import Script, Stage, Step, command
 if TYPE_CHECKING:
     from ..core.chip import Chip
     from ..core.table import Sheet
-    from .stage import Computer, Scene
+    from ..parts.computer import Computer
+    from .stage import Scene
 
 COPIED = {  # what manuals print, and what to write instead
     **dict.fromkeys("\u00d8\u00f8\u2205", "write 0 where a manual prints a zero with a stroke"),

@@ -14,6 +14,7 @@ from ..language import packets
 from ..language.assemble import RefusedProgram
 from ..language.dialects import Command, Decoder, encode_binary
 from ..language.problems import Problem
+from ..parts.computer import Computer
 from ..parts.host import Host, Port
 from ..parts.packet_host import PacketHost, Result
 from ..parts.packet_port import packet_of
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
 SHOWN = 160  # characters of a line in a message
 TAKEN_US = 1000  # a command that keeps the chip busy for longer has begun a motion, a delay or a wait
 
-Computer = Host | SerialHost | PacketHost
 Act = Callable[["Stage", "Chip"], Awaitable[None]]
 Queue = Callable[["Stage"], None]
 Fits = Callable[["Stage", "Chip"], object]

@@ -18,11 +18,12 @@ from .files import STDIN, Outputs, chip_of, read_program, sheet_for
 
 if TYPE_CHECKING:
     from ..bench import Bench
-    from ..bench.stage import Computer, Script
+    from ..bench.stage import Script
     from ..core.table import Sheet
     from ..language.assemble import Assembly
     from ..language.disassemble import Instruction
     from ..language.problems import Problem
+    from ..parts.computer import Computer
 
 SOURCE = "a program text, not the bytes of a program; slewline asm makes bytes of it"
 COLOURS = {"error": "red", "warning": "yellow", "note": "cyan"}

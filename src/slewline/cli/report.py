@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..bench import Bench
-from ..bench.stage import Computer
 from ..core.chip import Chip, Finding, OneAxis
 from ..core.timebase import PS_PER_S, readable
+from ..parts.computer import Computer
 from ..parts.packet_host import PacketHost
 from .transcript import counted
 

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from ..core.chip import Chip, Finding
 from ..core.pin import strapped
 from ..errors import UsageError
+from ..parts.host import Host
 from .framing import FramedLine
 from .line import Line, SerialLine
 from .log import Log
@@ -110,7 +111,9 @@ class Server:
         if chips[0].sheet.in_packets:
             line = RegisterLine(name, chips[0], self.pace, self.log, self._board(chips[0]))
         elif framing:
-            line = FramedLine(name, chips[0], self.pace, self.log, self.bench.host(chips[0], name=f"{name}_host"))
+            computer = self.bench.host(chips[0], name=f"{name}_host")
+            assert isinstance(computer, Host)  # the chip has a bus
+            line = FramedLine(name, chips[0], self.pace, self.log, computer)
         else:
             port = self._uart(chips[0]) if on_bus else self._connector(chips)
             line = SerialLine(name, chips, self.pace, self.log, port)
@@ -135,11 +138,11 @@ class Server:
         self.bench.part("uart", name=f"{chip.name}_uart", to=chip, baud=UART_BAUD)
         port = self.bench.part("serial_port", name=name, ttl=True, baud=UART_BAUD, bits=8, parity="none", stop=1)
         self.bench.wire(f"{name}.txd", f"{chip.name}_uart.rxd")
-        return port  # type: ignore[no-any-return]
+        return port
 
     def _board(self, chip: Chip) -> Isa:
         """An interface board on the host port of a chipset."""
-        return self.bench.part("isa", name=f"{chip.name}_isa", to=chip)  # type: ignore[no-any-return]
+        return self.bench.part("isa", name=f"{chip.name}_isa", to=chip)
 
     def _check(self, line: Line, port: str) -> None:
         if port not in line.ports:

@@ -88,7 +88,9 @@ class Rig:
         if store is not None:
             options["store"] = store_at(store)
         self.chip = self.bench.add(part, name, straps={**port.fastest, **(straps or {})}, **options)
-        self.host: SerialHost = self.bench.host(self.chip, name="line")
+        host = self.bench.host(self.chip, name="line")
+        assert isinstance(host, SerialHost)  # the part has a serial line
+        self.host = host
         self.pace = self.pace_of(rate)
         self.log = Log(self.bench.kernel, log)
         self.line = SerialLine(self.chip.name, [self.chip], self.pace, self.log, self.host)
