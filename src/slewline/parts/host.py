@@ -12,6 +12,7 @@ from collections import deque
 from collections.abc import Awaitable, Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
+from ..core.channel import Channel
 from ..core.hook import Hook
 from ..core.kernel import Kernel, Task
 from ..core.net import Driver
@@ -51,7 +52,8 @@ class Port:
 
     def text(self, command: str) -> bytes:
         """A command as this port takes it now: ASCII, or letter, count and data in binary mode."""
-        from ..language.dialects import Command, Decoder, encode_binary
+        from ..language.dialect import Command
+        from ..language.letters import Decoder, encode_binary
 
         line = command.encode("ascii") + b"\r"
         if self.mode.level == 1:
@@ -83,6 +85,7 @@ class Host(Part):
         self.chips = {chip.name: chip for chip in chips}
         self.ports = {chip.name: Port(chip, name) for chip in chips}
         self.port = next(iter(self.ports.values()))
+        self.channel: Channel = self.port.sheet.channels[0]
         self.queue: deque[tuple[Port, bytes | Action]] = deque()
         self.received = bytearray()  # what read-outs brought
         self.sent = 0

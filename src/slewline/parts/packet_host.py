@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ..core.channel import Channel
 from ..core.hook import Hook
 from ..core.kernel import Kernel
 from ..core.timebase import Time, picoseconds
@@ -60,6 +61,7 @@ class PacketHost(Caller):
         self.chips = {chip.name: chip for chip in chips}
         self.ports = {chip.name: PacketPort(kernel, chip, name, delay_ps) for chip in chips}
         self.port = next(iter(self.ports.values()))
+        self.channel: Channel = self.port.sheet.channels[0]
         self.received: list[int] = []
         self.results: list[Result] = []
         self.on_event: Hook[[str]] = Hook()  # what it does, in words: a line of a script, an answer

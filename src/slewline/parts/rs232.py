@@ -11,13 +11,13 @@ from collections.abc import Callable, Sequence
 from types import MappingProxyType
 from typing import Any
 
+from ..core.channel import Channel, SerialLine
 from ..core.hook import Hook
 from ..core.kernel import Kernel, Task
 from ..core.net import Driver, Net
 from ..core.option import Option
 from ..core.pin import Condition, GotCondition, strapped
 from ..core.serial import BAUD, RS232, TTL, Character, LinePartner, Receiver, Word, bit_clock, transmit, word_options
-from ..core.table import Port
 from ..core.timebase import Time
 from ..core.waits import first_of, until
 from ..errors import ChecksumError, Timeout, UsageError
@@ -159,13 +159,14 @@ class SerialHost(SerialPort):
     """
 
     def __init__(self, kernel: Kernel, name: str, chips: Sequence[LinePartner], *, baud: int | None = None) -> None:
-        port = chips[0].sheet.port
-        assert port is not None  # the bench chooses the host by the sheet
+        port = chips[0].sheet.channel(SerialLine)
+        assert port is not None  # the bench chooses the host by the channel
         bits, parity, stop = port.bits, port.parity, port.stop
         super().__init__(
             kernel, name, baud=9600 if baud is None else baud, bits=bits, parity=parity, stop=stop, ttl=False
         )
         self.port = port
+        self.channel: Channel = port
         self.fixed_baud: int | str | None = baud
         self.chips: dict[str, Any] = {chip.name: chip for chip in chips}
         self.chip: Any = chips[0]
@@ -189,7 +190,7 @@ class SerialHost(SerialPort):
         await until(self.kernel, up + POWER_UP_PS)
 
     # --------------------------------------------------------------------------------------------- what straps say
-    def follow_straps(self) -> Port:
+    def follow_straps(self) -> SerialLine:
         """Take the rate that the module is strapped for."""
         port = self.port
         baud = self.fixed_baud or port.bauds[strapped(self.chip.pins, port.baud_pins)]
