@@ -580,6 +580,7 @@ class Hosts(Protocol):
         delay: Time = 0,
         baud: int | None = None,
         line: Part | None = None,
+        over: str | None = None,
     ) -> Host: ...
     @overload
     def __call__(
@@ -590,6 +591,7 @@ class Hosts(Protocol):
         delay: Time = 0,
         baud: int | None = None,
         line: Part | None = None,
+        over: str | None = None,
     ) -> SerialHost: ...
     @overload
     def __call__(
@@ -600,6 +602,7 @@ class Hosts(Protocol):
         delay: Time = 0,
         baud: int | None = None,
         line: Part | None = None,
+        over: str | None = None,
     ) -> SerialHost: ...
     @overload
     def __call__(
@@ -610,6 +613,7 @@ class Hosts(Protocol):
         delay: Time = 0,
         baud: int | None = None,
         line: Part | None = None,
+        over: str | None = None,
     ) -> PacketHost: ...
     @overload
     def __call__(
@@ -620,6 +624,7 @@ class Hosts(Protocol):
         delay: Time = 0,
         baud: int | None = None,
         line: Part | None = None,
+        over: str | None = None,
     ) -> PacketHost: ...
     @overload
     def __call__(
@@ -630,6 +635,7 @@ class Hosts(Protocol):
         delay: Time = 0,
         baud: int | None = None,
         line: Part | None = None,
+        over: str | None = None,
     ) -> PacketHost: ...
     @overload
     def __call__(
@@ -640,6 +646,7 @@ class Hosts(Protocol):
         delay: Time = 0,
         baud: int | None = None,
         line: Part | None = None,
+        over: str | None = None,
     ) -> PacketHost: ...
     @overload
     def __call__(
@@ -650,6 +657,7 @@ class Hosts(Protocol):
         delay: Time = 0,
         baud: int | None = None,
         line: Part | None = None,
+        over: str | None = None,
     ) -> PacketHost: ...
     @overload
     def __call__(
@@ -660,6 +668,7 @@ class Hosts(Protocol):
         delay: Time = 0,
         baud: int | None = None,
         line: Part | None = None,
+        over: str | None = None,
     ) -> PacketHost: ...
     @overload
     def __call__(
@@ -670,6 +679,7 @@ class Hosts(Protocol):
         delay: Time = 0,
         baud: int | None = None,
         line: Part | None = None,
+        over: str | None = None,
     ) -> SerialHost: ...
     @overload
     def __call__(
@@ -680,6 +690,7 @@ class Hosts(Protocol):
         delay: Time = 0,
         baud: int | None = None,
         line: Part | None = None,
+        over: str | None = None,
     ) -> Computer: ...
 
 def adds(function: Callable[..., Any]) -> Adds: ...

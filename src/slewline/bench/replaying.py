@@ -143,7 +143,14 @@ def apply(bench: Bench, entry: dict[str, Any]) -> None:
     elif do == "host":
         chips = [bench.chips[name] for name in entry["chips"]]
         line = bench.parts[entry["line"]] if entry.get("line") else None
-        bench.host(*chips, name=entry["name"], delay=f"{entry['delay_ps']} ps", baud=entry.get("baud"), line=line)
+        bench.host(
+            *chips,
+            name=entry["name"],
+            delay=f"{entry['delay_ps']} ps",
+            baud=entry.get("baud"),
+            line=line,
+            over=entry.get("over"),
+        )
     elif do == "connect":
         bench.connect(bench.parts[entry["part"]], [bench.chips[name] for name in entry["chips"]])
     elif do == "part":

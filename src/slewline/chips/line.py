@@ -4,7 +4,7 @@
     txd                         |<- turnround ->| answer CR   then the line is obeyed; its effect shows with it
 
 While an answer is on its way one further line is kept; what comes beyond that is lost.  A chip brings its sheet (with a
-serial `port`), and a method for each command or an `obey` of its own.
+serial line among its channels, and the dialect of lines), and a method for each command or an `obey` of its own.
 """
 
 from __future__ import annotations
@@ -14,12 +14,13 @@ from collections.abc import Sequence
 from inspect import isawaitable
 from typing import Any, NamedTuple
 
+from ..core.channel import SerialLine
 from ..core.chip import Chip
 from ..core.kernel import Kernel, Task
 from ..core.serial import RS232, Receiver, Straps, Word, bit_clock, transmit
-from ..core.table import Port
 from ..core.waits import next_round
-from ..language.lines import KEPT, Refusal, parse
+from ..language.dialect import Refusal, dialect_of
+from ..language.lines import KEPT, parse
 
 CR, LF = 0x0D, 0x0A
 TURNROUND_PS = 10**9
@@ -50,9 +51,11 @@ class LineChip(Chip):
 
     def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
-        assert self.sheet.port is not None  # a mistake in the sheet of the chip
-        self.port: Port = self.sheet.port
+        port = self.sheet.channel(SerialLine)
+        assert port is not None  # a mistake in the sheet of the chip
+        self.port: SerialLine = port
         self.straps = Straps(self.port, self.pins, kept=KEPT)
+        self.longest = dialect_of(self.sheet).longest or 256  # characters of a line
         self.work: deque[Line | bytes] = deque()  # lines to obey, and answers that came late
         self.worker: Task | None = None
         self.listener: Task | None = None
@@ -148,7 +151,7 @@ class LineChip(Chip):
                 faulty = first = too_long = False
             elif byte == LF and self.lenient and not text:
                 continue
-            elif len(text) < (self.port.longest or 256):
+            elif len(text) < self.longest:
                 first |= not text and not character.good
                 faulty |= not character.good
                 text.append(byte)

@@ -29,8 +29,8 @@ from .timebase import Clock
 from .waits import level, until
 
 if TYPE_CHECKING:
+    from .channel import SerialLine
     from .pin import Terminal
-    from .table import Port
 
 OVERSAMPLING = 16
 PARITIES = {"N": "none", "O": "odd", "E": "even"}  # by the letters of 7O2
@@ -127,7 +127,7 @@ class Straps:
     """What the strap pins of a part on a serial line say at this moment; whoever has wired them may look.
 
     Args:
-        port: the serial port on the sheet of the part.
+        port: the serial line among the channels of the part.
         pins: the pins of the part, by name.
         kept: the bits that a checksum always has.
         address: whatever the pins say; None: what they say.
@@ -138,7 +138,7 @@ class Straps:
 
     def __init__(
         self,
-        port: Port,
+        port: SerialLine,
         pins: Mapping[str, Terminal],
         *,
         kept: int,

@@ -23,9 +23,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..bench.stage import TAKEN_US, spelled
+from ..bench.stage import TAKEN_US
 from ..core.waits import first_of
 from ..errors import SlewlineError, UsageError
+from ..language.dialect import spoken_as
+from ..language.letters import Letters
 from ..parts.host import Host
 from .line import Line
 from .log import Log
@@ -86,7 +88,7 @@ class FramedLine(Line):
             self.computer.work("an answer", lambda: self._answer(text, errand))
         else:
             self._check_room(text)
-            self.computer.send(spelled(text, self.chip.sheet))
+            self.computer.send(spoken_as(self.chip.sheet, Letters).sent(self.chip.sheet, text))
             self.computer.do(self._taken)
 
     def _check_room(self, text: str) -> None:

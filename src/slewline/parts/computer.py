@@ -24,6 +24,7 @@ from .part import served
 from .worker import Data
 
 if TYPE_CHECKING:
+    from ..core.channel import Channel
     from ..core.chip import Chip
     from ..core.pin import Condition
     from ..core.timebase import Time
@@ -47,6 +48,11 @@ class Computer(Caller):
     def chip(self) -> Connection:
         """The chip that it speaks to."""
         return self.chips[self._to]
+
+    @property
+    def channel(self) -> Channel:
+        """The channel over which it reaches the chip."""
+        return self.chip.channel
 
     def to(self, chip: str | Chip | Connection) -> Self:
         """Speak to this chip from now on; return the host.

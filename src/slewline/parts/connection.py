@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from ..core.timebase import Clock
 
 if TYPE_CHECKING:
+    from ..core.channel import Channel
     from ..core.net import Bus
     from ..core.pin import Terminal
     from ..core.serial import Straps
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Connection:
-    """A chip, as a host sees it who is wired to its board.
+    """A chip that is reached over a channel, as a host sees it who is wired to its board.
 
     `pins` are the wires, by the names of the pins, and `bus` are those of the data bus, if there is one; `crystal_hz`
     is on the board.  A chip on a serial line has straps.  `up_ps` is the instant at which it was switched on last: the
@@ -26,6 +27,7 @@ class Connection:
 
     name: str
     sheet: Sheet
+    channel: Channel
     pins: Mapping[str, Terminal]
     crystal_hz: int
     bus: Bus

@@ -56,7 +56,8 @@ class Port:
 
     def text(self, command: str) -> bytes:
         """A command as this port takes it now: ASCII, or letter, count and data in binary mode."""
-        from ..language.dialects import Command, Decoder, encode_binary
+        from ..language.dialect import Command
+        from ..language.letters import Decoder, encode_binary
 
         line = command.encode("ascii") + b"\r"
         if self.mode.level == 1:

@@ -16,6 +16,7 @@ from ..core.kernel import Kernel
 from ..core.net import Driver, Net
 from ..core.waits import level, until
 from ..language import packets
+from ..language.dialect import spoken_as
 
 if TYPE_CHECKING:
     from ..core.table import Row, Sheet
@@ -136,7 +137,6 @@ class PacketPort:
     def note_axis(self, code: int, found: Sequence[int] = ()) -> None:
         """Note which axis is the current one behind a packet, of which these words were read."""
         row = self.sheet.commands.by_code.get(code)
-        assert self.sheet.packets is not None  # the bench chooses the host by the sheet
         if row is None:
             return
         if row.name == RESET:
@@ -144,7 +144,8 @@ class PacketPort:
         elif row.acts == "set":
             self.axis = row.code  # SET_2 has the code 2
         elif row.name == "SET_I":
-            self.axis = packets.fields(found[0], self.sheet.packets.status)["axis"] if found else UNKNOWN
+            status = spoken_as(self.sheet, packets.Packets).status
+            self.axis = packets.fields(found[0], status)["axis"] if found else UNKNOWN
 
 
 # ------------------------------------------------------------------------------------------------- commands as packets

@@ -24,7 +24,7 @@ from .computer import Computer
 from .worker import Data, Worker, as_bytes
 
 if TYPE_CHECKING:
-    from ..core.table import Port
+    from ..core.channel import SerialLine
     from ..core.timebase import Time
     from .connection import Connection
 
@@ -202,7 +202,7 @@ class SerialHost(SerialPort, Computer):
         """The straps of the module that it speaks to."""
         return straps_of(self.chip)
 
-    def follow_straps(self) -> Port:
+    def follow_straps(self) -> SerialLine:
         """Take the rate that the module is strapped for."""
         baud = self.fixed_baud or self.straps.baud
         if baud != self.baud:
