@@ -5,15 +5,20 @@ from __future__ import annotations
 import ast
 import inspect
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 import slewline
 from slewline.chips import PARTS as CHIPS
-from slewline.chips import chip_class
+from slewline.chips import chip_class, sheet_of
 from slewline.core.chip import Chip
+from slewline.core.kernel import Kernel
+from slewline.core.net import Bus, Driver, Net
+from slewline.core.pin import Terminal
 from slewline.core.timebase import Time
+from slewline.core.waits import level
 from slewline.links.chipset_host import ChipsetHost
 from slewline.parts import KINDS, part_class
 from slewline.parts.computer import Computer
@@ -252,3 +257,52 @@ def test_the_stub_says_what_a_bench_makes_of_every_name(protocol, found):
 def test_a_decorator_for_types_leaves_the_method_as_it_is():
     assert inspect.signature(slewline.Bench.add).parameters["crystal"].default is None
     assert slewline.Bench.host.__doc__.startswith("Put a host computer")
+
+
+# ------------------------------------------------------------------------------------------------------ without a chip
+def bare_port(*lacking):
+    """A host, on wires at whose end a test stands: the wires of a CY525, except those of some roles."""
+    full = sheet_of("cy525")
+    rows = tuple(row for row in full.pins if row.role not in lacking)
+    sheet = replace(full, pins=rows, verify_bytes={} if "select" in lacking else full.verify_bytes)
+    kernel = Kernel()
+    bus = Bus(kernel, "x.db")
+    pins = {row.name: Terminal("x", row, Net(kernel, f"x.{row.name}", tie=row.reset)) for row in rows}
+    connection = Connection(name="x", sheet=sheet, channel=sheet.channels[0], pins=pins, crystal_hz=11_000_000, bus=bus)
+    return kernel, pins, bus, Host(kernel, "host", [connection])
+
+
+def test_a_host_works_on_wires_with_nothing_but_a_sheet():
+    kernel, pins, bus, host = bare_port("select", "slewing", "out_strobe")
+    ready, taken = Driver(pins["ready"].net, "test"), []
+
+    async def take():
+        while True:
+            await level(pins["io_request"].net, 0)
+            taken.append(bus.byte)
+            ready.drive(0)
+            await level(pins["io_request"].net, 1)
+            ready.drive(1)
+
+    ready.drive(1)
+    kernel.spawn(take(), "test")
+    host.send("R 20\r")
+    kernel.settle()
+    assert bytes(taken) == b"R 20\r" and host.idle and host.sent == 5
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda host: host.change_rate(9), r"host: x \(cy525\) takes no rate on the fly: it has no pin for it"),
+        (lambda host: host.read_position(), "tells no position on the fly"),
+        (lambda host: host.verify(0), "the part cannot be read, only sent to"),
+        (lambda host: host.ask("V 0"), "'V 0' is not answered; the part cannot be read"),
+        (lambda host: host.live("B"), "takes no commands while its program runs"),
+    ],
+)
+def test_what_a_part_has_no_pins_for_is_refused_at_once(call, text):
+    *_, host = bare_port("select", "slewing", "out_strobe", "program_entry")
+    with pytest.raises(slewline.UsageError, match=text):
+        call(host)
+    assert host.idle

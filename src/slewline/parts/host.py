@@ -11,7 +11,7 @@ import re
 from collections.abc import Awaitable, Callable, Sequence
 from typing import TYPE_CHECKING
 
-from ..core.net import Driver
+from ..core.net import Driver, Net
 from ..core.pin import Condition, GotCondition
 from ..core.waits import first_of, level, until
 from ..errors import UsageError
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from .connection import Connection
 
 Action = Callable[["Port"], Awaitable[None]]
+NO_READ_OUT = "the part cannot be read, only sent to"
 SETTLED_US = 100  # READY high for longer than any instruction takes to begin: the chip is between two of them
 
 
@@ -34,14 +35,27 @@ class Port:
 
     def __init__(self, chip: Connection, host: str) -> None:
         self.chip, self.sheet, self.clock = chip.name, chip.sheet, chip.clock
-        pins = chip.pins
-        self.request, self.select = (Driver(pins[name].net, host) for name in ("io_request", "io_select"))
-        self.prog, self.bus = Driver(pins["prog"].net, host), Driver(chip.bus, host)
+
+        def line(role: str) -> Net:
+            """Return the net of the pin that has a role; where the part lacks one, a net that leads nowhere."""
+            row = chip.sheet.role(role)
+            return Net(chip.bus.kernel, f"{host}.({role})", tie=1) if row is None else chip.pins[row.name].net
+
+        self.request, self.select, self.prog = (
+            Driver(line(role), host) for role in ("request", "select", "program_entry")
+        )
+        self.bus = Driver(chip.bus, host)
         self.request.drive(1)
         self.select.drive(0)
-        self.ready, self.slew, self.mode = pins["ready"].net, pins["slew"].net, pins["ascii_binary"].net
-        self.outstrobe, self.motion_complete = pins["outstrobe"].net, pins["motion_complete"].net
-        self.running = pins["run"].net
+        self.ready, self.slew, self.mode = line("ready"), line("slewing"), line("text")
+        self.outstrobe, self.motion_complete, self.running = (
+            line("out_strobe"), line("motion_complete"), line("running"),
+        )  # fmt: skip
+
+    def takes_live(self) -> bool:
+        """Does the part take commands while its program runs, through a pin that the host may pull low?"""
+        row = self.sheet.role("program_entry")
+        return row is not None and row.way == "both"
 
     def rest(self) -> None:
         """Let go of the bus and of PROG/LIVE, and ask for nothing."""
@@ -277,7 +291,8 @@ class Host(Computer):
         group = self.port.group_of(command) if isinstance(command, str) else None
         if group is None:
             groups = ", ".join(f"'V {number}'" for number in self.port.sheet.verify_bytes)
-            raise UsageError(f"{self.name}: {command!r} is not answered; ask {groups}, and send() the rest")
+            answered = f"ask {groups}, and send() the rest" if groups else NO_READ_OUT
+            raise UsageError(f"{self.name}: {command!r} is not answered; {answered}")
         return self.verify(group, timeout=timeout)
 
     def run_program(self, timeout: Time = "5 s") -> None:
@@ -296,12 +311,14 @@ class Host(Computer):
             The groups that V commands among them read, one behind the other.
 
         Raises:
-            UsageError: no command, or one that is no ASCII text.
+            UsageError: no command, or one that is no ASCII text; or the part takes none while its program runs.
             Timeout: the chip does not take them in time.
         """
         for command in commands or ("",):
             if not isinstance(command, str) or not command or not command.isascii():
                 raise UsageError(f"{self.name}: live command {command!r}; expected text such as 'R 20'")
+        if not self.port.takes_live():
+            raise UsageError(f"{self._part} takes no commands while its program runs; wait for its end")
         found = self.answer_of(self.interject(self.chip.name, commands), timeout)
         return b"".join(data for _, data in found or ())
 
@@ -320,24 +337,39 @@ class Host(Computer):
         if group not in self.port.sheet.verify_bytes or (
             number is not None and (not isinstance(number, int) or number < 0)
         ):
-            raise UsageError(f"{self.name}: verify({group!r}, {number!r}); allowed groups 0 to 3, and 0 or more bytes")
+            groups = list(self.port.sheet.verify_bytes)
+            allowed = f"allowed groups {groups[0]} to {groups[-1]}, and 0 or more bytes" if groups else NO_READ_OUT
+            raise UsageError(f"{self.name}: verify({group!r}, {number!r}); {allowed}")
         return self.answer_of(self.read_group(self.chip.name, group, number, live), timeout)
 
     def change_rate(self, rate: int, timeout: Time = "5 s") -> None:
         """Request a new rate on the fly (s.7), when the motor slews.
 
         Raises:
-            UsageError: `rate` is not 0 to 255.
+            UsageError: `rate` is not 0 to 255, or the part takes none.
             Timeout: the chip does not take it in time.
         """
         if not isinstance(rate, int) or not 0 <= rate <= 255:
             raise UsageError(f"{self.name}: rate {rate!r}; allowed 0 to 127 (a byte goes out as it is)")
+        self._needs("slewing", "takes no rate on the fly")
         self.answer_of(self.request_rate(self.chip.name, rate), timeout)
 
     def read_position(self, timeout: Time = "5 s") -> int:
         """Return the position, read on the fly (s.6): two bytes, 0 to 65535, while the motor steps.
 
         Raises:
+            UsageError: the part does not tell it.
             Timeout: the motor does not step.
         """
+        self._needs("out_strobe", "tells no position on the fly")
         return self.answer_of(self.request_position(self.chip.name), timeout)
+
+    @property
+    def _part(self) -> str:
+        """The chip and its part number, as a message begins."""
+        return f"{self.name}: {self.chip.name} ({self.chip.sheet.part})"
+
+    def _needs(self, role: str, otherwise: str) -> None:
+        """Refuse a call for which the part lacks a pin."""
+        if self.chip.sheet.role(role) is None:
+            raise UsageError(f"{self._part} {otherwise}: it has no pin for it")
