@@ -70,7 +70,7 @@ from .text import read_text
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
-    from .stage import Computer
+    from ..parts.computer import Computer
 
 PORTS = ("tcp", "pty", "rfc2217", "serial")
 TIMES = 'a time such as "25 us"; text, because a number with a point would be rounded'

@@ -1,23 +1,25 @@
-"""The command lines of the GS-C modules: text in, commands out.  No time, no pins.
+"""Lines of text, and lines for answers: text in, commands out.  No time, no pins.
 
     [address] command [argument] [checksum] CR             2 A 3 6 CR: module 2, set output 3
 
     A3         letter and number               G+2       a direction, then a number
     +250       a sign and a number             jc1,18    two numbers, a comma between them
 
-A letter may have several forms (the GS-C200 has three of G); the one whose pattern fits is meant.  Nothing here raises:
+A letter may have several forms (G10, G+, G+2); the one whose pattern fits is meant.  Nothing here raises:
 a line that is no command is a `Refusal`, which the chip answers.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 from ..core.table import Arg, Row, Sheet
-from .dialects import Command
+from .dialect import Command, Dialect, Refusal, slip_remedy, spoken_as
+from .reader import Reader
+from .statements import Operand, Source, Statement
 
 CR = 0x0D
 KEPT = 0x10  # the bit that a checksum always has, so that it is never a carriage return
@@ -25,29 +27,12 @@ SIGN = "±"  # the head of a command that begins with its sign
 _PATTERNS = {"no": "[0-9]+", "may": "[+-]?[0-9]+", "must": "[+-][0-9]+", "alone": "[+-]"}
 
 
-@dataclass(frozen=True, slots=True)
-class Refusal:
-    """A line that is no command: "unknown", or its "argument" does not fit or is out of "range"; `text` says how.
-
-    The rest is for who shows the place: characters `at` to `end`, what was found there, what would be allowed, and
-    what to do.
-    """
-
-    code: str
-    text: str
-    at: int
-    end: int
-    found: str
-    allowed: str
-    remedy: str = ""
-
-
 def checksum(text: bytes, kept: int = KEPT) -> int:
     """The checksum character of a line: sum of the codes, seven bits, one of them always set.
 
     Args:
         text: everything before the checksum, the address included.
-        kept: the bits that are always set; 0 for GS-C200 firmware before V2.2.
+        kept: the bits that are always set.
     """
     return sum(text) & 0x7F | kept
 
@@ -142,3 +127,96 @@ def _pattern(row: Row) -> re.Pattern[str]:
         comma = "," if before is not None and before.sign != "alone" else ""
         pattern += comma + f"({_PATTERNS[arg.sign]}){'?' if arg.optional else ''}"
     return re.compile(pattern + (f"(?:{'|'.join(row.tail)})" if row.tail else ""))
+
+
+# ------------------------------------------------------------------------------------------------------------- reading
+class LineReader(Reader):
+    """A line that is one command."""
+
+    def take(self, labels: tuple[str, ...]) -> tuple[str, ...]:
+        dialect, text = spoken_as(self.sheet, Lines), self.text
+        if 0 < dialect.longest < len(text):
+            self.error(0, len(text), "too-long", f"{len(text)} characters", f"{dialect.longest}", dialect.where)
+            return ()
+        found = parse(self.sheet, text)
+        if isinstance(found, Refusal):
+            self.refused(found)
+            return ()
+        pairs = zip(places(found.row, text), found.values, strict=True)
+        operands = tuple(Operand(*self.spot(at, end), value) for (at, end), value in pairs)
+        self.add(0, len(text), found.row, operands, ())
+        return ()
+
+    def refused(self, found: Refusal) -> None:
+        letter = SIGN if self.text[0] in "+-" else self.text[0]
+        alike = [row for row in self.sheet.commands if row.head[0] == letter]
+        unknown, remedy = found.code == "unknown", ""
+        code = {"unknown": "unknown-command", "argument": "bad-argument"}.get(found.code, found.code)
+        if word := slip_remedy(self.sheet, self.text):
+            remedy = word
+        elif meant := self.meant():
+            remedy = f"write {meant}: no blanks, and capitals count"
+        elif unknown and alike:
+            remedy = f"with this letter it has {', '.join(map(usage, alike))}"
+        elif unknown and self.text.startswith(self.sheet.foreign):
+            remedy = "a sister part has this command"
+        where = "" if unknown else alike[0].where
+        self.error(found.at, found.end, code, found.found, found.allowed, where, remedy)
+
+    def meant(self) -> str:
+        """The command that the line would be with other capitals, or without blanks."""
+        tight = self.text.replace(" ", "")
+        spellings = (tight, tight.lower(), tight.capitalize())
+        return next((spelling for spelling in spellings if isinstance(parse(self.sheet, spelling), Command)), "")
+
+
+@dataclass(frozen=True, eq=False)
+class Lines(Dialect):
+    """A command is a line, and so is its answer.
+
+    `longest` is how many characters a line may have, `answers` what the answers mean: of these, `accepted` goes without
+    saying, and `busy` is what a part says that cannot obey yet.
+    """
+
+    longest: int = 0
+    answers: Mapping[str, str] = field(default_factory=dict)
+    accepted: str = "Y"
+    busy: str = "B"
+    where: str = ""
+
+    name = "lines"
+    constant_bit = KEPT.bit_length() - 1  # wrong, it would pass the checksum
+
+    def reader(self, source: Source, number: int, column: int, text: str) -> Reader:
+        return LineReader(source, number, column, text)
+
+    def spell(self, row: Row, values: Sequence[int], labels: str = "", names: Mapping[int, str] | None = None) -> str:
+        return spell(row, values)
+
+    def said(self, answer: str) -> str:
+        return "" if answer == self.accepted else super().said(answer)
+
+    def shorter(self, sheet: Sheet) -> str:
+        return "let a loop repeat what comes again"
+
+    def entered(
+        self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], checked: bool = False
+    ) -> bytes:
+        enter, leave = framing
+        texts = [enter.form, *(statement.text for statement in statements), leave.form]
+        return b"".join(framed(text, checked) for text in texts)
+
+    def meant(self, sheet: Sheet, text: str) -> list[Row]:
+        found = parse(sheet, text)
+        return [found.row] if isinstance(found, Command) else []
+
+    def table(self, sheet: Sheet) -> str:
+        from .line_reference import line_table
+
+        own = "Opcodes are the model's own: the sheet gives none. " if sheet.opcodes == "chosen" else ""
+        return f"{line_table(sheet.commands)}\n\n{own}A carriage return ends a line."
+
+    def in_full(self, sheet: Sheet, row: Row) -> str:
+        from .line_reference import line_in_full
+
+        return line_in_full(sheet, row)

@@ -12,7 +12,8 @@ from typing import Any
 
 from ...core.kernel import Kernel
 from ...core.table import Row
-from ...language.dialects import Command, Label
+from ...language.dialect import Command
+from ...language.letters import Label
 from . import sheet
 from .instructions import Instructions
 from .motion import Motion

@@ -22,7 +22,7 @@ from ...core.kernel import Kernel
 from ...core.net import Net
 from ...core.step_views import PulseView
 from ...core.train import OPEN, Playing, StepTrain
-from ...language.dialects import Decoder
+from ...language.letters import Decoder
 from . import sheet
 from .ideal import Made
 

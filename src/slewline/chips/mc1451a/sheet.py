@@ -13,8 +13,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
+from ...core.channel import HostPort
 from ...core.option import Option
-from ...core.table import Arg, Bits, Limit, Packets, Pin, Register, Row, Sheet, Table, Timing, Way
+from ...core.table import Arg, Bits, Limit, Pin, Register, Row, Sheet, Table, Timing, Way
+from ...language.packets import Packets
 
 CRYSTAL_HZ = 25_000_000
 CYCLE_TICKS = 8192
@@ -395,8 +397,7 @@ def _sheet(axes: int, encoder: bool) -> Sheet:
         limits=_limits(pins),
         suffix=f".{part}",
         notes=NOTES,
-        packets=Packets(
-            pins=("hostcmd", "hostwrite"),
+        dialect=Packets(
             illegal=(ILLEGAL | {2}) - set(rows.by_code),
             reserved=RESERVED,
             siblings=SIBLINGS,
@@ -406,12 +407,10 @@ def _sheet(axes: int, encoder: bool) -> Sheet:
             slips=SLIPS,
             where="command reference",
         ),
+        channels=(HostPort(),),
         foreign=tuple(sorted(missing)),
-        bus="hostdata",
         axes=axes,
         encoder=encoder,
-        enter="",
-        leave=(),
     )
 
 
