@@ -5,10 +5,14 @@ The part is made up, and known to this file alone: whatever works here works bec
 
 import dataclasses
 import json
+import re
 
 import pytest
 
 import slewline
+from slewline import chips
+from slewline.bench import furnishing
+from slewline.bench.file import BenchFile
 from slewline.bench.script import run_script
 from slewline.core.axis import Axis
 from slewline.core.channel import BusHandshake, HostPort, SerialLine
@@ -18,7 +22,7 @@ from slewline.core.step_views import StrobeView
 from slewline.core.table import Arg, Pin, Row, Sheet, Table
 from slewline.core.train import Playing, StepTrain
 from slewline.core.waits import level, until
-from slewline.errors import ProgramError, SheetError, UsageError
+from slewline.errors import BenchFileError, ProgramError, SheetError, UsageError
 from slewline.language.assemble import assemble, to_ascii
 from slewline.language.describe import describe
 from slewline.language.dialect import Command, dialect_of, spoken_as
@@ -145,6 +149,11 @@ def furnished(journal=None):
     return bench, x
 
 
+def run(bench):
+    bench.run("1 ms")
+    return bench
+
+
 def test_both_channels_are_at_work_at_once():
     bench, x = furnished()
     bus, line = bench.host(x), bench.host(x, over="serial")
@@ -222,6 +231,34 @@ def test_a_journal_says_over_what(tmp_path):
     bench.run("1 ms")
     kept = [json.loads(line) for line in (tmp_path / "probe.journal").read_text().splitlines()]
     assert [entry.get("over") for entry in kept if entry.get("do") == "host"] == ["serial", None]
+
+
+def test_a_bench_file_says_over_what(tmp_path, monkeypatch):
+    listed = dataclasses.replace(chips.PARTS["cy525"], chip="", says="a probe")
+    monkeypatch.setitem(chips.PARTS, "probe", listed)
+    monkeypatch.setattr(chips, "chip_class", lambda part: Probe)
+    monkeypatch.setattr(furnishing, "chip_class", lambda part: Probe)
+    file = tmp_path / "probe.toml"
+    tables = (
+        "[[chip]]",
+        'part = "probe"',
+        'name = "x"',
+        "[[host]]",
+        'script = ["P 4", "M"]',
+        "[[host]]",
+        'over = "serial"',
+        'script = ["@ask W"]',
+    )
+    file.write_text("\n".join(tables))
+    bench = slewline.load(file)
+    bench.run("100 ms")
+    assert {over for _, over, _ in bench["x"].obeyed} == {"bus", "serial"}
+    for over, found in (("serial", "x has a host or a port already"), ("port", "x (probe) has these channels")):
+        file.write_text("\n".join([*tables, "[[serve]]", f'over = "{over}"', 'tcp = "127.0.0.1:0"']))
+        with pytest.raises(BenchFileError, match=re.escape(found)):
+            BenchFile(file).served(run(slewline.load(file)))
+    file.write_text("\n".join([*tables[:5], "[[serve]]", 'over = "serial"', 'tcp = "127.0.0.1:0"']))
+    assert [port.over for port in BenchFile(file).served(run(slewline.load(file)))] == ["serial"]
 
 
 def test_each_channel_is_served_by_its_own_line():
