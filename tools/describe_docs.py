@@ -37,8 +37,8 @@ from slewline.core.chip import Chip
 from slewline.core.table import ROLES
 from slewline.errors import WiringError
 from slewline.language.describe import describe, option_table, table
-from slewline.language.line_reference import line_table
 from slewline.language.lines import usage
+from slewline.language.lines.reference import line_table
 from slewline.language.packets import Packets
 from slewline.links.requests import COMMON, NAMES, REQUESTS, Key, Request, schema
 from slewline.parts import KINDS, part_class

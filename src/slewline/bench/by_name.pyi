@@ -34,6 +34,7 @@ from ..parts.serial import SerialSender, Uart
 from ..parts.welding import Welder, Workpieces
 
 C = TypeVar("C", bound=Chip)
+P = TypeVar("P", bound=Part)
 
 class Adds(Protocol):
     @overload
@@ -559,6 +560,16 @@ class Makes(Protocol):
         on: Part | str | None = None,
         **options: Any,
     ) -> Welder: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: type[P],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> P: ...
     @overload
     def __call__(
         self,

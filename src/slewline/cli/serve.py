@@ -156,7 +156,7 @@ class Serve:
         lines = []
         for port in served:
             with self.file.at("serve", port.number):
-                lines.append(server.line(*port.chips, framing=port.framing))
+                lines.append(server.line(*port.chips, framing=port.framing, over=port.over))
         for port, line in zip(served, lines, strict=True):
             with self.file.at("serve", port.number, port.kind):
                 found.append((titled(line), getattr(server, port.kind)(line, port.where).where))

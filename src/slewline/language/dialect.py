@@ -1,8 +1,8 @@
 """How commands are written, sent and stored: the face that every dialect has.  A sheet names its own.
 
     letters/     a letter and its numbers, as text or binary                  R 100        52 01 64
-    lines.py     a line of text, its answer another one                       jc1,18
-    packets.py   a command byte and words, written as a mnemonic              SET_POS 12345
+    lines/       a line of text, its answer another one                       jc1,18
+    packets/     a command byte and words, written as a mnemonic              SET_POS 12345
 
 Assembler, disassembler, linter and reference ask the dialect for what differs, and know no part by name.
 """

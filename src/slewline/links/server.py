@@ -109,7 +109,7 @@ class Server:
         Raises:
             UsageError: the chips have nothing that could share a line.
         """
-        name = "+".join(chip.name for chip in chips)
+        name = "+".join(chip.name for chip in chips) + (f"_{over}" if over is not None else "")
         channels = [channel_over(chip, over) for chip in chips]
         for chip, channel in zip(chips, channels, strict=True):
             if len(chips) > 1 and not isinstance(channel, SerialChannel):
@@ -122,7 +122,7 @@ class Server:
         """Characters, to modules that share a line."""
         if framing:
             raise UsageError(f"{name}: has a serial line of its own; leave out the framing")
-        return SerialLine(name, chips, self.pace, self.log, self._connector(chips))
+        return SerialLine(name, chips, self.pace, self.log, self._connector(name, chips))
 
     def _register_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> Line:
         """The registers of a board on a host port."""
@@ -138,13 +138,13 @@ class Server:
             return FramedLine(name, chips[0], self.pace, self.log, host)
         return SerialLine(name, chips, self.pace, self.log, self._uart(chips[0]))
 
-    def _connector(self, chips: Sequence[Chip]) -> SerialPort:
+    def _connector(self, line: str, chips: Sequence[Chip]) -> SerialPort:
         """The serial connector of a computer, wired to modules."""
         formats = {strapped_line(chip) for chip in chips}
         if len(formats) != 1:
             raise UsageError(f"{', '.join(chip.name for chip in chips)}: their lines differ in speed or format")
         baud, bits, parity, stop = formats.pop()
-        name = f"{chips[0].name}_line"
+        name = f"{chips[0].name if len(chips) > 1 else line}_line"
         port: SerialPort = self.bench.part("serial_port", name=name, baud=baud, bits=bits, parity=parity, stop=stop)
         self.bench.connect(port, chips)
         self.troubles += [found.text for found in port.findings]  # they are told as findings

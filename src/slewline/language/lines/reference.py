@@ -1,13 +1,13 @@
-"""The reference of commands that are lines."""
+"""The reference of commands that are grammar."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ..core.table import Arg, Row, Sheet
-from . import lines
-from .assemble import units
-from .markdown import table
+from ...core.table import Arg, Row, Sheet
+from ..assemble import units
+from ..markdown import table
+from . import grammar
 
 STATES = {"i": "idle", "p": "during program entry", "r": "while a program runs"}
 
@@ -17,7 +17,7 @@ def line_in_full(sheet: Sheet, row: Row) -> str:
     text = [
         f"# {row.name}: {row.says}",
         "",
-        f"- line: `{lines.usage(row)}`",
+        f"- line: `{grammar.usage(row)}`",
         f"- taken: {_taken(row)}",
         f"- program memory: {room}",
         f"- manual: {row.where}",
@@ -31,7 +31,7 @@ def line_table(commands: Iterable[Row]) -> str:
     heads = ("line", "name", "what it does", "arguments", "locations", "opcode", "taken", "manual")
     rows = [
         (
-            f"`{lines.usage(row)}`",
+            f"`{grammar.usage(row)}`",
             row.name,
             row.says,
             "; ".join(f"{arg.name} {_limits(arg)}" for arg in row.args),
@@ -47,7 +47,7 @@ def line_table(commands: Iterable[Row]) -> str:
 
 def _limits(arg: Arg) -> str:
     unit = f" ({arg.unit})" if arg.unit else ""
-    return f"{lines.range_of(arg)}{unit}{', may be left out' if arg.optional else ''}"
+    return f"{grammar.range_of(arg)}{unit}{', may be left out' if arg.optional else ''}"
 
 
 def _opcodes(row: Row) -> str:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ..core.table import Arg, Bits, Row, Sheet
-from . import packets
-from .markdown import mhz, table
-from .packets import Packets
+from ...core.table import Arg, Bits, Row, Sheet
+from ..markdown import mhz, table
+from . import grammar
 
 BUFFERED, WITH_ENCODER = "waits for an update", "needs an encoder; other parts accept it"
 CHECKSUM = "A checksum of 16 bits may be read behind every packet: command byte and words, added up."
@@ -17,13 +16,13 @@ def packet_in_full(sheet: Sheet, row: Row) -> str:
     text = [
         f"# {row.name}: {row.says}",
         "",
-        f"- line: `{packets.usage(row)}`",
+        f"- line: `{grammar.usage(row)}`",
         f"- packet: `{packet(row)}`",
         f"- acts on: {_acted_on(row)}",
         f"- time at {mhz(sheet.crystal_hz)} MHz: {row.time_us} µs after the command and after each word",
         f"- manual: {row.where}",
     ]
-    text += [f"- `{arg.name}`: {packets.range_of(arg)}" for arg in (*row.args, *row.reads)]
+    text += [f"- `{arg.name}`: {grammar.range_of(arg)}" for arg in (*row.args, *row.reads)]
     text += [f"- {says}" for says in _conditions(row)]
     return "\n".join(text) + "\n"
 
@@ -57,7 +56,7 @@ def packet_table(sheet: Sheet) -> str:
             f"`{packet(row)}`",
             row.name,
             row.says,
-            "; ".join(f"{arg.name} {packets.range_of(arg)}" for arg in (*row.args, *row.reads)),
+            "; ".join(f"{arg.name} {grammar.range_of(arg)}" for arg in (*row.args, *row.reads)),
             _acted_on(row),
             "; ".join(_conditions(row)),
         )
@@ -66,7 +65,7 @@ def packet_table(sheet: Sheet) -> str:
     return f"{table(heads, rows)}\n\n{CHECKSUM}"
 
 
-def words_of(dialect: Packets) -> list[str]:
+def words_of(dialect: grammar.Words) -> list[str]:
     """The words that tell about an axis, and the codes that are no commands."""
     return [
         f"## Status word\n\n{_fields(dialect.status)}",
@@ -84,7 +83,7 @@ def _fields(bits: Iterable[Bits]) -> str:
     return table(("bit", "name", "what it says"), rows)
 
 
-def _other_codes(dialect: Packets) -> list[tuple[str, str]]:
+def _other_codes(dialect: grammar.Words) -> list[tuple[str, str]]:
     """Codes that are no commands of the part, and what they do."""
     alike = {(1, 0): "a word is taken", (0, 1): "a word is returned, 0", (0, 0): "no data"}
     rows = [

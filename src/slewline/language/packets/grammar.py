@@ -21,17 +21,35 @@ from fractions import Fraction
 from itertools import zip_longest
 from math import isfinite
 
-from ..core.table import Arg, Bits, Row, Sheet
-from ..errors import UnknownName, UsageError
-from . import rates
-from .dialect import Command, Dialect, Refusal, spoken_as
-from .reader import Reader
-from .statements import Operand, Source
+from ...core.table import Arg, Bits, Row, Sheet
+from ...errors import UnknownName, UsageError
+from .. import rates
+from ..dialect import Command, Dialect, Refusal, spoken_as
 
 DIRECTS = ("wait", "expect")  # lines that begin so direct the host of a script, like those that begin with @
 WORD = 1 << 16
 _NUMBER = re.compile(r"([+-]?)(?:0[xX]|\$)([0-9a-fA-F]+)|[+-]?[0-9]+")
 LONGEST = 40  # characters of a number or a mnemonic that are looked at; no longer one is right
+
+
+@dataclass(frozen=True, eq=False)
+class Words(Dialect):
+    """A command byte, words to and from the part, a checksum.
+
+    Codes without a row: `illegal` ones answer with checksum 0; `siblings` (words written, words read) are commands of
+    sister parts without effect here; `reserved` and all others have no data.  `status` and `mode` are the words that
+    tell about an axis, `version` the one that tells about the part.  `slips` are names that stand in the manual's text
+    but are no commands, each with what is meant.
+    """
+
+    illegal: frozenset[int]
+    reserved: frozenset[int]
+    siblings: Mapping[int, tuple[int, int]]
+    version: int
+    status: tuple[Bits, ...]
+    mode: tuple[Bits, ...]
+    slips: Mapping[str, str] = field(default_factory=dict)
+    where: str = ""
 
 
 # ------------------------------------------------------------------------------------------------------ words, checksum
@@ -115,7 +133,7 @@ def status_bit(sheet: Sheet, name: str) -> Bits:
     Raises:
         UnknownName: with the names there are.
     """
-    bits = {each.name: each for each in spoken_as(sheet, Packets).status if each.width == 1}
+    bits = {each.name: each for each in spoken_as(sheet, Words).status if each.width == 1}
     try:
         return bits[name.lower()]
     except KeyError:
@@ -257,7 +275,7 @@ def _scaled(arg: Arg, written: str) -> str:
 
 def _stranger(sheet: Sheet, name: str) -> Refusal:
     """A mnemonic that the part does not have; which one may be meant?"""
-    wanted, slips = name.upper(), spoken_as(sheet, Packets).slips
+    wanted, slips = name.upper(), spoken_as(sheet, Words).slips
     tail = wanted.partition("_")[2] or wanted
     close = get_close_matches(wanted, sheet.commands.by_form, 3, 0.75)
     alike = [form for form in sheet.commands.by_form if tail and form.partition("_")[2] == tail]
@@ -269,90 +287,3 @@ def _stranger(sheet: Sheet, name: str) -> Refusal:
         remedy = f"slewline describe {sheet.part} lists the commands"
     shown = name if len(name) <= LONGEST else f"{name[:LONGEST]}..."
     return _refusal("unknown-command", 0, len(name), f"{shown} is no command of the {sheet.part.upper()}", "", remedy)
-
-
-# ------------------------------------------------------------------------------------------------------------- reading
-class PacketReader(Reader):
-    """A line that is one packet."""
-
-    def take(self, labels: tuple[str, ...]) -> tuple[str, ...]:
-        found = parse(self.sheet, self.text)
-        if isinstance(found, Refusal):
-            where = spoken_as(self.sheet, Packets).where
-            self.error(found.at, found.end, found.code, found.found, found.allowed, where, found.remedy)
-            return ()
-        at = len(self.text) - len(self.text.split()[-1])
-        operands = tuple(Operand(*self.spot(at, len(self.text)), value) for value in found.values)
-        self.add(0, len(self.text), found.row, operands, ())
-        return ()
-
-
-@dataclass(frozen=True, eq=False)
-class Packets(Dialect):
-    """A command byte, words to and from the part, a checksum.
-
-    Codes without a row: `illegal` ones answer with checksum 0; `siblings` (words written, words read) are commands of
-    sister parts without effect here; `reserved` and all others have no data.  `status` and `mode` are the words that
-    tell about an axis, `version` the one that tells about the part.  `slips` are names that stand in the manual's text
-    but are no commands, each with what is meant.
-    """
-
-    illegal: frozenset[int]
-    reserved: frozenset[int]
-    siblings: Mapping[int, tuple[int, int]]
-    version: int
-    status: tuple[Bits, ...]
-    mode: tuple[Bits, ...]
-    slips: Mapping[str, str] = field(default_factory=dict)
-    where: str = ""
-
-    name = "packets"
-
-    def reader(self, source: Source, number: int, column: int, text: str) -> Reader:
-        return PacketReader(source, number, column, text)
-
-    def directs(self, text: str) -> bool:
-        return text.split(maxsplit=1)[0].lower() in DIRECTS
-
-    def refusal(self, sheet: Sheet, text: str, crystal_hz: int) -> Refusal | None:
-        found = parse(sheet, text, crystal_hz)
-        return found if isinstance(found, Refusal) else None
-
-    def spell(self, row: Row, values: Sequence[int], labels: str = "", names: Mapping[int, str] | None = None) -> str:
-        return spell(row, values)
-
-    def parted(self, lines: list[str], sheet: Sheet) -> list[str]:
-        """Return a packet a line; lines that hold something else stay as they are."""
-        try:
-            data = bytes.fromhex(" ".join(lines))
-        except ValueError:
-            return lines
-        found, at = [], 0
-        while at < len(data):
-            found.append(self.cut(data, at, sheet).data)
-            at += len(found[-1])
-        return [packet.hex(" ") for packet in found]
-
-    def check_stream(self, sheet: Sheet) -> None:
-        reads = "what dis reads without it"
-        raise UsageError(f"--stream: the {sheet.part.upper()} has no binary mode; what a host sends it is {reads}")
-
-    def meant(self, sheet: Sheet, text: str) -> list[Row]:
-        coded = re.fullmatch(r"(?:0x|\$)?([0-9a-f]{2})", text.lower())
-        found = sheet.commands.by_code.get(int(coded[1], 16)) if coded else None
-        return [found or row(sheet, "".join(text.split()[:1]))]
-
-    def table(self, sheet: Sheet) -> str:
-        from .packet_reference import packet_table
-
-        return packet_table(sheet)
-
-    def in_full(self, sheet: Sheet, row: Row) -> str:
-        from .packet_reference import packet_in_full
-
-        return packet_in_full(sheet, row)
-
-    def chapters(self, sheet: Sheet) -> list[str]:
-        from .packet_reference import words_of
-
-        return words_of(self)
