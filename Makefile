@@ -22,6 +22,7 @@ check: dev-env ## Check style, types, imports, conformance table and documentati
 	.venv/bin/lint-imports
 	.venv/bin/python tools/conformance.py --check
 	.venv/bin/python tools/describe_docs.py --check
+	.venv/bin/python tools/stubs.py --check
 	.venv/bin/python -m pytest -m docs tests/docs
 
 conformance: dev-env ## Write the conformance table

@@ -14,4 +14,4 @@ for pin, end in (("feed.uo2", "drill.ui2"), ("drill.uo1", "feed.ui2"), ("spindle
 for host, program in zip([bench.host(unit) for unit in units], (DRILL, FEED), strict=True):
     assert {host.ask(line) for line in program.split()} == {"Y"}
 bench.run_until_idle()
-print(*bar.pieces, f"{len(bench['drill'].steps())} steps of the drill, idle at {bench.now:.3f} s", sep="\n")
+print(*bar.pieces, f"{len(bench.chips['drill'].steps())} steps of the drill, idle at {bench.now:.3f} s", sep="\n")

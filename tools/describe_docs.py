@@ -37,8 +37,10 @@ from slewline.cli.commands import cli
 from slewline.core.chip import Chip
 from slewline.core.table import ROLES
 from slewline.errors import WiringError
-from slewline.language.describe import describe, line_table, option_table, table
+from slewline.language.describe import describe, option_table, table
 from slewline.language.lines import usage
+from slewline.language.lines.reference import line_table
+from slewline.language.packets import Packets
 from slewline.links.requests import COMMON, NAMES, REQUESTS, Key, Request, schema
 from slewline.parts import KINDS, part_class
 from slewline.parts.part import Part
@@ -128,7 +130,7 @@ def mc1451a_page() -> str:
             sheet.axes,
             "yes" if sheet.encoder else "no",
             ", ".join(f"`{name}`" for name in sheet.foreign),
-            f"{sheet.packets.version:04X}" if sheet.packets else "",
+            f"{sheet.dialect.version:04X}" if isinstance(sheet.dialect, Packets) else "",
         )
         for sheet in sheets
     )

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from .chips import checks_of, sheet_of
     from .chips.line import Line, LineChip
     from .core.axis import Axis
+    from .core.channel import BusHandshake, HostPort, SerialLine
     from .core.chip import Chip, Finding, OneAxis
     from .core.hook import Hook
     from .core.net import Bus, Driver, Net
@@ -26,14 +27,17 @@ if TYPE_CHECKING:
     from .core.program import ProgramRow
     from .core.quirk import Quirk
     from .core.step_views import PatternView, PulseView, StrobeView
-    from .core.table import Arg, Limit, Pin, Port, Register, Row, Sheet, Table, Timing
+    from .core.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing
     from .core.timebase import Clock, Time, moment, picoseconds, readable
     from .core.train import Playing, StepTrain
     from .core.views import gated, inverted
     from .core.waits import edge, first_of, level, next_round, polled, until
     from .language.assemble import assemble
     from .language.disassemble import listing
+    from .language.letters import Letters
+    from .language.lines import Lines
     from .language.lint import lint
+    from .language.packets import Packets
     from .parts.clocked import Clocked
     from .parts.follower import Follower, Stateless
     from .parts.part import Part
@@ -43,6 +47,7 @@ _FROM = {
     "chips": ("checks_of", "sheet_of"),
     "chips.line": ("Line", "LineChip"),
     "core.axis": ("Axis",),
+    "core.channel": ("BusHandshake", "HostPort", "SerialLine"),
     "core.chip": ("Chip", "Finding", "OneAxis"),
     "core.hook": ("Hook",),
     "core.net": ("Bus", "Driver", "Net"),
@@ -52,14 +57,17 @@ _FROM = {
     "core.program": ("ProgramRow",),
     "core.quirk": ("Quirk",),
     "core.step_views": ("PatternView", "PulseView", "StrobeView"),
-    "core.table": ("Arg", "Limit", "Pin", "Port", "Register", "Row", "Sheet", "Table", "Timing"),
+    "core.table": ("Arg", "Limit", "Pin", "Register", "Row", "Sheet", "Table", "Timing"),
     "core.timebase": ("Clock", "Time", "moment", "picoseconds", "readable"),
     "core.train": ("Playing", "StepTrain"),
     "core.views": ("gated", "inverted"),
     "core.waits": ("edge", "first_of", "level", "next_round", "polled", "until"),
     "language.assemble": ("assemble",),
     "language.disassemble": ("listing",),
+    "language.letters": ("Letters",),
+    "language.lines": ("Lines",),
     "language.lint": ("lint",),
+    "language.packets": ("Packets",),
     "parts.clocked": ("Clocked",),
     "parts.follower": ("Follower", "Stateless"),
     "parts.part": ("Part",),
@@ -69,6 +77,7 @@ __all__ = [
     "Arg",
     "Axis",
     "Bus",
+    "BusHandshake",
     "Chip",
     "Clock",
     "Clocked",
@@ -77,25 +86,29 @@ __all__ = [
     "Finding",
     "Follower",
     "Hook",
+    "HostPort",
     "Leg",
+    "Letters",
     "Limit",
     "Line",
     "LineChip",
+    "Lines",
     "Net",
     "OneAxis",
     "Option",
+    "Packets",
     "Part",
     "PatternView",
     "Pin",
     "Plan",
     "Playing",
-    "Port",
     "ProgramRow",
     "PulseView",
     "Quirk",
     "Register",
     "Row",
     "Sensor",
+    "SerialLine",
     "Sheet",
     "Stateless",
     "StepTrain",

@@ -9,7 +9,6 @@ import pytest
 import slewline
 from slewline.bench.directives import DIRECTIVES
 from slewline.bench.script import EXAMPLES, read_script, run_script
-from slewline.bench.stage import spelled, spelled_binary
 from slewline.chips.cy525.sheet import SHEET
 from slewline.core.timebase import picoseconds
 
@@ -60,7 +59,7 @@ def test_the_guide_shows_every_directive_and_each_example_can_be_read():
     ],
 )
 def test_lines_go_out_as_a_host_sends_them(line, sent):
-    assert spelled(line, SHEET) == sent
+    assert SHEET.dialect.sent(SHEET, line) == sent
 
 
 def test_commands_take_exactly_the_time_that_a_plain_host_takes():
@@ -79,7 +78,7 @@ def test_while_the_mode_is_binary_commands_go_out_in_binary():
     played = Played("@drive ascii_binary=0\nR 80\nE\nN 700\nL 3,0\nQ\nS 9")
     assert (played.x.registers["rate"], played.x.registers["slope"]) == (80, 9)
     assert (played.x.program, played.x.findings) == (bytes.fromhex("4E BC 02 4C 03 00"), [])
-    assert spelled_binary("QX", SHEET) == b"QX\0"
+    assert SHEET.dialect.sent_binary(SHEET, "QX") == b"QX\0"
 
 
 @pytest.mark.parametrize(("line", "found"), [("r 80", "'r 80' is no command"), ("A$G", "a label")])

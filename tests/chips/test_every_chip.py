@@ -36,7 +36,7 @@ SHORT_FORM = 6  # instants of a dialogue at which `make test` resets and cuts th
 
 def family(part):
     sheet = sheet_of(part)
-    return "lines" if sheet.in_lines else "packets" if sheet.in_packets else "letters"
+    return sheet.dialect.name
 
 
 def dialogue(part):

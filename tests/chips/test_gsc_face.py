@@ -73,7 +73,7 @@ def test_a_host_takes_chips_and_names_and_one_command_at_a_time():
         bench.add("gs-c200", name=name, straps={"br0": 0, strap: 0}) for name, strap in (("x", "sel0"), ("y", "sel1"))
     )
     host = bench.host(x, y)
-    assert host.to(y).chip is y and host.to("x").chip is x
+    assert host.to(y).chip.name == "y" and host.to("x").chip.name == "x"
     with pytest.raises(UnknownName, match="no chip 'z'; it serves x, y"):
         host.to("z")
     with pytest.raises(UsageError, match="one at a time"):

@@ -91,7 +91,7 @@ def test_a_part_has_the_set_commands_of_its_axes_and_the_others_are_illegal(part
     assert [row.code for row in sheet.commands if row.acts == "set"] == list(range(1, axes + 1))
     assert len(sheet.commands) == 70 + axes
     missing = set(range(axes + 1, 5))
-    assert sheet.packets.illegal == {0x00, 0x22, *range(0x80, 0x100)} | missing
+    assert sheet.dialect.illegal == {0x00, 0x22, *range(0x80, 0x100)} | missing
     assert set(sheet.foreign) == {f"SET_{n}" for n in missing}
 
 
@@ -99,7 +99,7 @@ def test_a_part_has_the_set_commands_of_its_axes_and_the_others_are_illegal(part
 @pytest.mark.fact("PMD-CON-RESERVED-4E")
 def test_every_code_is_of_one_kind(part):
     sheet = SHEETS[part]
-    port = sheet.packets
+    port = sheet.dialect
     kinds = [set(sheet.commands.by_code), port.illegal, port.reserved, set(port.siblings)]
     assert sum(map(len, kinds)) == len(set().union(*kinds))
     silent = set(range(0x80)).difference(*kinds)
@@ -185,7 +185,7 @@ def test_what_is_only_read_has_its_range_too():
 @each
 @pytest.mark.fact("PMD-VRSN-1", "PMD-VRSN-4", "PMD-VRSN-5", "PMD-VRSN-6", "PMD-CON-VRSN-FAMILY")
 def test_the_version_word(part):
-    version = SHEETS[part].packets.version
+    version = SHEETS[part].dialect.version
     assert version == {1: 0x4411, 2: 0x4C11, 4: 0x5C11}[AXES[part]]
     assert (version >> 14, (version >> 11 & 7) + 1, version >> 8 & 7) == (1, AXES[part], 4)
     assert (version >> 5 & 7, version >> 3 & 3, version & 7) == (0, 2, 1)
@@ -193,18 +193,18 @@ def test_the_version_word(part):
 
 @pytest.mark.fact("PMD-CON-INT-BITS")
 def test_the_bits_of_the_status_and_mode_words():
-    status = {bits.name: bits.mask for bits in FULL.packets.status}
+    status = {bits.name: bits.mask for bits in FULL.dialect.status}
     assert list(status.values()) == [*(1 << n for n in range(11)), 3 << 12]
     assert list(status)[:8] == [
         *("motion_complete", "wrap_around", "breakpoint", "capture"),
         *("motion_error", "positive_limit", "negative_limit", "command_error"),
     ]
     assert list(status)[8:] == ["motor_on", "axis_on", "in_motion", "axis"]
-    assert {bits.name: bits.mask for bits in FULL.packets.mode} == {
+    assert {bits.name: bits.mask for bits in FULL.dialect.mode} == {
         **{"auto_stop": 1 << 7, "high_speed": 1 << 9, "auto_update_off": 1 << 10, "profile": 3 << 11, "phase": 7 << 13}
     }
     assert FULL.commands["SET_INTRPT_MASK"].args[0].high == 0xFF
-    assert [bits.of(0x3380) for bits in FULL.packets.status if bits.name == "axis"] == [4]
+    assert [bits.of(0x3380) for bits in FULL.dialect.status if bits.name == "axis"] == [4]
 
 
 # ----------------------------------------------------------------------------------------------------------------- pins
@@ -290,7 +290,7 @@ def test_a_part_on_a_bench_is_that_of_its_sheet(part):
     bench = slewline.Bench()
     x = bench.add(part, name="x")
     host = bench.host(x)
-    assert host.query("GET_VRSN") == sheet.packets.version
+    assert host.query("GET_VRSN") == sheet.dialect.version
     assert host.query("GET_HOME") == (1 << axes) - 1  # open: high
     assert host.query("GET_LMT_SWTCH") == 0  # tied low
     host.command("SET_EXT_BRK")

@@ -32,7 +32,7 @@ def test_every_input_is_told_once_with_plain_data():
     x.power(False)  # it is off already
     x.pin("abort").release()
     assert [(ps, do) for ps, do, _ in heard] == [
-        (0, "add"), (0, "host"), (0, "send"), (10**9, "drive"), (2 * 10**9, "run"), (2 * 10**9, "power"),
+        (0, "add"), (0, "host"), (0, "input"), (10**9, "drive"), (2 * 10**9, "run"), (2 * 10**9, "power"),
         (2 * 10**9, "drive"),
     ]  # fmt: skip
     assert heard[3][2] == {"pin": "x.abort", "level": 0} and heard[5][2] == {"chip": "x", "on": False}
@@ -86,7 +86,7 @@ def test_calls_only_queue_where_that_is_asked_for():
     with bench.kernel.outside.queued():
         assert host.verify(3) is None
         assert bench.now_ps == 0
-    assert [do for _, do, _ in heard] == ["call"]
+    assert [(do, what["verb"]) for _, do, what in heard] == [("input", "read_group")]
     bench.run_until_idle()
     assert host.answer[:2] == bytes([1, 44])
     assert host.verify(3)[:2] == bytes([1, 44])  # and outside of it they wait

@@ -34,10 +34,10 @@ def played(part: str) -> Any:
     """A bench with one chip, x, on which much has happened: loads, wraps, reversals, holds, a stop."""
     bench = slewline.Bench()
     sheet = sheet_of(part)
-    straps = {"br0": 0, "br1": 0, "br2": 0, "chs": 0} if sheet.in_lines else None
+    straps = {"br0": 0, "br1": 0, "br2": 0, "chs": 0} if sheet.dialect.name == "lines" else None
     x = bench.add(part, name="x", straps=straps)
     host, axis = bench.host(x), x.axes[0]
-    if sheet.in_lines:
+    if sheet.dialect.name == "lines":
         endless = "G+" if part == "gs-c200" else "g+"
         for line in (ENTER[part], "S20", "T100", "R5", "+70", "-60", "+9", "D1", endless, "E"):
             assert host.ask(line) == "Y"
@@ -49,7 +49,7 @@ def played(part: str) -> Any:
         axis.load(axis.positions[-1] - 10)
         for line in (ENTER[part], "+33", "E"):
             host.ask(line)
-    elif sheet.in_packets:
+    elif sheet.dialect.name == "packets":
         bench.run("3 ms")
         axis.load(axis.positions[-1] - 10)
         run_script(bench, host, PACKETS.format(first=60))
@@ -161,14 +161,14 @@ def test_the_velocity_adds_up_to_the_steps(bench: Any) -> None:
         velocity, steps = Velocity(axis).changes(0, bench.now_ps), axis.steps(0, bench.now_ps)
         if not len(steps):
             assert not velocity.values.any()
-        if bench["x"].sheet.in_packets:  # even in a cycle: within a step of the pulses at every instant
+        if bench["x"].sheet.dialect.name == "packets":  # even in a cycle: within a step of the pulses at every instant
             travelled = np.append(0, np.cumsum(steps.directions))
             for time in np.random.default_rng(1).integers(0, bench.now_ps, 60).tolist():
                 made = travelled[np.searchsorted(steps.times_ps, time, side="right")]
                 assert abs(area(velocity, 0, time) - made) < 1.001 + len(axis.offsets)  # a load forgets the rest
             continue
         cuts = [m.end.time_ps for m in axis.motions(0, bench.now_ps) if m.end is not None and m.end.why == "cut"]
-        assert len(cuts) == bench["x"].sheet.in_lines, "K"
+        assert len(cuts) == (bench["x"].sheet.dialect.name == "lines"), "K"
         for sign, begin, end in zip(steps.directions, steps.times_ps, [*steps.times_ps[1:], bench.now_ps], strict=True):
             made = sign * area(velocity, int(begin), int(end))
             if any(begin < cut < end for cut in cuts):
@@ -178,7 +178,7 @@ def test_the_velocity_adds_up_to_the_steps(bench: Any) -> None:
 
 
 def test_within_a_train_the_velocity_is_one_over_the_interval(bench: Any) -> None:
-    if bench["x"].sheet.in_packets:
+    if bench["x"].sheet.dialect.name == "packets":
         pytest.skip("moves evenly within cycles")
     axis = bench["x"].axes[0]
     steps, now = axis.steps(0, bench.now_ps), bench.now_ps
@@ -201,12 +201,14 @@ def test_there_is_no_velocity_while_a_part_says_that_it_rests(bench: Any) -> Non
     axis = x.axes[0]
     steps = axis.steps(0, now)
     first, velocity = int(steps.times_ps[0]), Velocity(axis).changes(0, now)
-    before = 8192 * S // x.crystal_hz * 200 if x.sheet.in_packets else 0  # an S-curve begins below a step per second
+    before = (
+        8192 * S // x.crystal_hz * 200 if x.sheet.dialect.name == "packets" else 0
+    )  # an S-curve begins below a step per second
     assert not at(velocity, [0, first - before - 1]).any() and velocity.values[-1] == 0
     rests = np.flatnonzero(np.diff(steps.times_ps) > 45 * MS)
     for n in rests.tolist():
         end = int(steps.times_ps[n + 1])
-        if not x.sheet.in_packets:
+        if x.sheet.dialect.name != "packets":
             assert axis.velocity_at(end - 1) == 0 == axis.velocity_at(end - 20 * MS)
             assert axis.velocity_at(end) != 0
 

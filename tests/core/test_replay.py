@@ -97,12 +97,11 @@ def test_the_recorded_run_has_inputs_of_every_kind(recorded):
         "wire",
         "drive",
         "power",
-        "send",
-        "call",
+        "input",
         "run",
     }
     early = [entry["do"] for entry in entries if entry.get("round") == 1]
-    assert {"drive", "power", "send"} <= set(early)
+    assert {"drive", "power", "input"} <= set(early)
     assert told["chips"]["x"][1] != 0
     assert told["chips"]["y"][0] == 7
 
@@ -381,7 +380,7 @@ def test_what_a_listener_puts_in_stands_in_the_journal_before_what_it_has_heard_
     host = bench.host(x, name="host")
 
     def answer(do, what):
-        if do == "send" and what["args"][1] == b"A 5\r".hex():
+        if do == "input" and what["args"][1] == list(b"A 5\r"):
             host.send("A 7\r")
             bench.run("1 ms")
 

@@ -28,7 +28,7 @@ SOURCES = sorted((ROOT / "src/slewline").rglob("*.py"))
 def codes_of(path):
     """The first arguments of all calls that make a finding, or in the decoder a note that becomes one."""
     tree = ast.parse(path.read_text("utf-8"))
-    makes = "_note" if path.name == "dialects.py" else "finding"
+    makes = "_note" if path.name == "decoder.py" else "finding"
     loops = [node for node in ast.walk(tree) if isinstance(node, ast.For)]
     for node in ast.walk(tree):
         if isinstance(node, ast.FunctionDef) and node.name == "odd":  # what the loop below goes through

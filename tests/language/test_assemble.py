@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from slewline.chips.cy525.sheet import SHEET
 from slewline.errors import ProgramError
 from slewline.language.assemble import assemble, to_ascii, to_binary
-from slewline.language.dialects import Command, Decoder, spell
+from slewline.language.dialect import Command
+from slewline.language.letters import Decoder, spell
 from slewline.language.source import host_lines, read
 
 ROWS = [row for row in SHEET.commands if row.stored]

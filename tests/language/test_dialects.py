@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slewline.chips.cy525.sheet import SHEET
-from slewline.language.dialects import Command, Decoder, Label, encode_ascii, encode_binary
+from slewline.language.dialect import Command
+from slewline.language.letters import Decoder, Label, encode_ascii, encode_binary
 
 BINARY = bytes.fromhex
 

@@ -6,7 +6,8 @@ import pytest
 
 from slewline.chips import PARTS, sheet_of
 from slewline.errors import UnknownName
-from slewline.language.describe import describe, packet
+from slewline.language.describe import describe
+from slewline.language.packets.reference import packet
 
 SHEETS = {part: sheet_of(part) for part, row in PARTS.items() if row.folder == "mc1451a"}
 PAGES = {part: describe(sheet) for part, sheet in SHEETS.items()}

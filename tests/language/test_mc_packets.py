@@ -8,10 +8,11 @@ from fractions import Fraction
 import pytest
 
 from slewline.chips import PARTS, sheet_of
+from slewline.chips.mc1451a.sheet import ROUND_CYCLES_PER_S
 from slewline.errors import ProgramError, UnknownName, UsageError
 from slewline.language import packets, rates
 from slewline.language.assemble import assemble, to_ascii, to_binary
-from slewline.language.dialects import Command
+from slewline.language.dialect import Command
 from slewline.language.disassemble import disassemble, listing
 from slewline.language.lines import Refusal
 
@@ -202,8 +203,7 @@ def test_a_line_that_is_none_raises_where_a_command_is_wanted():
 
 # ---------------------------------------------------------------------------------------------------- names of the bits
 def test_words_about_an_axis_by_their_names():
-    assert SHEET.packets is not None
-    status, mode = SHEET.packets.status, SHEET.packets.mode
+    status, mode = SHEET.dialect.status, SHEET.dialect.mode
     assert packets.shown(0x1331, status) == "motion_complete motion_error positive_limit motor_on axis_on axis=2"
     assert packets.shown(0xBE80, mode) == "auto_stop high_speed auto_update_off profile=3 phase=5"
     assert packets.fields(0x7000, mode) == {
@@ -232,7 +232,7 @@ def test_a_status_bit_is_found_by_its_name():
 @pytest.mark.fact("PMD-TIME-5", "PMD-TIME-6", "PMD-TIME-7", "PMD-TIME-8", "PMD-CON-UNIT-EXAMPLES")
 def test_a_rate_in_seconds_exactly_and_as_the_manual_reckons(command, rate, exact, round_figure):
     assert rates.register(arg(command), rate, PER_S) == exact
-    assert rates.manual(arg(command), rate) == round_figure
+    assert rates.manual(arg(command), rate, ROUND_CYCLES_PER_S) == round_figure
 
 
 @pytest.mark.fact("PMD-TIME-9", "PMD-CON-JERK-EXAMPLE")

@@ -7,8 +7,9 @@ import pytest
 from slewline.chips.cy525.checks import checks
 from slewline.chips.cy525.sheet import SHEET
 from slewline.language.assemble import assemble, to_ascii, to_binary
-from slewline.language.dialects import Command, Decoder
+from slewline.language.dialect import Command
 from slewline.language.disassemble import disassemble
+from slewline.language.letters import Decoder
 from slewline.language.lint import lint
 from slewline.language.source import read
 

@@ -36,7 +36,7 @@ class Misuse:
     def __init__(self, bench: slewline.Bench, chip: Any, hand: Any, rnd: Random) -> None:
         self.bench, self.chip, self.hand, self.rnd = bench, chip, hand, rnd
         self.sheet = sheet_of(chip.sheet.part)
-        self.codes: Any = self.sheet.packets
+        self.codes: Any = self.sheet.dialect
         self.rows = [row for row in self.sheet.commands if row.name != "RESET"]
         self.without_words = [row for row in self.rows if not row.args]
         self.with_words = [row for row in self.rows if row.args]

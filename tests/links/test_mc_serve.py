@@ -139,7 +139,7 @@ def test_the_greeting_names_the_part_and_the_chipset_answers(part, make, client)
         assert port.where.startswith("registers://127.0.0.1:")
         host = Registers(client(port.where))
         assert host.greeting == f"slewline registers 1 {part} {sheet.axes}\r\n".encode()
-        version = sheet.packets.version
+        version = sheet.dialect.version
         assert host.ask(VERSION) == bytes.fromhex(f"ff6c ff{version:04x} ff{version + 0x6C:04x}")
 
 

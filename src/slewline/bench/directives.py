@@ -6,15 +6,16 @@ import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
+from ..core.channel import BusHandshake, Channel, HostPort, SerialLine
 from ..core.table import Arg
 from ..core.timebase import picoseconds, readable
 from ..core.waits import first_of, level, until
 from ..errors import Timeout, UnknownName, UsageError
 from ..language import packets
-from ..parts.host import Host
-from ..parts.packet_host import POLL, USUAL
-from ..parts.packet_port import operations
-from .stage import Act, Fits, Queue, Stage, answers, asking, meaning, returned, sending
+from ..language.dialect import spoken_as
+from ..language.lines import Lines
+from ..parts.packet_host import POLL
+from .stage import Act, Fits, Queue, Stage, answers, asking, meaning, returned
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
@@ -32,29 +33,44 @@ class Reading(NamedTuple):
     fits: Fits | None = None
 
 
-def _on_bus(_stage: Stage, chip: Chip) -> None:
-    _not_on_line(_stage, chip)
-    _without_packets(_stage, chip)
+WRONG = {  # what a directive is for, and what the host is on instead
+    (BusHandshake, SerialLine): ("a directive for a chip on a bus", "is on a serial line"),
+    (BusHandshake, HostPort): ("a directive for a chip that takes letters", "takes packets"),
+    (SerialLine, BusHandshake): ("a directive for a module on a serial line", "has a bus"),
+    (SerialLine, HostPort): ("a directive for a module on a serial line", "has a bus"),
+    (HostPort, BusHandshake): ("for a chipset that takes packets", "takes none"),
+    (HostPort, SerialLine): ("for a chipset that takes packets", "takes none"),
+}
 
 
-def _not_on_line(_stage: Stage, chip: Chip) -> None:
-    if chip.sheet.in_lines:
-        raise UsageError(f"a directive for a chip on a bus; {chip.name} ({chip.sheet.part}) is on a serial line")
+def _over(kind: type[Channel]) -> Fits:
+    """Refuse a directive to a host on another kind of channel."""
+
+    def fits(stage: Stage, chip: Chip) -> None:
+        found = type(stage.host.channel)
+        if found is not kind:
+            _refuse(kind, found, chip)
+
+    return fits
 
 
-def _without_packets(_stage: Stage, chip: Chip) -> None:
-    if chip.sheet.in_packets:
-        raise UsageError(f"a directive for a chip that takes letters; {chip.name} ({chip.sheet.part}) takes packets")
+def _refuse(kind: type[Channel], found: type[Channel], chip: Chip) -> None:
+    wanted, instead = WRONG[kind, found]
+    raise UsageError(f"{wanted}; {chip.name} ({chip.sheet.part}) {instead}")
 
 
-def _with_packets(_stage: Stage, chip: Chip) -> None:
-    if not chip.sheet.in_packets:
-        raise UsageError(f"for a chipset that takes packets; {chip.name} ({chip.sheet.part}) takes none")
+_on_bus, _on_line, _with_packets = _over(BusHandshake), _over(SerialLine), _over(HostPort)
 
 
-def _on_line(_stage: Stage, chip: Chip) -> None:
-    if not chip.sheet.in_lines:
-        raise UsageError(f"a directive for a module on a serial line; {chip.name} ({chip.sheet.part}) has a bus")
+def _has_state(stage: Stage, chip: Chip) -> None:
+    _on_line(stage, chip)
+    if not chip.sheet.acting("state"):
+        raise UsageError(f"{chip.name} ({chip.sheet.part}) has no command that asks whether it is busy")
+
+
+def _resettable(stage: Stage, chip: Chip) -> None:
+    if chip.sheet.role("reset") is None:
+        _refuse(BusHandshake, SerialLine, chip)
 
 
 def _acting(act: Act) -> Queue:
@@ -102,7 +118,7 @@ def _wait(rest: str) -> Reading:
 
 def _until(rest: str) -> Reading:
     if rest == "ready":
-        return Reading(_acting(_ready), fits=_on_line)
+        return Reading(_acting(_ready), fits=_has_state)
     name, value = _matched(PIN + r"\s*=\s*([+-]?\w+)", rest)
     if name == "position":
 
@@ -184,16 +200,9 @@ def _bytes(rest: str) -> Reading:
 
     async def send(stage: Stage, chip: Chip) -> None:
         stage.tell(f"bytes {data.hex(' ').upper()}")
-        if chip.sheet.in_packets:
-            await _packet(stage, chip, data)
-        elif not chip.sheet.in_lines:
-            await stage.bus_host.send_now(stage.port(chip), data)
-        elif data.endswith(b"\r"):
-            stage.tell(f"-> {meaning(await answers(stage, chip, data), chip.sheet)}")
-        else:
-            stage.line_host.send(data)
+        await stage.speech.send_now(stage, chip, data)
 
-    return Reading(lambda stage: (sending if isinstance(stage.host, Host) else _acting)(send)(stage))
+    return Reading(lambda stage: stage.speech.send(data, send)(stage))
 
 
 def _to(rest: str) -> Reading:
@@ -233,9 +242,11 @@ def _reset(_rest: str) -> Reading:
         with stage.nested():
             chip.reset()
         await stage.next_round()
-        await level(chip.pins["reset"].net, 1)
+        pin = chip.sheet.role("reset")
+        if pin is not None:
+            await level(chip.pins[pin.name].net, 1)
 
-    return Reading(_acting(act), fits=_not_on_line)
+    return Reading(_acting(act), fits=_resettable)
 
 
 # ---------------------------------------------------------------------------------------------------------- on a bus
@@ -296,11 +307,12 @@ def _ask(rest: str) -> Reading:
 
 
 async def _ready(stage: Stage, chip: Chip) -> None:
-    """Ask F until the module is no longer busy."""
+    """Ask a module for its state until it is no longer busy."""
+    question = chip.sheet.acting("state")[0].form
     while True:
-        found = await answers(stage, chip, "F")
-        if found != ["B"]:
-            stage.tell(f"F -> {meaning(found, chip.sheet)}")
+        found = await answers(stage, chip, question)
+        if found != [spoken_as(chip.sheet, Lines).busy]:
+            stage.tell(f"{question} -> {meaning(found, chip.sheet)}")
             return
         await until(stage.kernel, stage.kernel.now + POLL_PS)
 
@@ -352,16 +364,6 @@ def _expect(rest: str) -> Reading:
             stage.packet_host.finding("expect", found)
 
     return Reading(_acting(act), fits=_with_packets)
-
-
-async def _packet(stage: Stage, chip: Chip, data: bytes) -> None:
-    """Bytes as they are: a command byte, and words behind it."""
-    port = stage.packet_port(chip)
-    for part, command in operations(data):
-        await port.write(part, command, USUAL)
-    port.note_axis(data[0])
-    await port.ready()
-    port.note_update(data[0])
 
 
 DIRECTIVES: dict[str, Callable[[str], Reading]] = {

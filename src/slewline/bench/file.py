@@ -63,6 +63,7 @@ from ..core.timebase import picoseconds
 from ..errors import BenchFileError, ProgramError, SlewlineError
 from ..parts import part_class
 from .bench import Bench
+from .furnishing import channel_over
 from .script import check_script, read_script, run_script
 from .stage import Script
 from .tables import Place, Tables, ValidationError, convert, keys_of
@@ -70,7 +71,7 @@ from .text import read_text
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
-    from .stage import Computer
+    from ..parts.computer import Computer
 
 PORTS = ("tcp", "pty", "rfc2217", "serial")
 TIMES = 'a time such as "25 us"; text, because a number with a point would be rounded'
@@ -89,13 +90,17 @@ ALLOWED = {  # by key, or by type
 
 
 class Served(NamedTuple):
-    """A port that is asked for: the number of its table, chips, kind of port, where, and whether it has our framing."""
+    """A port that is asked for.
+
+    It has the number of its table, chips, kind of port, where, whether it has our framing, over which channel.
+    """
 
     number: int
     chips: list[Chip]
     kind: str
     where: str
     framing: bool
+    over: str | None
 
 
 # -------------------------------------------------------------------------------------------------------------- reading
@@ -275,7 +280,8 @@ class BenchFile:
         for number, host in enumerate(self.tables.host):
             chips = self.chips_of(bench, "host", number, host.chips)
             with self.at("host", number):
-                found.append(bench.host(*chips, name=host.name, delay=host.delay, baud=host.baud))
+                one = bench.host(*chips, name=host.name, delay=host.delay, baud=host.baud, over=host.over)
+                found.append(one)
         return found
 
     def chips_of(self, bench: Bench, key: str, number: int, names: list[str]) -> list[Chip]:
@@ -292,17 +298,23 @@ class BenchFile:
     def served(self, bench: Bench) -> list[Served]:
         """What [[serve]] tables ask for."""
         found: list[Served] = []
-        taken = [name for host in self.tables.host for name in host.chips or list(bench.chips)]
+        taken = [
+            (name, channel_over(bench.chips[name], host.over))
+            for host in self.tables.host
+            for name in host.chips or list(bench.chips)
+        ]
         for number, table in enumerate(self.tables.serve):
             chips = self.chips_of(bench, "serve", number, table.chips)
             for chip in chips:
-                if chip.name in taken:
+                with self.at("serve", number):
+                    channel = channel_over(chip, table.over)
+                if (chip.name, channel) in taken:
                     raise self.error(("serve", number), f"{chip.name} has a host or a port already; leave out one")
-                taken.append(chip.name)
+                taken.append((chip.name, channel))
             ports = [(kind, where) for kind in PORTS if (where := getattr(table, kind)) is not None]
             if len(ports) != 1:
                 raise self.error(("serve", number), f"found {len(ports)} ports; give one of {', '.join(PORTS)}")
-            found.append(Served(number, chips, *ports[0], table.framing))
+            found.append(Served(number, chips, *ports[0], table.framing, table.over))
         return found
 
     def wire(self, bench: Bench) -> None:

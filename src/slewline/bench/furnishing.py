@@ -4,25 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from random import Random
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..chips import CATALOGUE as CHIPS
 from ..chips import chip_class, sheet_of
-from ..chips.line import LineChip
+from ..core.channel import BusHandshake, Channel, HostPort, SerialLine
 from ..core.chip import Chip, Finding
 from ..core.hook import Hook
 from ..core.kernel import Kernel
 from ..core.net import Bus, Net
 from ..core.pin import Terminal
+from ..core.serial import Straps
 from ..core.table import Sheet
 from ..core.timebase import Time, hertz, picoseconds
 from ..errors import UnknownName, UsageError, WiringError
+from ..language.lines import KEPT
 from ..parts import CATALOGUE as PARTS
 from ..parts import make_part, part_class
+from ..parts.computer import Computer
+from ..parts.connection import Connection
 from ..parts.host import Host
 from ..parts.packet_host import PacketHost
 from ..parts.part import Part
 from ..parts.rs232 import SerialHost
+from .by_name import adds, hosts, makes
 from .drawing import Drawing
 from .journal import Journal
 from .wiring import as_needed, in_role, joints
@@ -32,10 +37,11 @@ if TYPE_CHECKING:
 
     from ..core.shaft import Shaft
 
-PORTS = {  # how a chip is spoken to: in lines, in packets
-    (False, False): "a bus",
-    (True, False): "a serial line",
-    (False, True): "a port for packets",
+H = TypeVar("H", Host, PacketHost)
+HOSTS: Mapping[type[Channel], str] = {  # the method that furnishes the host of a channel
+    BusHandshake: "_bus_host",
+    SerialLine: "_serial_host",
+    HostPort: "_packet_host",
 }
 
 
@@ -65,6 +71,7 @@ class Furnished(Drawing):
         self.on_input, self.on_commit = self.outside.on_input, self.kernel.on_commit
 
     # ---------------------------------------------------------------------------------------------------- furnishing
+    @adds
     def add(
         self,
         /,
@@ -120,6 +127,7 @@ class Furnished(Drawing):
         self.kernel.settle()
         return chip
 
+    @makes
     def part(
         self,
         /,
@@ -128,7 +136,7 @@ class Furnished(Drawing):
         to: Chip | Part | str | None = None,
         on: Part | str | None = None,
         **options: Any,
-    ) -> Any:
+    ) -> Part:
         """Make a part and put it on the bench, at any time; it works from this instant on.
 
         Args:
@@ -195,7 +203,7 @@ class Furnished(Drawing):
     def _there(self, neighbour: Chip | Part | str) -> Chip | Part:
         """A chip or part of this bench, which is named or given itself."""
         if isinstance(neighbour, str):
-            return self[neighbour]  # type: ignore[no-any-return]
+            return self[neighbour]
         if not any(neighbour is owner for owner in self._owners()):
             raise UnknownName(f"{getattr(neighbour, 'name', neighbour)!r} is no chip and no part of this bench")
         return neighbour
@@ -237,6 +245,7 @@ class Furnished(Drawing):
             raise UsageError(f"the bench has a {name!r} already; names are unique")
         return name
 
+    @hosts
     def host(
         self,
         *chips: Chip,
@@ -244,16 +253,19 @@ class Furnished(Drawing):
         delay: Time = 0,
         baud: int | None = None,
         line: Part | None = None,
-    ) -> Any:
+        over: str | None = None,
+    ) -> Computer:
         """Put a host computer on the command port of a chip, or of several that share its bus or its line, at any time.
 
         Args:
             delay: what the host's own program takes before each byte (on a bus).
             baud: another rate than the chip is strapped for (on a serial line).
             line: a part of kind rs232_line between the host and the chips.
+            over: "bus", "serial" or "port", of a chip that has several channels; its first one by default.
 
         Raises:
-            UsageError: no chip, chips that are spoken to in different ways, or an argument that does not fit them.
+            UsageError: no chip, a channel that one of them does not have, chips that are spoken to in different ways,
+                or an argument that does not fit them.
             WiringError: a chip's serial line has a host already, or a chip of one's own has no pins for one.
         """
         if not chips:
@@ -261,33 +273,58 @@ class Furnished(Drawing):
         for chip in chips:
             if not any(chip is own for own in self.chips.values()):
                 raise UsageError(f"host: {getattr(chip, 'name', chip)!r}; expected chips of this bench")
-        kinds = {PORTS[chip.sheet.in_lines, chip.sheet.in_packets] for chip in chips}
+        channels = [channel_over(chip, over) for chip in chips]
+        kinds = sorted({channel.says for channel in channels})
         if len(kinds) > 1:
-            raise UsageError(
-                f"host: some of these chips have {', some '.join(sorted(kinds))}; one host speaks to one kind"
-            )
-        serial = [chip for chip in chips if isinstance(chip, LineChip)]
-        if serial:
-            return self._serial_host(serial, name, delay, baud, line)
-        if baud is not None or line is not None:
+            raise UsageError(f"host: some of these chips have {', some '.join(kinds)}; one host speaks to one kind")
+        channel = channels[0]
+        if not isinstance(channel, SerialLine) and (baud is not None or line is not None):
             wrong = f"baud {baud!r}" if baud is not None else "line"
             raise UsageError(f"host: {wrong}; {chips[0].name} has no serial line")
-        return self._bus_host(chips, name, delay)
+        asked = {} if over is None else {"over": over}  # journals of a part with one channel stay as they are
+        furnish = getattr(self, HOSTS[type(channel)])
+        host: Computer = furnish(chips, channel, name, delay, asked, baud=baud, line=line)
+        return host
 
-    def _bus_host(self, chips: Sequence[Chip], name: str | None, delay: Time) -> Host | PacketHost:
+    def _bus_host(
+        self, chips: Sequence[Chip], channel: Channel, name: str | None, delay: Time, asked: dict[str, str], **_: None
+    ) -> Host:
         """A host on a bus, which its chips share."""
+        return self._on_bus(Host, chips, channel, name, delay, asked)
+
+    def _packet_host(
+        self, chips: Sequence[Chip], channel: Channel, name: str | None, delay: Time, asked: dict[str, str], **_: None
+    ) -> PacketHost:
+        """A host that sends packets over a bus, which its chips share."""
+        return self._on_bus(PacketHost, chips, channel, name, delay, asked)
+
+    def _on_bus(
+        self,
+        kind: type[H],
+        chips: Sequence[Chip],
+        channel: Channel,
+        name: str | None,
+        delay: Time,
+        asked: dict[str, str],
+    ) -> H:
         name, delay_ps = self._new_name(name, "host"), picoseconds(delay)
         for chip in chips[1:]:
             chips[0].bus.join(chip.bus)
-        self.outside.tell("host", name=name, chips=[chip.name for chip in chips], delay_ps=delay_ps)
-        kind = PacketHost if chips[0].sheet.in_packets else Host
-        host = kind(self.kernel, name, chips, delay_ps)
+        self.outside.tell("host", name=name, chips=[chip.name for chip in chips], delay_ps=delay_ps, **asked)
+        host = kind(self.kernel, name, [connection(chip, channel) for chip in chips], delay_ps)
         self.place(host)
         self.kernel.settle()
         return host
 
     def _serial_host(
-        self, chips: Sequence[LineChip], name: str | None, delay: Time, baud: int | None, line: Part | None
+        self,
+        chips: Sequence[Any],
+        channel: Channel,
+        name: str | None,
+        delay: Time,
+        asked: dict[str, str],
+        baud: int | None = None,
+        line: Part | None = None,
     ) -> SerialHost:
         """A host on an RS-232 line, wired to every module on it."""
         if picoseconds(delay):
@@ -300,11 +337,12 @@ class Furnished(Drawing):
             for role in ("serial_in", "serial_out"):
                 in_role(chip, role)
         name = self._new_name(name, "host")
-        host = SerialHost(self.kernel, name, chips, baud=baud)
+        host = SerialHost(self.kernel, name, [connection(chip, channel) for chip in chips], baud=baud)
+        for chip in chips:
+            chip.on_power.add(lambda _chip, on: host.switched_on() if on else None)
         pairs = [] if line is None else joints("rs232_line", line, host)
-        self.outside.tell(
-            "host", name=name, chips=[chip.name for chip in chips], delay_ps=0, baud=baud, line=line and line.name
-        )
+        names = [chip.name for chip in chips]
+        self.outside.tell("host", name=name, chips=names, delay_ps=0, baud=baud, line=line and line.name, **asked)
         self.place(host)
         for own, theirs in pairs:
             theirs.net.join(own.net)
@@ -314,9 +352,9 @@ class Furnished(Drawing):
     def connect(self, connector: Part, chips: Sequence[Chip]) -> None:
         """Wire a serial connector to modules on one line; several need the pull-down of the last one."""
         self.outside.tell("connect", part=connector.name, chips=[chip.name for chip in chips])
-        self._connect(connector, [chip for chip in chips if isinstance(chip, LineChip)])
+        self._connect(connector, [chip for chip in chips if chip.sheet.channel(SerialLine) is not None])
 
-    def _connect(self, connector: Part, chips: Sequence[LineChip]) -> None:
+    def _connect(self, connector: Part, chips: Sequence[Any]) -> None:
         out, rxd = in_role(connector, "computer_out").net, in_role(connector, "computer_in").net
         for chip in chips:
             out.join(in_role(chip, "serial_in").net)
@@ -325,14 +363,15 @@ class Furnished(Drawing):
         for address in sorted({own for own in addresses if addresses.count(own) > 1 or (own == 0 and len(chips) > 1)}):
             who = ", ".join(chip.name for chip, own in zip(chips, addresses, strict=True) if own == address)
             what = "have the same address on one line" if address else "without an address on a line that modules share"
-            apart = f"; strap {', '.join(pins)} apart" if (pins := chips[0].port.address_pins) else ""
+            pins = chips[0].sheet.channel(SerialLine).address_pins
+            apart = f"; strap {', '.join(pins)} apart" if pins else ""
             connector.finding("same-address", f"{who} {what}: all of them answer{apart}")
         downs = [chip.pins[down.name].net for chip in chips if (down := chip.sheet.role("serial_pull_down"))]
         if downs and not any(down.hub is rxd.hub for down in downs):
             rxd.join(downs[-1])
         self.kernel.settle()
 
-    def __getitem__(self, name: str) -> Any:
+    def __getitem__(self, name: str) -> Chip | Part:
         """A chip or part by name."""
         for owners in (self.chips, self.parts):
             if name in owners:
@@ -350,8 +389,7 @@ class Furnished(Drawing):
         owner, dot, pin = name.partition(".") if isinstance(name, str) else (repr(name), "", "")
         if not dot:
             raise UnknownName(f"pin {name!r}: give owner and pin, for example 'x.slew'")
-        found: Terminal = self[owner].pin(pin)
-        return found
+        return self[owner].pin(pin)
 
     # ------------------------------------------------------------------------------------------------------- wiring
     def wire(self, a: str, b: str, invert: bool = False) -> None:
@@ -396,6 +434,37 @@ class Furnished(Drawing):
     def findings(self) -> list[Finding]:
         """What hosts did wrong, of all chips and parts, in order of time; parts that are lazy catch up first."""
         return sorted((found for owner in self._owners() for found in owner.findings), key=lambda found: found.time_ps)
+
+
+def connection(chip: Chip, channel: Channel) -> Connection:
+    """Return what a host is handed of a chip that it reaches over a channel."""
+    straps = getattr(chip, "straps", None)
+    if straps is None and isinstance(channel, SerialLine):
+        straps = Straps(channel, chip.pins, kept=KEPT)
+    return Connection(
+        name=chip.name,
+        sheet=chip.sheet,
+        channel=channel,
+        pins=chip.pins,
+        crystal_hz=chip.crystal_hz,
+        bus=chip.bus,
+        straps=straps,
+        up_ps=getattr(chip, "up_ps", 0),
+    )
+
+
+def channel_over(chip: Chip, over: str | None) -> Channel:
+    """Return the channel of a chip by its name, or its first one.
+
+    Raises:
+        UsageError: it has none, or none of this name; the message lists those there are.
+    """
+    channels = chip.sheet.channels
+    found = channels[:1] if over is None else [channel for channel in channels if channel.name == over]
+    if found:
+        return found[0]
+    has = ", ".join(channel.name for channel in channels) or "none"
+    raise UsageError(f"host: over={over!r}; {chip.name} ({chip.sheet.part}) has these channels: {has}")
 
 
 def crystal_for(sheet: Sheet, crystal: str | int) -> int:

@@ -177,10 +177,17 @@ def apply(bench: Bench, entry: dict[str, Any], classes: Named) -> None:
         bench.add(cls, entry["name"], entry["crystal_hz"], entry["straps"], entry["bare"], **options)
     elif do == "host":
         chips = [bench.chips[name] for name in entry["chips"]]
-        line = bench[entry["line"]] if entry.get("line") else None
-        bench.host(*chips, name=entry["name"], delay=f"{entry['delay_ps']} ps", baud=entry.get("baud"), line=line)
+        line = bench.parts[entry["line"]] if entry.get("line") else None
+        bench.host(
+            *chips,
+            name=entry["name"],
+            delay=f"{entry['delay_ps']} ps",
+            baud=entry.get("baud"),
+            line=line,
+            over=entry.get("over"),
+        )
     elif do == "connect":
-        bench.connect(bench[entry["part"]], [bench.chips[name] for name in entry["chips"]])
+        bench.connect(bench.parts[entry["part"]], [bench.chips[name] for name in entry["chips"]])
     elif do == "part":
         bench.part(classes.parts[entry["kind"]], entry["name"], entry.get("to"), entry.get("on"), **entry["options"])
     elif do == "input":

@@ -1,6 +1,6 @@
 """The run script: what a host sends, a command a line, and what it does in between.
 
-    ; weld.cy525           a comment runs to the end of the line
+    ; weld.txt             a comment runs to the end of the line
     R 80                   goes out with a carriage return
     A$P 40                 a label goes out as it stands
     QX                     Q goes out without a carriage return, as the chip wants it; here X follows
@@ -30,7 +30,7 @@ Directives take times such as 20 ms, and pins of the chip that the host speaks t
     @tell shaft slip 20    tell a part something, here to let 20 counts slip
     @note the door opens   say something in the transcript
 
-To a chip on a bus (CY525); while ASCII/BINARY is low, commands go out in binary form:
+To a chip on a bus; while ASCII/BINARY is low, commands go out in binary form:
 
     @reset                 pulse RESET
     @live R 20 | V 0       commands to a running program, through PROG/LIVE; V reads its group
@@ -38,12 +38,12 @@ To a chip on a bus (CY525); while ASCII/BINARY is low, commands go out in binary
     @read position         read the position on the fly, while the motor steps
     @verify 3              read a verify group
 
-To a module on a serial line (GS-C200, GS-C200S):
+To a module on a serial line:
 
     @until ready           ask F until the answer is no longer B
     @ask V1                ask something, as a line without @ does
 
-To a chipset that takes packets (MC1451A family) a line is a command and its number, decimal or hexadecimal; the
+To a chipset that takes packets a line is a command and its number, decimal or hexadecimal; the
 transcript shows what it returns.  These two may also stand without @:
 
     @wait motion_complete  ask for the status word of the current axis until this bit is 1; !in_motion: until it is 0
@@ -58,18 +58,17 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..errors import SlewlineError, UsageError
-from ..language import packets
-from ..language.lines import Refusal
+from ..language.dialect import dialect_of
 from ..language.problems import Problem
 from ..language.source import host_lines
-from ..parts.packet_host import PacketHost
 from .directives import DIRECTIVES, Reading
 from .stage import Script, Stage, Step, command
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
     from ..core.table import Sheet
-    from .stage import Computer, Scene
+    from ..parts.computer import Computer
+    from .stage import Scene
 
 COPIED = {  # what manuals print, and what to write instead
     **dict.fromkeys("\u00d8\u00f8\u2205", "write 0 where a manual prints a zero with a stroke"),
@@ -115,13 +114,13 @@ def refused(bench: Scene, host: Computer, script: Script) -> list[Problem]:
     `run` plays nothing of a script with such lines, and `lint` calls each of them an error.
     """
     found = list(script.problems)
-    stage, chip = Stage(bench, host, script), host.chip
+    stage, chip = Stage(bench, host, script), bench.chips[host.chip.name]
     for step in script.steps:
         if step.to in host.chips:
-            chip = host.chips[step.to]
+            chip = bench.chips[step.to]
         elif step.to:
             found.append(step.problem("unknown-chip", f"{host.name} serves {', '.join(host.chips)}, but not {step.to}"))
-        found += _no_packet(step, chip.sheet, chip.crystal_hz)
+        found += _no_command(step, chip.sheet, chip.crystal_hz)
         try:
             if step.pin:
                 stage.terminal(step.pin, chip)
@@ -132,15 +131,16 @@ def refused(bench: Scene, host: Computer, script: Script) -> list[Problem]:
     return found
 
 
-def _no_packet(step: Step, sheet: Sheet, crystal_hz: int) -> list[Problem]:
-    """What is wrong with a command for a chipset that takes packets."""
-    if sheet.packets is None or step.directs or step.fits is not None:
+def _no_command(step: Step, sheet: Sheet, crystal_hz: int) -> list[Problem]:
+    """What is wrong with a command that no host can send."""
+    dialect = dialect_of(sheet)
+    if step.directs or dialect.directs(step.text):
         return []
-    no = packets.parse(sheet, step.text, crystal_hz)
-    if not isinstance(no, Refusal):
+    no = dialect.refusal(sheet, step.text, crystal_hz)
+    if no is None:
         return []
     place = step.line, step.column + no.at, no.end - no.at
-    return [Problem(*place, no.code, "error", no.found, no.allowed, sheet.packets.where, no.remedy)]
+    return [Problem(*place, no.code, "error", no.found, no.allowed, dialect.where, no.remedy)]
 
 
 # ------------------------------------------------------------------------------------------------------------- reading
@@ -170,16 +170,17 @@ def _plain(step: Step) -> None:
 
 
 def _line(step: Step) -> Step:
-    """A command; to a chipset that takes packets, some words direct the host without @."""
+    """A command; in some dialects, some words direct the host without @."""
     word = step.text.split()[0].lower()
-    if word not in packets.DIRECTS:
+    if word not in DIRECTIVES:
         return step
 
     def queue(stage: Stage) -> None:
-        (_reading(word, step.text).queue if isinstance(stage.host, PacketHost) else step.queue)(stage)
+        directs = dialect_of(stage.host.chip.sheet).directs(step.text)
+        (_reading(word, step.text).queue if directs else step.queue)(stage)
 
     def fits(stage: Stage, chip: Chip) -> None:
-        if chip.sheet.in_packets and (reading := _reading(word, step.text)).fits is not None:
+        if dialect_of(chip.sheet).directs(step.text) and (reading := _reading(word, step.text)).fits is not None:
             reading.fits(stage, chip)
 
     return replace(step, queue=queue, fits=fits)

@@ -7,18 +7,20 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
+from ..core.channel import BusHandshake, Channel, HostPort, SerialLine
 from ..core.net import Driver, Net
 from ..core.waits import edge, first_of, level
-from ..errors import SlewlineError, UsageError
+from ..errors import SlewlineError
 from ..language import packets
 from ..language.assemble import RefusedProgram
-from ..language.dialects import Command, Decoder, encode_binary
+from ..language.dialect import dialect_of, spoken_as
+from ..language.letters import Letters
 from ..language.problems import Problem
+from ..parts.computer import Computer
 from ..parts.host import Host, Port
-from ..parts.packet_host import PacketHost, Result
-from ..parts.packet_port import packet_of
+from ..parts.packet_host import USUAL, PacketHost, Result
+from ..parts.packet_port import operations, packet_of
 from ..parts.rs232 import SerialHost
-from ..parts.worker import Worker
 
 if TYPE_CHECKING:
     from ..core.axis import Axis
@@ -33,7 +35,6 @@ if TYPE_CHECKING:
 SHOWN = 160  # characters of a line in a message
 TAKEN_US = 1000  # a command that keeps the chip busy for longer has begun a motion, a delay or a wait
 
-Computer = Host | SerialHost | PacketHost
 Act = Callable[["Stage", "Chip"], Awaitable[None]]
 Queue = Callable[["Stage"], None]
 Fits = Callable[["Stage", "Chip"], object]
@@ -45,6 +46,10 @@ class Scene(Protocol):
     @property
     def kernel(self) -> Kernel:
         """The time of the bench."""
+
+    @property
+    def chips(self) -> Mapping[str, Chip]:
+        """The chips, by name."""
 
     @property
     def parts(self) -> Mapping[str, Part]:
@@ -110,13 +115,15 @@ class Stage:
     def __init__(self, scene: Scene, host: Computer, script: Script) -> None:
         self.scene, self.host, self.script = scene, host, script
         self.kernel = scene.kernel
+        self.speech = SPEECH[type(host.channel)]
         self.step: Step | None = None
         self.directed = False
         self.bell, self.rung = Driver(Net(self.kernel, f"{host.name}.(bell)"), host.name), 0
 
     def do(self, act: Act) -> None:
         """Queue an action of the host for the present line; what goes wrong in it is told with the line."""
-        step, script, host, chip = self.step, self.script, self.host, self.host.chip
+        step, script, host = self.step, self.script, self.host
+        chip = self.scene.chips[host.chip.name]
         assert step is not None
         text = f"at {step.text[:60]!r} ({script.where}, line {step.line})"
 
@@ -126,15 +133,7 @@ class Stage:
             except SlewlineError as error:
                 script.refuse([step.problem("refused", str(error))])
 
-        if isinstance(host, Worker):
-            host.work(text, action)
-            return
-
-        async def on_bus(port: Port) -> None:
-            self.bus_host.doing = text
-            await action()
-
-        host.do(on_bus)
+        host.work(text, action)
 
     @property
     def bus_host(self) -> Host:
@@ -164,7 +163,7 @@ class Stage:
 
     def axis(self, chip: Chip) -> Axis:
         """The axis that the host speaks of: the current one, where there are several."""
-        return chip.axes[(self.packet_port(chip).axis or 1) - 1 if isinstance(self.host, PacketHost) else 0]
+        return chip.axes[self.speech.axis(self, chip) - 1]
 
     def tell(self, text: str) -> None:
         """Say what the host does, in the transcript."""
@@ -202,51 +201,85 @@ class Stage:
 
 
 # ------------------------------------------------------------------------------------------------------------ commands
-def spelled(body: str, sheet: Sheet) -> bytes:
-    """A line as a host sends it: with a carriage return, which neither Q takes nor a label that stands alone."""
-    at = 0
-    while body[at + 1 : at + 2] == "$":
-        at += 2
-    row = sheet.commands.by_form.get(body[at : at + 1])
-    if row is not None and not row.terminated:
-        rest = body[at + 1 :]
-        return body[: at + 1].encode("ascii") + (spelled(rest, sheet) if rest else b"")
-    return body.encode("ascii") + (b"\r" if at < len(body) else b"")
-
-
-def spelled_binary(body: str, sheet: Sheet) -> bytes:
-    """The same in binary form: letter, count, data."""
-    decoder, out = Decoder(sheet), b""
-    for byte in spelled(body, sheet):
-        found = decoder.feed(byte, True, False)
-        if isinstance(found, Command):
-            out += encode_binary(found.row, found.values)
-        elif found is not None:
-            raise UsageError("a label, while ASCII/BINARY is low: binary programs branch to addresses (s.3)")
-    if not out:
-        raise UsageError(f"{body!r} is no command, so it has no binary form; @bytes sends any bytes")
-    return out
-
-
 def command(body: str) -> Queue:
-    """Send a command, on a bus when the chip is READY; otherwise the host waits for what it returns."""
+    """Send a command as the channel of the host has it."""
+    return lambda stage: stage.speech.command(body)(stage)
 
-    async def send(stage: Stage, chip: Chip) -> None:
-        port = stage.port(chip)
-        await level(port.ready, 1)
-        data = (spelled if port.mode.level != 0 else spelled_binary)(body, port.sheet)
-        stage.tell(body)
-        await stage.bus_host.send_now(port, data)
 
-    def queue(stage: Stage) -> None:
-        if isinstance(stage.host, SerialHost):
-            asking(body)(stage)
-        elif isinstance(stage.host, PacketHost):
-            exchanging(body)(stage)
+class Speech:
+    """What a script says over a channel, and how: a command, bytes as they are, and of which axis."""
+
+    def command(self, body: str) -> Queue:
+        """Return how a command is queued."""
+        raise NotImplementedError
+
+    def send(self, data: bytes, act: Act) -> Queue:
+        """Return how an act is queued that sends bytes."""
+        return lambda stage: stage.do(act)
+
+    async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
+        """Send bytes as they are."""
+        raise NotImplementedError
+
+    def axis(self, stage: Stage, chip: Chip) -> int:
+        """Return the number of the axis that the host speaks of."""
+        return 1
+
+
+class OverBus(Speech):
+    """A command goes out when the chip is READY, as text or in binary form, as the chip takes it then."""
+
+    def command(self, body: str) -> Queue:
+        async def send(stage: Stage, chip: Chip) -> None:
+            port = stage.port(chip)
+            await level(port.ready, 1)
+            letters = spoken_as(port.sheet, Letters)
+            data = (letters.sent if port.mode.level != 0 else letters.sent_binary)(port.sheet, body)
+            stage.tell(body)
+            await stage.bus_host.send_now(port, data)
+
+        return sending(send)
+
+    def send(self, data: bytes, act: Act) -> Queue:
+        return sending(act)
+
+    async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
+        await stage.bus_host.send_now(stage.port(chip), data)
+
+
+class OverLine(Speech):
+    """A command is a line that is answered."""
+
+    def command(self, body: str) -> Queue:
+        return asking(body)
+
+    async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
+        if data.endswith(b"\r"):
+            stage.tell(f"-> {meaning(await answers(stage, chip, data), chip.sheet)}")
         else:
-            sending(send)(stage)
+            stage.line_host.send(data)
 
-    return queue
+
+class OverPort(Speech):
+    """A command is a packet, and the host waits for what it returns."""
+
+    def command(self, body: str) -> Queue:
+        return exchanging(body)
+
+    async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
+        """A command byte, and words behind it."""
+        port = stage.packet_port(chip)
+        for part, is_command in operations(data):
+            await port.write(part, is_command, USUAL)
+        port.note_axis(data[0])
+        await port.ready()
+        port.note_update(data[0])
+
+    def axis(self, stage: Stage, chip: Chip) -> int:
+        return stage.packet_port(chip).axis or 1
+
+
+SPEECH: Mapping[type[Channel], Speech] = {BusHandshake: OverBus(), SerialLine: OverLine(), HostPort: OverPort()}
 
 
 def sending(send: Act) -> Queue:
@@ -284,7 +317,7 @@ def meaning(found: Sequence[str], sheet: Sheet) -> str:
     """Answers, with what the sheet says to one that is an error or a state."""
     if not found:
         return "no answer"
-    says = sheet.port.answers.get(found[0], "") if sheet.port is not None and found[0] != "Y" else ""
+    says = dialect_of(sheet).said(found[0])
     return f"{' '.join(found)}{f' ({says})' if says else ''}"
 
 
@@ -310,8 +343,8 @@ def exchanging(text: str) -> Queue:
 
 def returned(sheet: Sheet, arg: Arg, value: int) -> str:
     """A number that a chipset returned: words of bits in hexadecimal, with the names of those that are 1."""
-    assert sheet.packets is not None
-    bits = {"status": sheet.packets.status, "mode": sheet.packets.mode}.get(arg.name, ())
+    dialect = spoken_as(sheet, packets.Packets)
+    bits = {"status": dialect.status, "mode": dialect.mode}.get(arg.name, ())
     if arg.unit and not arg.unit.startswith("bits"):
         return str(value)
     names = packets.shown(value, bits)

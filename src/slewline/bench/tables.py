@@ -58,6 +58,7 @@ class HostTable(Table, frozen=True):
     name: str | None = None
     delay: Time = 0
     baud: int | None = None
+    over: str | None = None
     script: str | list[str] | None = None
     file: str | None = None
 
@@ -71,6 +72,7 @@ class ServeTable(Table, frozen=True):
     rfc2217: str | None = None
     serial: str | None = None
     framing: bool = False
+    over: str | None = None
 
 
 class DriveTable(Table, frozen=True):

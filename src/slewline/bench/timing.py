@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING
 
+from ..core.channel import HostPort, SerialLine
 from ..core.chip import Chip
 from ..core.serial import RS232, Word, bit_clock
 from ..core.table import Limit
@@ -293,7 +294,7 @@ class _Window:
         from ..record.characters import characters, shown
         from ..record.diagram import Word as Written
 
-        port, baud = chip.sheet.port, getattr(chip, "baud", 0)
+        port, baud = chip.sheet.channel(SerialLine), getattr(chip, "baud", 0)
         if port is None or not baud:
             return []
         word, clock = Word(port.bits, port.parity, port.stop), bit_clock(baud, chip.name)
@@ -309,10 +310,10 @@ class _Window:
 
     def _meaning(self, chip: Chip | None) -> Callable[[int, int], str]:
         """What a value of the bus means: a character, or the command that is written."""
-        if chip is None or chip.sheet.packets is None:
+        if chip is None or chip.sheet.channel(HostPort) is None:
             return lambda value, _end: f"'{chr(value)}'" if 32 < value < 127 else "CR" if value == 13 else ""
         try:
-            command, write = (self.signal(f"{chip.name}.{pin}") for pin in chip.sheet.packets.pins)
+            command, write = (self.signal(f"{chip.name}.{pin}") for pin in _strobes(chip))
         except NotRecorded:
             return lambda _value, _end: ""
         rows, strobes = chip.sheet.commands.by_code, write.edges("rises")
@@ -324,6 +325,13 @@ class _Window:
             return rows[value].name if command.level_at(strobe - 1) == 1 else ""
 
         return says
+
+
+def _strobes(chip: Chip) -> tuple[str, str]:
+    """The pins that say that a command is on the bus, and that it is written."""
+    command, write = chip.sheet.role("command"), chip.sheet.role("write")
+    assert command is not None and write is not None  # a host port has both
+    return command.name, write.name
 
 
 def _rows(found: Spans) -> list[tuple[int, int]]:

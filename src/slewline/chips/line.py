@@ -4,7 +4,7 @@
     txd                         |<- turnround ->| answer CR   then the line is obeyed; its effect shows with it
 
 While an answer is on its way one further line is kept; what comes beyond that is lost.  A chip brings its sheet (with a
-serial `port`), and a method for each command or an `obey` of its own.
+serial line among its channels, and the dialect of lines), and a method for each command or an `obey` of its own.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from collections.abc import Sequence
 from inspect import isawaitable
 from typing import Any, NamedTuple
 
+from ..core.channel import SerialLine
 from ..core.chip import Chip
 from ..core.kernel import Kernel, Task
-from ..core.pin import strapped
-from ..core.serial import RS232, Receiver, Word, bit_clock, transmit
-from ..core.table import Port
+from ..core.serial import RS232, Receiver, Straps, Word, bit_clock, transmit
 from ..core.waits import next_round
-from ..language.lines import KEPT, Refusal, parse
+from ..language.dialect import Refusal, dialect_of
+from ..language.lines import KEPT, parse
 
 CR, LF = 0x0D, 0x0A
 TURNROUND_PS = 10**9
@@ -45,15 +45,17 @@ class LineChip(Chip):
 
     turnround_ps = TURNROUND_PS
     baud = 0  # the rate at which it listens
-    kept = KEPT  # the bits that its checksums always have
     up_ps = 0  # when the supply was switched on
     done, refused = b"OK", b"?"  # what `obey` answers where a command says nothing, and to what is no command
     lenient = False  # forgive a line feed between two lines
 
     def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
-        assert self.sheet.port is not None  # a mistake in the sheet of the chip
-        self.port: Port = self.sheet.port
+        port = self.sheet.channel(SerialLine)
+        assert port is not None  # a mistake in the sheet of the chip
+        self.port: SerialLine = port
+        self.straps = Straps(self.port, self.pins, kept=KEPT)
+        self.longest = dialect_of(self.sheet).longest or 256  # characters of a line
         self.work: deque[Line | bytes] = deque()  # lines to obey, and answers that came late
         self.worker: Task | None = None
         self.listener: Task | None = None
@@ -104,16 +106,21 @@ class LineChip(Chip):
     @property
     def checked(self) -> bool:
         """Do lines carry a checksum at present?"""
-        return bool(self.port.checksum_pin) and strapped(self.pins, [self.port.checksum_pin]) == (1,)
+        return self.straps.checked
+
+    @property
+    def kept(self) -> int:
+        """The bits that its checksums always have."""
+        return self.straps.kept
 
     def strapped_address(self) -> int:
-        """The address that stands in front of its lines; 0: none."""
-        return 0
+        """Return the address that stands in front of its lines, as the pins say; 0: none."""
+        return self.straps.address
 
     def listen(self) -> None:
         """Begin to receive, at the rate that the straps say now."""
         self.word = Word(self.port.bits, self.port.parity, self.port.stop)
-        self.baud = self.port.bauds[strapped(self.pins, self.port.baud_pins)]
+        self.baud = self.straps.baud
         self.bits = bit_clock(self.baud, self.name)
         self.listener = self.kernel.spawn(self._listen(), f"{self.name} listens")
         self.refresh_idle()
@@ -144,7 +151,7 @@ class LineChip(Chip):
                 faulty = first = too_long = False
             elif byte == LF and self.lenient and not text:
                 continue
-            elif len(text) < (self.port.longest or 256):
+            elif len(text) < self.longest:
                 first |= not text and not character.good
                 faulty |= not character.good
                 text.append(byte)

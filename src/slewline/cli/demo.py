@@ -80,7 +80,7 @@ class Show:
     """Tells what the machine does while it does it, a line a spot."""
 
     def __init__(self, bench: Bench) -> None:
-        self.bench, self.chip = bench, bench["x"]
+        self.bench, self.chip = bench, bench.chips["x"]
         self.piece = self.spot = self.spots = self.started = self.lit = 0
         for pin, observer in (("run", self.ran), ("wait", self.placed), ("programmable_output", self.welded)):
             self.chip.pin(pin).net.watch(observer)

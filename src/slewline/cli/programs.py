@@ -18,11 +18,12 @@ from .files import STDIN, Outputs, chip_of, is_bench, read_program, sheet_for
 
 if TYPE_CHECKING:
     from ..bench import Bench
-    from ..bench.stage import Computer, Script
+    from ..bench.stage import Script
     from ..core.table import Sheet
     from ..language.assemble import Assembly
-    from ..language.disassemble import Instruction
     from ..language.problems import Problem
+    from ..language.statements import Instruction
+    from ..parts.computer import Computer
 
 SOURCE = "a program text, not the bytes of a program; slewline asm makes bytes of it"
 COLOURS = {"error": "red", "warning": "yellow", "note": "cyan"}
@@ -42,12 +43,12 @@ def asm(
     from ..language.source import read
 
     sheet, text = sheet_for(file, chip), read_program(file)
-    if checksum and not (sheet.port is not None and sheet.port.checksum_pin):
+    if checksum and not sheet.plain:
         raise UsageError(f"--checksum: no line for the {sheet.part.upper()} ends in a checksum; leave it out")
     outputs = Outputs([file])
     outputs.claim(output)
     assembly = assemble(text, sheet, file, resolve)
-    if sheet.enter and not read(text, sheet).blocks:
+    if sheet.enter is not None and not read(text, sheet).blocks:
         enter, leave = (row.form for row in assembly.framing)
         remedy = f"write {enter} above the first of them, and {leave} below the last"
         raise UsageError(f"{file}: no program in it: without {enter} these are commands that a host sends; {remedy}")
@@ -106,17 +107,17 @@ def dis(
     file: str, chip: str | None, form: str | None, stream: bool, labels: bool, output: str | None, as_json: bool
 ) -> int:
     """Disassemble a program buffer, or a binary stream."""
+    from ..language.dialect import dialect_of
     from ..language.disassemble import commands, disassemble, instructions
 
     sheet = sheet_for(file, chip)
-    if stream and not sheet.in_letters:
-        text = "text already" if sheet.in_lines else "what dis reads without it"
-        raise UsageError(f"--stream: the {sheet.part.upper()} has no binary mode; what a host sends it is {text}")
+    if stream:
+        dialect_of(sheet).check_stream(sheet)
     data = program_bytes(file, form, sheet)
     outputs = Outputs([file])
     outputs.claim(output)
     if not stream and len(data) > sheet.buffer_bytes > 0:
-        remedy = "is it the right file?" if sheet.in_lines else "if a host sends it, give --stream"
+        remedy = "if a host sends it, give --stream" if dialect_of(sheet).streams else "is it the right file?"
         raise BenchFileError(f"{file}: {len(data)} bytes; the program buffer has {sheet.buffer_bytes}; {remedy}")
     if stream:
         said, notes = commands(data, sheet)
@@ -242,7 +243,7 @@ def problems_of(bench: Bench, host: Computer, script: Script) -> list[Problem]:
     from ..language.lint import lint as check
 
     alone = len(host.chips) == 1
-    found = check(script.text, host.chip.sheet, checks_of(type(host.chip))) if alone else []
+    found = check(script.text, host.chip.sheet, checks_of(type(bench.chips[host.chip.name]))) if alone else []
     wrong = {problem.line for problem in found if problem.severity == "error"}
     return sorted([*found, *(problem for problem in refused(bench, host, script) if problem.line not in wrong)])
 
@@ -276,10 +277,11 @@ def describe(chip: str, command: str | None, as_json: bool) -> int:
 
 def sheet_object(sheet: Sheet, command: str | None) -> dict[str, Any]:
     """Return a data sheet as data; the commands alone, or one of them, when one is named."""
-    from ..language.lookup import MARK, find
+    from ..language.dialect import dialect_of
+    from ..language.lookup import find
 
     found: dict[str, Any] = {"chip": sheet.part, "title": sheet.title, "manual": sheet.manual}
-    if command == MARK and sheet.labels:
+    if command == dialect_of(sheet).mark and sheet.labels:
         return found | {"commands": [], "labels": sheet.labels}
     rows = find(sheet, command) if command is not None else list(sheet.commands)
     found["commands"] = [dataclasses.asdict(row) for row in rows]

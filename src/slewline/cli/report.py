@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..bench import Bench
-from ..bench.stage import Computer
+from ..core.channel import HostPort
 from ..core.chip import Chip, Finding, OneAxis
 from ..core.timebase import PS_PER_S, readable
+from ..parts.computer import Computer
 from ..parts.packet_host import PacketHost
 from .transcript import counted
 
@@ -41,7 +42,7 @@ def chip_object(bench: Bench, chip: Chip, ended: str) -> dict[str, Any]:
         "received": b"".join(received(host) for host in hosts).hex(),
         "findings": [finding_object(found) for found in chip.findings],
     }
-    if chip.sheet.in_packets:
+    if chip.sheet.channel(HostPort) is not None:
         found["axes"] = [axis_object(bench, chip, number) for number in range(1, chip.sheet.axes + 1)]
         found["results"] = [one._asdict() for host in hosts if isinstance(host, PacketHost) for one in host.results]
     return found

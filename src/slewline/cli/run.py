@@ -277,27 +277,16 @@ def read(text: str, file: str, sheet: Sheet) -> tuple[Script, dict[str, int]]:
     at its highest rate and without checksums.
     """
     from ..bench.script import read_script
+    from ..language.dialect import dialect_of
 
-    port = sheet.port
-    straps = port.fastest | ({port.checksum_pin: 0} if port.checksum_pin else {}) if port is not None else {}
+    straps = sheet.fastest | sheet.plain
     if not file.lower().endswith(".hex"):
         return read_script(text, file), straps
     lines = [line.split(";", 1)[0].strip() for line in text.splitlines()]
-    if sheet.in_packets:
-        lines = packets_of(lines, sheet)
+    lines = dialect_of(sheet).parted(lines, sheet)
     script = read_script("\n".join(line and f"@bytes {line}" for line in lines), file)
-    return script, straps or ({"ascii_binary": 0} if sheet.in_letters else {})
-
-
-def packets_of(lines: list[str], sheet: Sheet) -> list[str]:
-    """Return the bytes of these lines, a packet a line; lines that hold something else stay as they are."""
-    from ..language.disassemble import instructions
-
-    try:
-        data = bytes.fromhex(" ".join(lines))
-    except ValueError:
-        return lines
-    return [instruction.data.hex(" ") for instruction in instructions(data, sheet)]
+    mode = sheet.role("text")
+    return script, straps | ({mode.name: 0} if mode is not None else {})
 
 
 def show(ps: int, who: str, kind: str, text: str) -> None:

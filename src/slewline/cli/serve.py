@@ -132,8 +132,8 @@ class Serve:
         assert self.chip is not None
         bench = Bench(journal=self.journal, stores=stores)
         sheet = sheet_of(self.chip)
-        fastest = sheet.port.fastest if sheet.port is not None else {}  # nothing strapped is the slowest
-        bench.add(self.chip, straps=fastest | dict(self.strap), **read(sheet.options, self.option))
+        # nothing strapped is the slowest
+        bench.add(self.chip, straps=sheet.fastest | dict(self.strap), **read(sheet.options, self.option))
         return bench
 
     def server(self, bench: Bench) -> Server:
@@ -156,7 +156,7 @@ class Serve:
         lines = []
         for port in served:
             with self.file.at("serve", port.number):
-                lines.append(server.line(*port.chips, framing=port.framing))
+                lines.append(server.line(*port.chips, framing=port.framing, over=port.over))
         for port, line in zip(served, lines, strict=True):
             with self.file.at("serve", port.number, port.kind):
                 found.append((titled(line), getattr(server, port.kind)(line, port.where).where))

@@ -11,7 +11,6 @@ from collections.abc import Callable
 from functools import partial
 
 from ..bench import Bench
-from ..bench.stage import Computer
 from ..core.chip import Chip, Finding, OneAxis
 from ..core.kernel import Task
 from ..core.motions import MotionEnd, MotionStart
@@ -19,6 +18,7 @@ from ..core.net import Net
 from ..core.table import Pin
 from ..core.timebase import PS_PER_S, readable
 from ..core.waits import level
+from ..parts.computer import Computer
 
 MOST = 100  # lines about the same pin; an endless program would never come to an end
 

@@ -93,14 +93,17 @@ class EdgeCondition(Condition):
 
 
 class GotCondition(Condition):
-    """A host has received some bytes."""
+    """These bytes, or words, have been received one behind the other."""
 
-    def __init__(self, name: str, received: bytearray, data: bytes) -> None:
+    def __init__(self, name: str, received: bytearray | list[int], data: bytes | list[int]) -> None:
         self.received, self.data, self.text = received, data, f"{name} got {data!r}"
 
     def met(self) -> bool:
         """Return whether the condition holds now."""
-        return self.data in self.received
+        received, data = self.received, self.data
+        if isinstance(received, bytearray) and isinstance(data, bytes):
+            return data in received
+        return any(received[at : at + len(data)] == data for at in range(len(received) - len(data) + 1))
 
 
 def strapped(pins: Mapping[str, Terminal], names: Iterable[str]) -> tuple[int, ...]:

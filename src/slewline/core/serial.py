@@ -14,21 +14,23 @@ same: before anything replaces a promise, the looks that lie behind us are taken
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..errors import UsageError
 from .kernel import Task
 from .net import Driver, Net, Wave
 from .option import Option
+from .pin import strapped
 from .timebase import Clock
 from .waits import level, until
 
 if TYPE_CHECKING:
+    from .channel import SerialLine
     from .pin import Terminal
-    from .table import Sheet
 
 OVERSAMPLING = 16
 PARITIES = {"N": "none", "O": "odd", "E": "even"}  # by the letters of 7O2
@@ -125,18 +127,47 @@ class Character(NamedTuple):
         return not (self.parity_wrong or self.framing_wrong)
 
 
-class LinePartner(Protocol):
-    """What the far end of a line knows of a chip, as somebody who has wired and strapped it does."""
+class Straps:
+    """What the strap pins of a part on a serial line say at this moment; whoever has wired them may look.
 
-    name: str
-    sheet: Sheet
-    pins: dict[str, Terminal]
-    baud: int
-    kept: int
-    up_ps: int
+    Args:
+        port: the serial line among the channels of the part.
+        pins: the pins of the part, by name.
+        kept: the bits that a checksum always has.
+        address: whatever the pins say; None: what they say.
+        backwards: the pins of the address count the other way round.
+    """
 
-    def strapped_address(self) -> int:
-        """Return the address in front of its lines; 0: none."""
+    __slots__ = ("fixed", "kept", "order", "pins", "port")
+
+    def __init__(
+        self,
+        port: SerialLine,
+        pins: Mapping[str, Terminal],
+        *,
+        kept: int,
+        address: int | None = None,
+        backwards: bool = False,
+    ) -> None:
+        self.port, self.pins, self.kept, self.fixed = port, pins, kept, address
+        self.order = port.address_pins[:: -1 if backwards else 1]
+
+    @property
+    def baud(self) -> int:
+        """The rate that they ask for."""
+        return self.port.bauds[strapped(self.pins, self.port.baud_pins)]
+
+    @property
+    def checked(self) -> bool:
+        """Do they ask for checksums?"""
+        return bool(self.port.checksum_pin) and strapped(self.pins, [self.port.checksum_pin]) == (1,)
+
+    @property
+    def address(self) -> int:
+        """The address that stands in front of the lines of the part; 0: none does."""
+        if self.fixed is not None:
+            return self.fixed
+        return self.port.addresses[strapped(self.pins, self.order)] if self.order else 0
 
 
 class Frames:

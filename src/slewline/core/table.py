@@ -10,9 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Literal
+from typing import Literal, Protocol, TypeVar
 
 from ..errors import SheetError
+from .channel import Channel
 from .option import Option
 
 Trust = Literal["stated", "derived", "chosen", "inferred"]
@@ -69,6 +70,21 @@ ROLES: Mapping[str, str] = MappingProxyType(  # what a pin is for; parts that ar
         # IEEE-488
         "dio": "is a data line of an IEEE-488 bus",
         **{line: f"is {line.upper()} of an IEEE-488 bus" for line in ("dav", "nrfd", "ndac", "atn", "ifc", "srq")},
+    }
+)
+
+
+ROW_ROLES: Mapping[str, str] = MappingProxyType(  # a command that ...
+    {
+        "enter": "begins program entry",
+        "leave": "ends program entry",
+        "run": "runs the program from its start",
+        "stop": "ends the program that runs",
+        "erase": "forgets the program, and ends one that runs",
+        "loop": "repeats a part of the program so many times",
+        "mark": "stands where such a repetition begins",
+        "read": "says what is to be read back",
+        "state": "asks whether the part is busy",
     }
 )
 
@@ -187,6 +203,8 @@ class Row:
     "interrupting" one, those of a "mask", or all ("global").  The host `reads` these values behind the words of the
     arguments.  What is `buffered` waits for an update; `encoder` commands are meant for parts with an encoder, but
     accepted by the others.
+
+    `role` is what the command is for, in a word that all parts share (see ROW_ROLES): texts, rules and hosts go by it.
     """
 
     form: str
@@ -209,9 +227,12 @@ class Row:
     reads: tuple[Arg, ...] = ()
     buffered: bool = False
     encoder: bool = False
+    role: str = ""
     trust: Trust = "stated"
 
     def __post_init__(self) -> None:
+        if self.role and self.role not in ROW_ROLES:
+            raise SheetError(f"command {self.name}: no role {self.role!r}; there are: {', '.join(ROW_ROLES)}")
         if not self.head:
             object.__setattr__(self, "head", self.form)
         if self.code < 0:
@@ -372,34 +393,6 @@ class Table(Sequence[Row]):
         raise KeyError(name)
 
 
-@dataclass(frozen=True)
-class Port:
-    """A serial port on a data sheet: how characters and lines look, and which pins set them.
-
-    `bauds` maps the levels of `baud_pins` to rates, `addresses` those of `address_pins` to addresses (0: none is sent);
-    `checksum_pin` at 1 asks for checksums.  A part without such pins has one entry, for the empty tuple.  `answers`
-    says what the answers to a line mean.
-    """
-
-    bits: int
-    parity: str
-    stop: int
-    bauds: Mapping[tuple[int, ...], int]
-    baud_pins: tuple[str, ...] = ()
-    addresses: Mapping[tuple[int, ...], int] = field(default_factory=dict)
-    address_pins: tuple[str, ...] = ()
-    checksum_pin: str = ""
-    longest: int = 0
-    answers: Mapping[str, str] = field(default_factory=dict)
-    where: str = ""
-
-    @property
-    def fastest(self) -> dict[str, int]:
-        """The straps of the highest rate."""
-        levels = max(self.bauds, key=lambda levels: self.bauds[levels])
-        return dict(zip(self.baud_pins, levels, strict=True))
-
-
 @dataclass(frozen=True, slots=True)
 class Bits:
     """A field of a word that the chip keeps: `width` bits from bit `low` on; 0 stands for `first`."""
@@ -420,26 +413,15 @@ class Bits:
         return ((word & self.mask) >> self.low) + self.first
 
 
-@dataclass(frozen=True, eq=False)
-class Packets:
-    """A host port on a data sheet that takes packets: a command byte, words to and from the chip, a checksum.
+class Spoken(Protocol):
+    """What a sheet says of its dialect; all that a dialect can do is in language/dialect.py."""
 
-    Codes without a row: `illegal` ones answer with checksum 0; `siblings` (words written, words read) are commands of
-    sister parts without effect here; `reserved` and all others have no data.  `status` and `mode` are the words that
-    tell about an axis, `version` the one that tells about the part.  `slips` are names that stand in the manual's text
-    but are no commands, each with what is meant.  Of `pins` the first one is high with a command, low with a word, and
-    the second one writes as it rises.
-    """
+    @property
+    def name(self) -> str:
+        """What it is called: "letters", "lines", "packets"."""
 
-    pins: tuple[str, str]
-    illegal: frozenset[int]
-    reserved: frozenset[int]
-    siblings: Mapping[int, tuple[int, int]]
-    version: int
-    status: tuple[Bits, ...]
-    mode: tuple[Bits, ...]
-    slips: Mapping[str, str] = field(default_factory=dict)
-    where: str = ""
+
+C = TypeVar("C", bound=Channel)
 
 
 @dataclass(frozen=True, eq=False)
@@ -466,16 +448,17 @@ class Sheet:
     labels: str = ""
     suffix: str = ""
     notes: Mapping[str, str] = field(default_factory=dict)
-    port: Port | None = None  # commands are lines on a serial port
-    packets: Packets | None = None  # commands are packets of a host port; neither: letters over the bus
-    bus: str = "db"  # what the names of the data bus pins begin with
+    dialect: Spoken | None = None  # how commands are written, sent and stored
+    channels: tuple[Channel, ...] = ()  # how a host reaches the part; the first one, unless it says otherwise
     axes: int = 1
     encoder: bool = False
     wires: tuple[tuple[str, ...], ...] = ()  # pins of a part in several packages that belong together, by their names
     foreign: tuple[str, ...] = ()  # commands of sister parts, which this part refuses as unknown
     slips: Mapping[str, str] = field(default_factory=dict)  # by character: what to do where it was meant in another way
-    enter: str = "ENTER"  # the command that begins program entry
-    leave: tuple[str, ...] = ("QUIT",)  # the commands that end it; the last one does nothing else, if there is one
+    sections: Mapping[str, str] = field(default_factory=dict)  # of the manual, about what rules speak of
+    key: str = ""  # how `where` is abbreviated
+    memory_unit: str = "byte"  # what the manual counts the program memory in
+    opcodes: Trust = "stated"  # are they the manual's own?
 
     @property
     def keeps(self) -> bool:
@@ -483,19 +466,38 @@ class Sheet:
         return any(row.name == "store" for row in self.options)
 
     @property
-    def in_lines(self) -> bool:
-        """Are commands lines of text (language/lines.py)?"""
-        return self.port is not None
+    def enter(self) -> Row | None:
+        """The command that begins program entry; None: the part keeps no program."""
+        return next(iter(self.acting("enter")), None)
 
     @property
-    def in_packets(self) -> bool:
-        """Are commands packets of words (language/packets.py)?"""
-        return self.packets is not None
+    def leave(self) -> tuple[Row, ...]:
+        """The commands that end it; the last one does nothing else, if there is one."""
+        return self.acting("leave")
 
     @property
-    def in_letters(self) -> bool:
-        """Are commands letters with data behind them (language/dialects.py)?"""
-        return not (self.in_lines or self.in_packets)
+    def bus(self) -> str:
+        """What the names of the data bus pins begin with."""
+        data = self.role("data")
+        return data.name.rstrip("0123456789") if data is not None else "db"
+
+    @property
+    def fastest(self) -> dict[str, int]:
+        """The straps of the highest rate of every channel."""
+        return {pin: level for channel in self.channels for pin, level in channel.fastest.items()}
+
+    @property
+    def plain(self) -> dict[str, int]:
+        """The straps that leave out what program files do not hold, of every channel."""
+        return {pin: level for channel in self.channels for pin, level in channel.plain.items()}
+
+    def channel(self, kind: type[C]) -> C | None:
+        """Return the channel of a kind; None: the part has none."""
+        return next((channel for channel in self.channels if isinstance(channel, kind)), None)
+
+    def acting(self, role: str) -> tuple[Row, ...]:
+        """Return the commands that have a role."""
+        return tuple(row for row in self.commands if row.role == role)
 
     def role(self, role: str, axis: int = 1) -> Pin | None:
         """Return the pin that has a role, on an axis if it is the role of one; None: there is none."""

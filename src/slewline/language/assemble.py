@@ -6,15 +6,14 @@ What is merely odd is no reason to refuse; it is kept in `Assembly.findings`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from ..core.table import Row, Sheet
 from ..errors import ProgramError, UsageError
-from .dialects import encode_binary, spell
-from .lines import framed
+from .dialect import dialect_of
 from .problems import Problem, picture
-from .source import LABELS, read
+from .source import read
 from .statements import Block, Source, Statement
 
 SCRIPT = 1000  # bytes of a script that keep their columns in a listing
@@ -69,7 +68,7 @@ def assemble(text: str, sheet: Sheet, where: str = "<text>", resolve: bool = Fal
             program.
         where: the name of the text in messages.
         resolve: store addresses where a label is meant; else letters, as the chip keeps them until the instruction
-            is executed (s.3).
+            is executed.
 
     Raises:
         ProgramError: the text has errors; all of them are in `.problems`.
@@ -77,14 +76,15 @@ def assemble(text: str, sheet: Sheet, where: str = "<text>", resolve: bool = Fal
     source = read(text, sheet, bare=True)
     link(source)
     for extra in source.blocks[1:]:
-        assert extra.entry is not None  # only a text without E has a program without E, and then just one
+        assert extra.entry is not None  # only a text without program entry has a program without it, and then just one
         found, remedy = f"a second {extra.entry.text}", "assemble one program at a time"
         source.report(extra.entry, "second-program", "error", found, remedy=remedy)
     errors = sorted(problem for problem in source.problems if problem.severity == "error")
     if errors:
         raise RefusedProgram(errors, text, where)
     block = source.blocks[0]
-    stored = b"".join(s.row.pack(_resolved(s, block) if resolve else s.values) for s in block.statements)
+    dialect = dialect_of(sheet)
+    stored = b"".join(dialect.stored(_resolved(s, block) if resolve else s) for s in block.statements)
     outside = [s.text for s in source.statements if s.block < 0 and s not in (block.entry, block.quit)]
     framing = entry_and_end(sheet) if block.quit is None else (entry_and_end(sheet)[0], block.quit.row)
     lines = tuple(Line(s.address, s.line, s.text) for s in block.statements)
@@ -94,38 +94,35 @@ def assemble(text: str, sheet: Sheet, where: str = "<text>", resolve: bool = Fal
 
 def link(source: Source) -> None:
     """Report what shows only when a program is seen whole: labels that are nowhere, and a buffer that overflows."""
-    room = source.sheet.buffer_bytes
+    sheet, room = source.sheet, source.sheet.buffer_bytes
+    dialect, section = dialect_of(sheet), sheet.sections.get("labels", "")
     for block in source.blocks:
         for statement in block.statements:
             target = statement.target
             if target is not None and block.address_of(target) is None:
-                remedy = f"write {target.label}$ in front of the instruction that is meant"
-                source.report(
-                    target, "missing-label", "error", f"label {target.label} is nowhere", section=LABELS, remedy=remedy
-                )
+                found = f"label {target.label} is nowhere"
+                remedy = f"write {dialect.label(target.label)} in front of the instruction that is meant"
+                source.report(target, "missing-label", "error", found, section=section, remedy=remedy)
         over = next((statement for statement in block.statements if statement.end > room > 0), None)
         if over is not None:
-            found = f"{block.size} {units(source.sheet)} of program; this instruction does not fit"
-            remedy = "parameters that stay the same need no room in the program: set them before E"
-            section = source.sheet.buffer_where
-            if source.sheet.in_lines:
-                remedy = "let a loop repeat what comes again"
-            source.report(over, "overflow", "error", found, allowed=f"{room}", section=section, remedy=remedy)
+            found = f"{block.size} {units(sheet)} of program; this instruction does not fit"
+            where, remedy = sheet.buffer_where, dialect.shorter(sheet)
+            source.report(over, "overflow", "error", found, allowed=f"{room}", section=where, remedy=remedy)
 
 
 def entry_and_end(sheet: Sheet) -> tuple[Row, ...]:
     """The commands that begin and end program entry; a part without programs has none."""
-    return tuple(sheet.commands.named(name) for name in (sheet.enter, *sheet.leave[-1:]) if name)
+    return () if sheet.enter is None else (sheet.enter, *sheet.leave[-1:])
 
 
 def units(sheet: Sheet) -> str:
     """What the manual counts the program memory in."""
-    return "locations" if sheet.in_lines else "bytes"
+    return f"{sheet.memory_unit}s"
 
 
 def listed(address: int, data: bytes, text: str, sheet: Sheet) -> str:
     """A line of a listing."""
-    digits, widest = len(str((sheet.buffer_bytes or SCRIPT) - 1)), 3 * max(row.size for row in sheet.commands) - 1
+    digits, widest = len(str((sheet.buffer_bytes or SCRIPT) - 1)), 3 * dialect_of(sheet).longest_instruction(sheet) - 1
     return f"{address:0{digits}}  {data.hex(' ').upper():<{widest}}  {text}"
 
 
@@ -138,43 +135,33 @@ def to_ascii(assembly: Assembly, check: bool = False) -> bytes:
         UsageError: the part keeps no program.
     """
     _enterable(assembly.sheet)
-    enter, leave = assembly.framing
-    if assembly.sheet.in_lines:
-        texts = [enter.form, *(statement.text for statement in assembly.statements), leave.form]
-        return b"".join(framed(text, check) for text in texts)
-    stream = [enter.form, "\r"]
-    for statement in assembly.statements:
-        stream += [f"{letter}$" for letter in statement.labels]
-        stream += [spell(statement.row, [operand.label or operand.value for operand in statement.operands]), "\r"]
-    return "".join([*stream, leave.form]).encode()
+    return dialect_of(assembly.sheet).entered(assembly.sheet, assembly.framing, assembly.statements, check)
 
 
 def to_binary(assembly: Assembly, single_count: bool = False) -> bytes:
-    """What a binary host sends to enter the program: from E to Q, labels as addresses, since binary has none (s.3).
+    """What a binary host sends to enter the program: labels as addresses, since binary has none.
 
-    `single_count`: one count for all bytes behind the first opcode, which are sent as they are stored (s.5).
+    `single_count`: one count for all bytes behind the first opcode, which are sent as they are stored.
 
     Raises:
         UsageError: the part has no binary mode, or keeps no program.
     """
     _enterable(assembly.sheet)
-    if assembly.sheet.in_lines:
-        raise UsageError(f"the {assembly.sheet.part.upper()} takes no binary commands; ascii is what a host sends it")
-    enter, leave = (encode_binary(row) for row in assembly.framing)
     block = Block(list(assembly.statements), assembly.labels)
-    program = [encode_binary(s.row, _resolved(s, block)) for s in block.statements]
-    if single_count and program:
-        stored = b"".join(s.row.pack(_resolved(s, block)) for s in block.statements)
-        program = [program[0][:1], bytes([len(stored) - 1]), stored[1:]]
-    return enter + b"".join(program) + leave
+    resolved = [_resolved(statement, block) for statement in assembly.statements]
+    return dialect_of(assembly.sheet).entered_binary(assembly.sheet, assembly.framing, resolved, single_count)
 
 
 def _enterable(sheet: Sheet) -> None:
-    if not sheet.enter:
+    if sheet.enter is None:
         part = sheet.part.upper()
         raise UsageError(f"the {part} keeps no program that could be entered; hex or bin is what a host sends it")
 
 
-def _resolved(statement: Statement, block: Block) -> tuple[int, ...]:
-    """The operands, addresses where a label was written."""
-    return tuple(block.address_of(operand) or 0 if operand.label else operand.value for operand in statement.operands)
+def _resolved(statement: Statement, block: Block) -> Statement:
+    """The statement with addresses where labels were written."""
+    found = (
+        replace(operand, value=block.address_of(operand) or 0, label="") if operand.label else operand
+        for operand in statement.operands
+    )
+    return replace(statement, operands=tuple(found))

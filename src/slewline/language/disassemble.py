@@ -9,24 +9,14 @@ Q
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 from ..core.program import ProgramRow
-from ..core.table import Row, Sheet
-from . import lines, packets
+from ..core.table import Sheet
 from .assemble import entry_and_end, listed
-from .dialects import Command, Decoder, Note, spell
+from .dialect import Command, Note, dialect_of
+from .statements import Instruction
 
 COMMENT = 16  # column of the comments
-
-
-class Instruction(NamedTuple):
-    """An instruction of the buffer.  Without a row: a byte that is no opcode, or an instruction cut short."""
-
-    address: int
-    data: bytes
-    row: Row | None
-    values: tuple[int, ...]
 
 
 def instructions(stored: bytes, sheet: Sheet) -> list[Instruction]:
@@ -41,11 +31,7 @@ def instructions(stored: bytes, sheet: Sheet) -> list[Instruction]:
 
 def instruction(stored: bytes, at: int, sheet: Sheet) -> Instruction:
     """The instruction that begins at an address of the buffer."""
-    row = sheet.commands.by_code.get(stored[at])
-    data = bytes(stored[at : at + (row.size if row else 1)])
-    if row and len(data) == row.size:
-        return Instruction(at, data, row, row.unpack(data[1:], data[0]))
-    return Instruction(at, data, None, ())
+    return dialect_of(sheet).cut(stored, at, sheet)
 
 
 def text_at(stored: bytes, at: int, sheet: Sheet) -> str:
@@ -88,9 +74,9 @@ def program_rows(stored: bytes, sheet: Sheet, known: Mapping[str, int] | None = 
 def commands(stream: bytes, sheet: Sheet) -> tuple[list[str], list[Note]]:
     """Return the commands of a binary stream, one a line, and what is wrong with it.
 
-    A program is read as the chip keeps it: there the counts say nothing (s.5), and one count may announce all of it.
+    A program is read as the chip keeps it: there the counts say nothing, and one count may announce all of it.
     """
-    decoder = Decoder(sheet)
+    decoder = dialect_of(sheet).decoder(sheet)
     said: list[str] = []
     stored: bytes | None = None  # of the program that is being entered
     begun = 0  # of the command that is being read: which byte of the stream, counted from 0
@@ -106,7 +92,7 @@ def commands(stream: bytes, sheet: Sheet) -> tuple[list[str], list[Note]]:
         if stored is not None:
             said += _entered(stored, sheet)
         said.append(found.text)
-        stored = b"" if found.row.name == sheet.enter else None
+        stored = b"" if found.row.role == "enter" else None
     notes = decoder.take_notes()
     if not decoder.at_letter:
         rest = stream[begun:]
@@ -141,17 +127,11 @@ def _line(instruction: Instruction, sheet: Sheet, marks: Mapping[str, int], name
 
 def _text(instruction: Instruction, sheet: Sheet, marks: Mapping[str, int], names: Mapping[int, str]) -> str:
     address, data, row, values = instruction
-    before = "".join(f"{letter}$" for letter, at in marks.items() if at == address)
+    dialect = dialect_of(sheet)
+    before = "".join(dialect.label(letter) for letter, at in marks.items() if at == address)
     if row is None:
         return f"{before}??? {_hex(data)}"
-    if not sheet.in_letters:
-        return lines.spell(row, values) if sheet.in_lines else packets.spell(row, values)
-    # An operand that is the code of a letter is a label that the chip has not replaced yet (s.3).
-    shown = [
-        names.get(value) or (chr(value) if chr(value) in sheet.labels else value) if arg.label else value
-        for arg, value in zip(row.args, values, strict=True)
-    ]
-    return before + spell(row, shown)
+    return before + dialect.spell(row, values, sheet.labels, names)
 
 
 def _hex(data: bytes) -> str:

@@ -1,7 +1,7 @@
 """What is odd about a program text, found without running it.  Never raises, however bad the text is.
 
-The rules here hold for every part that stores programs, or for those that do it the CY5xx way, and read nothing but its
-sheet; what only one part knows (can this ramp reach this rate in this distance?) is handed in as `checks`.
+The rules here hold for every part that stores programs, and read nothing but its sheet.  Its dialect has others, and
+what only one part knows (can this ramp reach this rate in this distance?) is handed in as `checks`.
 """
 
 from __future__ import annotations
@@ -12,14 +12,12 @@ from typing import TypeVar
 from ..core.table import Row, Sheet
 from . import dialogue
 from .assemble import link, units
+from .dialect import Check, dialect_of
 from .problems import Problem, render
-from .source import LABELS, read
+from .source import read
 from .statements import Block, Operand, Source, Statement
 
 __all__ = ["Check", "Problem", "Source", "branches", "explored", "lint", "reached", "render", "steps_on"]
-
-Check = Callable[[Source], None]
-"""A rule: looks at the text and reports what it finds with `source.report`."""
 
 STATES = 4096  # a program that meets more registers than this is judged by the first ones
 S = TypeVar("S")
@@ -33,7 +31,7 @@ def lint(text: str, sheet: Sheet, checks: Iterable[Check] = ()) -> list[Problem]
     """
     source = read(text, sheet)
     link(source)
-    for check in (*RULES, *(CY5XX_RULES if sheet.in_letters else ()), *checks):
+    for check in (*RULES, *dialect_of(sheet).rules, *checks):
         check(source)
     return sorted(set(source.problems))
 
@@ -87,7 +85,7 @@ def branches(source: Source) -> list[tuple[Statement, Operand, Block]]:
     found = []
     before = None
     for statement in source.statements:
-        if statement.row.name == source.sheet.enter and statement.block < 0:
+        if statement.row.role == "enter" and statement.block < 0:
             before = next(block for block in source.blocks if block.entry is statement)
         if statement.target is not None and before is not None:
             found.append((statement, statement.target, before))
@@ -150,65 +148,4 @@ def flow(source: Source) -> None:
             above = here
 
 
-# ------------------------------------------------------------------------------------------------ rules for the CY5xx
-
-
-def ends(source: Source) -> None:
-    """No run goes past the last instruction."""
-    for block in source.blocks:
-        last = block.statements[-1] if block.statements else None
-        if last is not None and "n" in last.row.flow and last.address in reached(source, block):
-            remedy = "end with 0, or repeat with X or J"
-            found = f"the program runs past its last byte, {block.size - 1}"
-            source.report(last, "no-end", "warning", found, section=section(last.row), remedy=remedy)
-
-
-def loops(source: Source) -> None:
-    """One loop at a time: there is a single count (s.3 L)."""
-    for block in source.blocks:
-        counted = [statement for statement in block.statements if statement.row.name == "LOOP"]
-        for outer in counted:
-            begin = block.address_of(outer.target) if outer.target else None
-            for inner in counted:
-                if begin is not None and begin <= inner.address < outer.address:
-                    found = f"the loop of line {inner.line} lies inside this one"
-                    remedy = "repeat the outer one with T, J or X"
-                    source.report(outer, "nested-loop", "warning", found, section="s.3 L", remedy=remedy)
-            if outer.values[0] == 1:
-                found = "a loop that runs once"
-                source.report(outer.operands[0], "loop-once", "warning", found, section="s.3 L")
-
-
-def misplaced(source: Source) -> None:
-    """Commands that mean little where they stand."""
-    for statement in source.statements:
-        name, inside, row = statement.row.name, statement.block >= 0, statement.row
-        if inside and name == "ENTER":
-            found, remedy = "E inside a program is stored, and skipped when it is executed", "close the program with Q"
-            source.report(statement, "enter-inside", "warning", found, section=row.where, remedy=remedy)
-        elif inside and name == "VERIFY":
-            found, remedy = "V inside a program only moves the read pointer", "give V in command mode"
-            source.report(statement, "verify-inside", "warning", found, section=row.where, remedy=remedy)
-        elif not inside and name in ("LOOP", "TIL"):
-            found = f"{name} in command mode; it belongs in a program"
-            source.report(statement, "branch-in-command-mode", "warning", found, section=row.where)
-        elif not row.stored and not any(block.quit is statement for block in source.blocks):
-            source.report(statement, "quit-outside", "warning", "Q without E", section=row.where)
-
-
-def entries(source: Source) -> None:
-    """Programs are closed, and their labels are used."""
-    used = {(id(block), target.label) for _, target, block in branches(source)}
-    for block in source.blocks:
-        assert block.entry is not None
-        if block.quit is None:
-            found, remedy = "a program without Q: all that follows is stored", "write Q behind its last instruction"
-            source.report(block.entry, "no-quit", "warning", found, section=block.entry.row.where, remedy=remedy)
-        for statement in block.statements:
-            for letter in statement.labels:
-                if (id(block), letter) not in used:
-                    source.report(statement, "unused-label", "note", f"nothing branches to {letter}", section=LABELS)
-
-
 RULES: tuple[Check, ...] = (targets, flow, dialogue.driven)
-CY5XX_RULES: tuple[Check, ...] = (ends, loops, misplaced, entries, dialogue.live, dialogue.course)

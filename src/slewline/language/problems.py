@@ -1,6 +1,6 @@
 """What is wrong with a text, where, and a picture of it:
 
-weld.cy525, line 3, column 3: RATE 200: allowed 0..127 (CY525 manual, T.V)
+weld.txt, line 3, column 3: RATE 200: allowed 0..127 (manual, T.V)
     R 200
       ^^^
     the nearest is 127

@@ -4,9 +4,9 @@ A register with `fraction` bits behind the binary point, whose unit has the cycl
 
     register = rate * 2^fraction / (cycles per second)^cycles           12,345 steps/s: 4.04521 steps/cycle: 265107
 
-The MC1451A works 25 MHz / 8192 = 3051.7578125 cycles in a second.  Its manual reckons with 3030 (330 us) in its worked
-figures, and cuts steps per cycle off behind six digits before it scales them: 4.07425 steps/cycle, 267010.  `manual`
-does the same; a motor then runs 0.72 % too fast.
+Here 25 MHz / 8192 = 3051.7578125 cycles make a second.  A manual may reckon with a round figure in its worked examples,
+3030 (330 us), and cut steps per cycle off behind six digits before it scales them: 4.07425 steps/cycle, 267010.
+`manual` does the same; a motor then runs 0.72 % too fast.
 
 Scripts and hosts may write a rate with its unit, `spoken`: 12345 steps/s, 0.5 steps/cycle2, 8e5 steps/s^3.
 """
@@ -21,7 +21,6 @@ from math import floor
 from ..core.table import Arg, Sheet
 from ..errors import UsageError
 
-ROUND_FIGURE = 3030  # cycles per second, in the manual's worked figures
 _SPOKEN = re.compile(
     r"([+-]?(?:[0-9]{1,20}(?:\.[0-9]{0,20})?|\.[0-9]{1,20})(?:[eE][+-]?[0-9]{1,2})?)\s*steps/(s|cycle)(?:\^?([23]))?"
 )
@@ -76,10 +75,10 @@ def units(arg: Arg) -> str:
     return f"steps/s{power} or steps/cycle{power}"
 
 
-def manual(arg: Arg, rate: Rate) -> int:
-    """The register value as the manual's worked figures have it: 3030 cycles per second, and six digits."""
+def manual(arg: Arg, rate: Rate, round_per_s: int) -> int:
+    """Return the register value as worked figures have it: a round number of cycles per second, and six digits."""
     exact = _number(rate)
-    cut = _SIX_DIGITS.divide(Decimal(exact.numerator), Decimal(exact.denominator) * ROUND_FIGURE**arg.cycles)
+    cut = _SIX_DIGITS.divide(Decimal(exact.numerator), Decimal(exact.denominator) * round_per_s**arg.cycles)
     return _held(arg, Fraction(cut), rate)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from ..core.table import Row, Sheet
 from .problems import Problem, Severity, Spot
@@ -21,7 +22,8 @@ class Operand:
 
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """A command.  `block` numbers the program that it belongs to, `address` is its byte there; -1: command mode."""
+    """A command.  `block` numbers the program that it belongs to, `address` is its byte there; -1: command mode.
+    `size` is how many bytes it takes there."""
 
     line: int
     column: int
@@ -31,6 +33,7 @@ class Statement:
     labels: tuple[str, ...] = ()
     block: int = -1
     address: int = -1
+    size: int = 0
 
     @property
     def length(self) -> int:
@@ -45,7 +48,7 @@ class Statement:
     @property
     def end(self) -> int:
         """The address behind it."""
-        return self.address + self.row.size
+        return self.address + self.size
 
     @property
     def target(self) -> Operand | None:
@@ -76,6 +79,15 @@ class Directive:
 Item = Statement | Directive
 
 
+class Instruction(NamedTuple):
+    """An instruction of the buffer.  Without a row: a byte that is no opcode, or an instruction cut short."""
+
+    address: int
+    data: bytes
+    row: Row | None
+    values: tuple[int, ...]
+
+
 @dataclass(slots=True)
 class Block:
     """A stored program, from the command that begins its entry to the one that ends it."""
@@ -96,7 +108,7 @@ class Block:
 
     def loop_start(self, loop: Statement) -> int:
         """Where a loop without a target begins: behind the mark above it, or at location 0."""
-        marks = (s.end for s in self.statements if s.row.name == "LOOP_START" and s.address < loop.address)
+        marks = (s.end for s in self.statements if s.row.role == "mark" and s.address < loop.address)
         return max(marks, default=0)
 
 

@@ -23,9 +23,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..bench.stage import TAKEN_US, spelled
+from ..bench.stage import TAKEN_US
 from ..core.waits import first_of
 from ..errors import SlewlineError, UsageError
+from ..language.dialect import spoken_as
+from ..language.letters import Letters
 from ..parts.host import Host
 from .line import Line
 from .log import Log
@@ -34,6 +36,7 @@ from .stream import CHUNK
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
+    from ..parts.caller import Errand
     from ..parts.host import Port
 
 LONGEST = 256  # characters of a line
@@ -82,12 +85,11 @@ class FramedLine(Line):
             if text[1:] not in groups:
                 raise UsageError(f"{text}: allowed ?, ?{', ?'.join(groups)}")
             self._check_room(text)
-            with self.kernel.outside.queued():  # the server lets time pass
-                self.computer.verify(int(text[1:]), live=None)
-            self.computer.do(self._answered(text))
+            errand = self.computer.read_group(self.chip.name, int(text[1:]), None, live=None)
+            self.computer.work("an answer", lambda: self._answer(text, errand))
         else:
             self._check_room(text)
-            self.computer.send(spelled(text, self.chip.sheet))
+            self.computer.send(spoken_as(self.chip.sheet, Letters).sent(self.chip.sheet, text))
             self.computer.do(self._taken)
 
     def _check_room(self, text: str) -> None:
@@ -106,11 +108,8 @@ class FramedLine(Line):
         """Wait until the chip is ready again, or has been at work for so long that it moves or waits."""
         await first_of(self.kernel, self.kernel.now + port.ps(TAKEN_US), (port.ready, 1))
 
-    def _answered(self, question: str):  # type: ignore[no-untyped-def]
-        async def answer(_port: Port) -> None:
-            self.say(f"{question} {self.computer.answer.hex(' ').upper()}")
-
-        return answer
+    async def _answer(self, question: str, errand: Errand[bytes]) -> None:
+        self.say(f"{question} {errand.answer.hex(' ').upper()}")
 
     def say(self, text: str) -> None:
         """Send an answer, a line."""

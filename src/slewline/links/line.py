@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from ..core.serial import Character
-from ..language.lines import KEPT
+from ..language.dialect import dialect_of
 from ..parts.noise import LINKED, Noise
 from ..parts.rs232 import LATE_PS, SerialPort
 from .log import TO_CHIP, TO_HOST, Log
@@ -23,7 +23,6 @@ from .pace import Pace, Wait
 if TYPE_CHECKING:
     from ..core.chip import Chip
 
-BLIND = KEPT.bit_length() - 1  # the number of the bit that a checksum always has: wrong, it would pass the checksum
 BACKLOG = 256  # characters that may wait for their turn on the line
 PATIENCE_PS = 60 * 10**12  # how long an answer is waited for, in lockstep or by a host that says no more
 
@@ -121,7 +120,7 @@ class SerialLine(Line):
         self.port = port
         self.coming = 0  # characters whose last bit is not over
         self.late_ps = 0  # a late character of the module comes then, and those behind it not before
-        spared = BLIND if any(chip.sheet.in_lines for chip in chips) else None
+        spared = next((bit for chip in chips if (bit := dialect_of(chip.sheet).constant_bit) is not None), None)
         self.to_chip, self.to_host = (Noise(port.word.bits, LINKED, spared) for _ in range(2))
         port.on_character.add(self._character)
 

@@ -99,7 +99,7 @@ class RegisterLine(Line):
 
         self.board.work("an answer", answer)
 
-    def _read(self, offset: int, errand: Errand) -> int:
+    def _read(self, offset: int, errand: Errand[int]) -> int:
         """The byte that a read access has brought."""
         byte: int = errand.answer
         if offset != STATUS or byte != self.shown:

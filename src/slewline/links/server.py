@@ -12,14 +12,18 @@ the next event or the next byte.  `call` brings a function from another thread i
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from os import PathLike
 from typing import TYPE_CHECKING, Any, Protocol
 
+from ..bench.furnishing import channel_over
+from ..core.channel import BusHandshake, Channel, HostPort
+from ..core.channel import SerialLine as SerialChannel
 from ..core.chip import Chip, Finding
 from ..core.pin import strapped
 from ..errors import UsageError
+from ..parts.host import Host
 from .framing import FramedLine
 from .line import Line, SerialLine
 from .log import Log
@@ -36,6 +40,11 @@ if TYPE_CHECKING:
     from ..parts.rs232 import SerialPort
 
 UART_BAUD = 9600
+LINES: Mapping[type[Channel], str] = {  # the method that furnishes what serves a channel
+    BusHandshake: "_bus_line",
+    SerialChannel: "_serial_line",
+    HostPort: "_register_line",
+}
 KEPT_FINDINGS = 1000  # of each chip and part; a server runs for months
 KEPT_STRETCHES = 10_000  # of the past of each axis
 TIDY_S = 5.0
@@ -90,40 +99,52 @@ class Server:
                 store.on_failure.add(self._trouble)
 
     # ---------------------------------------------------------------------------------------------------- furnishing
-    def line(self, *chips: Chip, framing: bool = False) -> Line:
+    def line(self, *chips: Chip, framing: bool = False, over: str | None = None) -> Line:
         """A line to a chip, or to several modules that share it; to a chipset, one on which its registers are found.
 
         Args:
             framing: lines of text with read-back, for a chip on a bus (see `links.framing`).
+            over: the channel of a chip that has several, as for `bench.host`.
 
         Raises:
             UsageError: the chips have nothing that could share a line.
         """
-        name = "+".join(chip.name for chip in chips)
-        on_bus = [chip for chip in chips if not chip.sheet.in_lines]
-        if len(chips) > 1 and on_bus:
-            raise UsageError(f"{name}: {on_bus[0].name} has a bus; give it a port of its own")
-        if framing and not chips[0].sheet.in_letters:
-            own = "a serial line" if chips[0].sheet.in_lines else "registers"
-            raise UsageError(f"{name}: has {own} of its own; leave out the framing")
-        line: Line
-        if chips[0].sheet.in_packets:
-            line = RegisterLine(name, chips[0], self.pace, self.log, self._board(chips[0]))
-        elif framing:
-            line = FramedLine(name, chips[0], self.pace, self.log, self.bench.host(chips[0], name=f"{name}_host"))
-        else:
-            port = self._uart(chips[0]) if on_bus else self._connector(chips)
-            line = SerialLine(name, chips, self.pace, self.log, port)
+        name = "+".join(chip.name for chip in chips) + (f"_{over}" if over is not None else "")
+        channels = [channel_over(chip, over) for chip in chips]
+        for chip, channel in zip(chips, channels, strict=True):
+            if len(chips) > 1 and not isinstance(channel, SerialChannel):
+                raise UsageError(f"{name}: {chip.name} has a bus; give it a port of its own")
+        line = getattr(self, LINES[type(channels[0])])(name, chips, framing, over)
         self.lines[name] = line
-        return line
+        return line  # type: ignore[no-any-return]
 
-    def _connector(self, chips: Sequence[Chip]) -> SerialPort:
+    def _serial_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> Line:
+        """Characters, to modules that share a line."""
+        if framing:
+            raise UsageError(f"{name}: has a serial line of its own; leave out the framing")
+        return SerialLine(name, chips, self.pace, self.log, self._connector(name, chips))
+
+    def _register_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> Line:
+        """The registers of a board on a host port."""
+        if framing:
+            raise UsageError(f"{name}: has registers of its own; leave out the framing")
+        return RegisterLine(name, chips[0], self.pace, self.log, self._board(chips[0]))
+
+    def _bus_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> Line:
+        """Lines of text to a host on a bus; without framing, characters to the UART beside it."""
+        if framing:
+            host = self.bench.host(chips[0], name=f"{name}_host", over=over)
+            assert isinstance(host, Host)  # that of a bus
+            return FramedLine(name, chips[0], self.pace, self.log, host)
+        return SerialLine(name, chips, self.pace, self.log, self._uart(chips[0]))
+
+    def _connector(self, line: str, chips: Sequence[Chip]) -> SerialPort:
         """The serial connector of a computer, wired to modules."""
         formats = {strapped_line(chip) for chip in chips}
         if len(formats) != 1:
             raise UsageError(f"{', '.join(chip.name for chip in chips)}: their lines differ in speed or format")
         baud, bits, parity, stop = formats.pop()
-        name = f"{chips[0].name}_line"
+        name = f"{chips[0].name if len(chips) > 1 else line}_line"
         port: SerialPort = self.bench.part("serial_port", name=name, baud=baud, bits=bits, parity=parity, stop=stop)
         self.bench.connect(port, chips)
         self.troubles += [found.text for found in port.findings]  # they are told as findings
@@ -135,11 +156,11 @@ class Server:
         self.bench.part("uart", name=f"{chip.name}_uart", to=chip, baud=UART_BAUD)
         port = self.bench.part("serial_port", name=name, ttl=True, baud=UART_BAUD, bits=8, parity="none", stop=1)
         self.bench.wire(f"{name}.txd", f"{chip.name}_uart.rxd")
-        return port  # type: ignore[no-any-return]
+        return port
 
     def _board(self, chip: Chip) -> Isa:
         """An interface board on the host port of a chipset."""
-        return self.bench.part("isa", name=f"{chip.name}_isa", to=chip)  # type: ignore[no-any-return]
+        return self.bench.part("isa", name=f"{chip.name}_isa", to=chip)
 
     def _check(self, line: Line, port: str) -> None:
         if port not in line.ports:
@@ -284,6 +305,6 @@ class Server:
 
 def strapped_line(chip: Chip) -> tuple[int, int, str, int]:
     """Speed and format of a chip's serial port, as its pins are strapped: baud, bits, parity, stop bits."""
-    port = chip.sheet.port
+    port = chip.sheet.channel(SerialChannel)
     assert port is not None
     return port.bauds[strapped(chip.pins, port.baud_pins)], port.bits, port.parity, port.stop

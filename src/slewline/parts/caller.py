@@ -6,49 +6,62 @@ Only the queueing is an input for the journal; when a journal is played again, t
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
-from typing import Any
+from typing import Any, Generic, TypeVar
 
+from ..core.kernel import Kernel
 from ..core.timebase import Time
-from ..errors import SlewlineError, Timeout
+from ..errors import SlewlineError, Timeout, UsageError
 from .worker import Worker
 
+T = TypeVar("T")
 
-class Errand:
-    """A piece of work that brings something back (`answer`), or fails."""
 
-    __slots__ = ("answer", "done", "failure", "text")
+class Errand(Generic[T]):
+    """A piece of work that brings something back, `answer` once it is `done`, or fails."""
 
-    def __init__(self, text: str) -> None:
-        self.text, self.done = text, False
-        self.answer: Any = None
+    __slots__ = ("action", "answer", "caller", "done", "failure", "text")
+
+    def __init__(self, caller: Caller, text: str, action: Callable[[], Awaitable[T]]) -> None:
+        self.caller, self.text, self.action, self.done = caller, text, action, False
+        self.answer: T = None  # type: ignore[assignment]  # until it is done
         self.failure: SlewlineError | None = None
+
+    async def __call__(self) -> None:
+        """Do the work, and keep its answer or its failure."""
+        try:
+            self.answer = self.caller.answer = await self.action()
+        except SlewlineError as error:
+            self.failure = error
+        self.done = True
+
+    def forget(self, why: str) -> None:
+        """Let it fail: it is not done any more."""
+        self.done, self.failure = True, UsageError(f"{self.caller.name}: {self.text}: forgotten by {why}")
 
 
 class Caller(Worker):
-    """A worker that is asked for something: `fetch` waits for what an errand brings back."""
+    """A worker that is asked for something: `answer_of` waits for what an errand brings back."""
 
-    def errand(self, text: str, action: Callable[[], Awaitable[Any]]) -> Errand:
-        """Queue a piece of work whose answer somebody may fetch."""
-        errand = Errand(text)
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        super().__init__(kernel, name)
+        self.answer: Any = None  # what the latest errand has brought
 
-        async def go() -> None:
-            try:
-                errand.answer = await action()
-            except SlewlineError as error:
-                errand.failure = error
-            errand.done = True
-
-        self.work(text, go)
+    def errand(self, text: str, action: Callable[[], Awaitable[T]]) -> Errand[T]:
+        """Queue a piece of work whose answer somebody may wait for."""
+        errand = Errand(self, text, action)
+        self.work(text, errand)
         return errand
 
-    def fetch(self, errand: Errand, timeout: Time) -> Any:
-        """Let virtual time pass until an errand is done; returns its answer, or raises what went wrong.
+    def answer_of(self, errand: Errand[T], timeout: Time) -> T:
+        """Let virtual time pass until an errand is done; return its answer, or raise what went wrong.
 
-        Where calls only queue (`Outside.queued`, or a part without a bench) it returns None at once.
+        Where calls only queue (`Outside.queued`, or a part without a bench) return None at once.
+
+        Raises:
+            Timeout: it is not done in time; it is taken back then.
         """
         try:
-            if not self.kernel.outside.wait(lambda: errand.done, f"{self.name}: {errand.text}", timeout):
-                return None
+            self.kernel.outside.wait(lambda: errand.done, f"{self.name}: {errand.text}", timeout)
         except Timeout:
             self.give_up()
             raise
@@ -59,11 +72,25 @@ class Caller(Worker):
     def give_up(self) -> None:
         """Take back the last errand, which took too long; what comes after it can go on."""
         self.input("give_up")
-        self.queue.pop()
-        if not self.queue and self.task is not None:
+        if self.queue:
+            self.queue.pop()
+        if not self.queue:
+            self.halt()
+
+    def take_back(self, left: int, why: str) -> None:
+        """Take what is queued back, last first, until `left` pieces of work are left; their errands fail."""
+        while len(self.queue) > left:
+            _, action = self.queue.pop()
+            if isinstance(action, Errand):
+                action.forget(why)
+
+    def halt(self) -> None:
+        """End what is under way, and put the outputs to rest."""
+        if self.task is not None:
             self.task.kill()
-            self.rest()
-            self.kernel.settle()
+        self.begun = False
+        self.rest()
+        self.kernel.settle()
 
     def rest(self) -> None:
-        """Put the outputs to rest: the errand was cut short."""
+        """Put the outputs to rest: what was under way was cut short."""

@@ -8,46 +8,61 @@ A host never hesitates unless it is told to: `delay_ps` is what its program take
 from __future__ import annotations
 
 import re
-from collections import deque
 from collections.abc import Awaitable, Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from ..core.hook import Hook
-from ..core.kernel import Kernel, Task
 from ..core.net import Driver, Net
 from ..core.pin import Condition, GotCondition
-from ..core.table import Sheet
-from ..core.timebase import Clock, Time, readable
 from ..core.waits import first_of, level, until
-from ..errors import Timeout, UsageError
-from .part import Part, served
+from ..errors import UsageError
+from .computer import Computer
+from .part import served
+from .worker import Data, as_bytes
 
 if TYPE_CHECKING:
-    from ..core.chip import Chip
+    from ..core.kernel import Kernel
+    from ..core.timebase import Time
+    from .caller import Errand
+    from .connection import Connection
 
 Action = Callable[["Port"], Awaitable[None]]
+NO_READ_OUT = "the part cannot be read, only sent to"
 SETTLED_US = 100  # READY high for longer than any instruction takes to begin: the chip is between two of them
 
 
 class Port:
     """What a host has on one chip: drivers on its command port, and the nets that it looks at."""
 
-    def __init__(self, chip: Chip, host: str) -> None:
-        self.chip = chip.name
-        self.sheet: Sheet = chip.sheet
-        self.clock: Clock = chip.clock
+    def __init__(self, chip: Connection, host: str) -> None:
+        self.chip, self.sheet, self.clock = chip.name, chip.sheet, chip.clock
 
-        def line(name: str) -> Net:
-            """The net of a pin; of one that the part lacks, one that leads nowhere."""
-            return chip.pins[name].net if name in chip.pins else Net(chip.bus.kernel, f"{host}.({name})", tie=1)
+        def line(role: str) -> Net:
+            """Return the net of the pin that has a role; where the part lacks one, a net that leads nowhere."""
+            row = chip.sheet.role(role)
+            return Net(chip.bus.kernel, f"{host}.({role})", tie=1) if row is None else chip.pins[row.name].net
 
-        driven = ("io_request", "io_select", "prog")
-        self.request, self.select, self.prog = (Driver(line(name), host) for name in driven)
+        self.request, self.select, self.prog = (
+            Driver(line(role), host) for role in ("request", "select", "program_entry")
+        )
         self.bus = Driver(chip.bus, host)
         self.request.drive(1)
         self.select.drive(0)
-        self.ready, self.slew, self.mode = line("ready"), line("slew"), line("ascii_binary")
-        self.outstrobe, self.motion_complete, self.running = line("outstrobe"), line("motion_complete"), line("run")
+        self.ready, self.slew, self.mode = line("ready"), line("slewing"), line("text")
+        self.outstrobe, self.motion_complete, self.running = (
+            line("out_strobe"), line("motion_complete"), line("running"),
+        )  # fmt: skip
+
+    def takes_live(self) -> bool:
+        """Does the part take commands while its program runs, through a pin that the host may pull low?"""
+        row = self.sheet.role("program_entry")
+        return row is not None and row.way == "both"
+
+    def rest(self) -> None:
+        """Let go of the bus and of PROG/LIVE, and ask for nothing."""
+        self.request.drive(1)
+        self.select.drive(0)
+        self.prog.drive(None)
+        self.bus.drive(None)
 
     def ps(self, us: int) -> int:
         """A time that is stated at 11 MHz, at the crystal of the chip."""
@@ -55,11 +70,13 @@ class Port:
 
     def text(self, command: str) -> bytes:
         """A command as this port takes it now: ASCII, or letter, count and data in binary mode."""
-        from ..language.dialects import Command, Decoder, encode_binary
+        from ..language.dialect import Command
+        from ..language.letters import Decoder, encode_binary
 
         line = command.encode("ascii") + b"\r"
         if self.mode.level == 1:
-            return command.encode("ascii") if command == "Q" else line
+            row = self.sheet.commands.by_form.get(command)
+            return line if row is None or row.terminated else line[:-1]
         decoder = Decoder(self.sheet)
         for byte in line:
             found = decoder.feed(byte, True, False)
@@ -78,120 +95,43 @@ class Port:
         return group if group in self.sheet.verify_bytes else None
 
 
-class Host(Part):
+class Host(Computer):
     """A host computer on the command port of one or several chips that share its bus."""
 
-    def __init__(self, kernel: Kernel, name: str, chips: Sequence[Chip], delay_ps: int = 0) -> None:
-        super().__init__(kernel, name)
+    def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], delay_ps: int = 0) -> None:
+        super().__init__(kernel, name, chips)
         self.delay_ps = delay_ps
-        self.chips = {chip.name: chip for chip in chips}
         self.ports = {chip.name: Port(chip, name) for chip in chips}
-        self.port = next(iter(self.ports.values()))
-        self.queue: deque[tuple[Port, bytes | Action]] = deque()
-        self.received = bytearray()  # what read-outs brought
+        self.received: bytearray = bytearray()  # what read-outs brought
         self.sent = 0
-        self.begun = False  # has a byte of what comes first in the queue gone out?
-        self.task: Task | None = None
-        self.doing = ""
-        self.since = 0
-        self.answer: Any = None
-        self.refused: UsageError | None = None  # what the latest call found when its turn came
-        self.on_event: Hook[[str]] = Hook()  # what it does, in words: a line of a script, an answer
 
     @property
-    def chip(self) -> Chip:
-        """The chip that it speaks to."""
-        return self.chips[self.port.chip]
-
-    # ------------------------------------------------------------------------------------------------------ queueing
-    def to(self, chip: str | Chip) -> Host:
-        """From now on, speak to this chip."""
-        self.port = served(self.name, self.ports, chip)
-        return self
+    def port(self) -> Port:
+        """What it has on the chip that it speaks to."""
+        return self.ports[self.chip.name]
 
     def send(self, data: str | bytes) -> None:
-        """Queue bytes; they go out as fast as the handshake allows.  Text must be ASCII."""
-        if isinstance(data, str):
-            if not data.isascii():
-                at = next(i for i, c in enumerate(data) if ord(c) > 127)
-                where = f"{data[at]!r} at character {at + 1}"
-                raise UsageError(f"{self.name}: {where} is not ASCII; send bytes for raw values")
-            data = data.encode("ascii")
-        elif not isinstance(data, (bytes, bytearray)):
-            raise UsageError(f"{self.name}: send({data!r}); expected text or bytes")
-        self._journal("send", [self.port.chip, bytes(data).hex()])
-        if data:
-            self.queue.append((self.port, bytes(data)))
-        self._wake()
+        """Queue bytes; they go out as fast as the handshake allows.  No time passes.
+
+        Raises:
+            UsageError: text that is not ASCII, or neither text nor bytes.
+        """
+        self.write(self.chip.name, as_bytes(self.name, data))
+
+    def got(self, data: Data) -> Condition:
+        """Return a condition for `bench.run_until`: read-outs have brought these bytes, one behind the other."""
+        return GotCondition(self.name, self.received, as_bytes(self.name, data))
 
     def do(self, action: Action) -> None:
         """Queue something else than a byte: a coroutine function that gets the port."""
-        self.queue.append((self.port, action))
-        self._wake()
+        port = self.port
+        self.work(f"something of its own with {port.chip}", lambda: action(port))
 
-    def clear(self) -> None:
-        """Forget what is queued, and let go of the bus and of PROG/LIVE: the host's program has been started anew."""
-        self._journal("clear", [])
-        self.queue.clear()
-        self.begun = False
-        if self.task is not None:
-            self.task.kill()
+    def rest(self) -> None:
         for port in self.ports.values():
-            port.request.drive(1)
-            port.select.drive(0)
-            port.prog.drive(None)
-            port.bus.drive(None)
-        self.kernel.settle()
-
-    def drop(self) -> None:
-        """Forget what is queued; a command that has begun to go out is not cut in two: the chip gets the rest of it."""
-        if not self.begun:
-            self.clear()
-            return
-        self._journal("drop", [])
-        while len(self.queue) > 1:
-            self.queue.pop()
-
-    def _wake(self) -> None:
-        if self.queue and (self.task is None or not self.task.alive):
-            self.task = self.kernel.spawn(self._run(), self.name)
-            self.since = self.kernel.now
-
-    def _journal(self, verb: str, args: list[Any]) -> None:
-        self.kernel.outside.tell(verb, host=self.name, args=args)
-
-    @property
-    def idle(self) -> bool:
-        return not self.queue and (self.task is None or not self.task.alive)
-
-    @property
-    def waiting(self) -> str:
-        if self.idle:
-            return f"{self.name}: nothing to send"
-        return f"{self.name}: {self.doing}, {len(self.queue)} in the queue, since {readable(self.since)}"
-
-    def got(self, data: bytes) -> Condition:
-        """Condition: these bytes have been received."""
-        return GotCondition(self.name, self.received, bytes(data))
+            port.rest()
 
     # ------------------------------------------------------------------------------------------------- the host's task
-    async def _run(self) -> None:
-        queue = self.queue
-        while queue:
-            port, item = queue[0]
-            self.since = self.kernel.now
-            if isinstance(item, bytes):
-                self.doing = f"sends to {port.chip}"
-                await self.send_now(port, item)
-            else:
-                try:
-                    await item(port)
-                except Exception:
-                    queue.clear()  # what stands behind the action that failed is not done either
-                    raise
-            queue.popleft()
-            self.begun = False
-
     async def send_now(self, port: Port, data: bytes) -> None:
         """The two-line handshake, byte after byte; the last byte leaves the bus when it has been taken."""
         kernel, ready, drive_bus, request = self.kernel, port.ready, port.bus.drive, port.request.drive
@@ -225,53 +165,12 @@ class Host(Part):
         self.received += data
         return bytes(data)
 
-    # -------------------------------------------------------------------------------------- calls that let time pass
-    def _call(self, verb: str, args: list[Any], action: Action, timeout: Time) -> Any:
-        self._journal("call", [verb, self.port.chip, *args])
-        self.answer = self.refused = None
-
-        async def guarded(port: Port) -> None:
-            try:
-                await action(port)
-            except UsageError as error:
-                self.refused = error
-
-        self.do(guarded)
-        try:
-            if not self.kernel.outside.wait(lambda: self.idle, f"{self.name}.{verb}", timeout):
-                return None
-        except Timeout:
-            self.give_up()
-            raise
-        if self.refused is not None:
-            raise self.refused
-        return self.answer
-
-    def give_up(self) -> None:
-        """Take back the last call, which took too long: its lines rest, and what comes after it can go on."""
-        if len(self.queue) == 1:
-            self.clear()
-        elif self.queue:
-            self._journal("give_up", [])
-            self.queue.pop()
-
-    def run_program(self, timeout: Time = "5 s") -> None:
-        """Run the stored program, and let time pass until RUN is low.
-
-        From then on only live commands count, until RUN is high again.
-
-        Raises:
-            UsageError: a program runs already.
-        """
-
-        async def action(port: Port) -> None:
-            self.doing = f"starts the program of {port.chip}"
-            await self.command_mode(port, "wait until RUN is high, or give live commands")
-            run = next(row for row in port.sheet.commands if row.flow == "0")  # the program, from its start
-            await self.send_now(port, port.text(run.form))
-            await level(port.running, 0)
-
-        self._call("run_program", [], action, timeout)
+    async def start_now(self, port: Port) -> None:
+        """Send the command that runs the program, and wait until it runs."""
+        await self.command_mode(port, "wait until RUN is high, or give live commands")
+        (run,) = port.sheet.acting("run")
+        await self.send_now(port, port.text(run.form))
+        await level(port.running, 0)
 
     async def command_mode(self, port: Port, remedy: str) -> None:
         """Wait until a byte may be sent.
@@ -282,26 +181,6 @@ class Host(Part):
         await level(port.ready, 1)
         if port.running.level == 0:
             raise UsageError(f"{self.name}: the program of {port.chip} runs and takes no command; {remedy}")
-
-    def live(self, *commands: str, timeout: Time = "5 s") -> bytes:
-        """Give commands to a chip whose program is running, through PROG/LIVE (s.7).
-
-        Returns:
-            The groups that V commands among them read, one behind the other.
-
-        Raises:
-            UsageError: no command, or one that is no ASCII text.
-            Timeout: the chip does not take them in time.
-        """
-        for command in commands or ("",):
-            if not isinstance(command, str) or not command or not command.isascii():
-                raise UsageError(f"{self.name}: live command {command!r}; expected text such as 'R 20'")
-
-        async def action(port: Port) -> None:
-            self.doing = f"live commands {', '.join(commands)} to {port.chip}"
-            self.answer = await self.live_now(port, commands)
-
-        return b"".join(data for _, data in self._call("live", list(commands), action, timeout) or ())
 
     async def live_now(self, port: Port, commands: Sequence[str], number: int | None = None) -> list[tuple[int, bytes]]:
         """Give commands through PROG/LIVE, each V followed by its read-out; return (group, bytes) of each."""
@@ -330,28 +209,6 @@ class Host(Part):
             if await first_of(self.kernel, self.kernel.now + port.ps(SETTLED_US), (port.ready, 0)) is None:
                 return
 
-    def verify(self, group: int, number: int | None = None, timeout: Time = "5 s", live: bool | None = False) -> bytes:
-        """Read a verify group: bytes as the chip delivers them (group 0: five digits, or two bytes in binary mode).
-
-        Args:
-            group: 0 position, 1 program, 2 status, 3 parameters (Table VI).
-            number: how many bytes; all of the group by default.
-            live: read between two instructions of a running program, through PROG/LIVE (s.3 V); None: if one runs.
-
-        Raises:
-            UsageError: no such group, or a program runs and `live` was not asked for.
-        """
-        if group not in self.port.sheet.verify_bytes or (
-            number is not None and (not isinstance(number, int) or number < 0)
-        ):
-            raise UsageError(f"{self.name}: verify({group!r}, {number!r}); allowed groups 0 to 3, and 0 or more bytes")
-
-        async def action(port: Port) -> None:
-            self.doing = f"reads verify group {group} of {port.chip}"
-            self.answer = await self.verify_now(port, group, number, live)
-
-        return self._call("verify", [group, number, timeout, live], action, timeout)  # type: ignore[no-any-return]
-
     async def verify_now(self, port: Port, group: int, number: int | None = None, live: bool | None = False) -> bytes:
         """Send V and read the group; `live` as with `verify`."""
         if live is None:
@@ -363,41 +220,158 @@ class Host(Part):
         await self.send_now(port, port.text(f"V {group}"))
         return await self.fetch(port, port.group_size(group) if number is None else number)
 
-    def change_rate(self, rate: int, timeout: Time = "5 s") -> None:
-        """Request a new rate on the fly (s.7): SLEW low, rate on the bus, I/O REQUEST low until SLEW is high.
+    async def rate_now(self, port: Port, rate: int) -> None:
+        """Request a rate while the motor slews: SLEW low, rate on the bus, I/O REQUEST low until SLEW is high (s.7)."""
+        await level(port.slew, 0)
+        port.bus.drive((0xFF, rate))
+        port.request.drive(0)
+        await level(port.slew, 1)
+        port.request.drive(1)
+        port.bus.drive(None)
+
+    async def position_now(self, port: Port) -> int:
+        """Read the position while the motor steps: I/O SELECT high, one byte at each rise of OUTSTROBE (s.6)."""
+        port.select.drive(1)
+        data = bytearray()
+        for _ in range(2):
+            await level(port.outstrobe, 0)
+            await level(port.outstrobe, 1)
+            data.append(port.bus.net.byte)  # type: ignore[attr-defined]
+        await level(port.motion_complete, 1)
+        port.select.drive(0)
+        self.received += data
+        return int.from_bytes(data, "big")
+
+    # ------------------------------------------------------------------------ the queue, which is what a journal keeps
+    def write(self, chip: str, data: Sequence[int]) -> None:
+        """Queue bytes for a chip."""
+        port, data = served(self.name, self.ports, chip), bytes(data)
+        self.input("write", chip, data)
+        if data:
+            self.work(f"sends to {chip}", lambda: self.send_now(port, data))
+
+    def start(self, chip: str) -> Errand[None]:
+        """Queue the start of the program of a chip."""
+        port = served(self.name, self.ports, chip)
+        self.input("start", chip)
+        return self.errand(f"starts the program of {chip}", lambda: self.start_now(port))
+
+    def interject(self, chip: str, commands: Sequence[str]) -> Errand[list[tuple[int, bytes]]]:
+        """Queue commands to the running program of a chip."""
+        port = served(self.name, self.ports, chip)
+        self.input("interject", chip, list(commands))
+        text = f"live commands {', '.join(commands)} to {chip}"
+        return self.errand(text, lambda: self.live_now(port, commands))
+
+    def read_group(self, chip: str, group: int, number: int | None, live: bool | None) -> Errand[bytes]:
+        """Queue the read-out of a verify group of a chip."""
+        port = served(self.name, self.ports, chip)
+        self.input("read_group", chip, group, number, live)
+        text = f"reads verify group {group} of {chip}"
+        return self.errand(text, lambda: self.verify_now(port, group, number, live))
+
+    def request_rate(self, chip: str, rate: int) -> Errand[None]:
+        """Queue the request of a chip for another rate."""
+        port = served(self.name, self.ports, chip)
+        self.input("request_rate", chip, rate)
+        return self.errand(f"requests rate {rate} of {chip}", lambda: self.rate_now(port, rate))
+
+    def request_position(self, chip: str) -> Errand[int]:
+        """Queue a look at the position of a chip that moves."""
+        port = served(self.name, self.ports, chip)
+        self.input("request_position", chip)
+        return self.errand(f"reads the position of {chip} on the fly", lambda: self.position_now(port))
+
+    # -------------------------------------------------------------------------------------- calls that let time pass
+    def ask(self, command: str, timeout: Time = "5 s") -> bytes:
+        """Send V and the number of a group, and return the bytes of the group: ask("V 3") is verify(3).
 
         Raises:
-            UsageError: `rate` is not 0 to 255.
+            UsageError: another command, which is not answered; or a program runs.
+            Timeout: the chip does not answer in time.
+        """
+        group = self.port.group_of(command) if isinstance(command, str) else None
+        if group is None:
+            groups = ", ".join(f"'V {number}'" for number in self.port.sheet.verify_bytes)
+            answered = f"ask {groups}, and send() the rest" if groups else NO_READ_OUT
+            raise UsageError(f"{self.name}: {command!r} is not answered; {answered}")
+        return self.verify(group, timeout=timeout)
+
+    def run_program(self, timeout: Time = "5 s") -> None:
+        """Send X, and let time pass until RUN is low; from then on only live commands count, until RUN is high again.
+
+        Raises:
+            UsageError: a program runs already.
+            Timeout: RUN is not low in time.
+        """
+        self.answer_of(self.start(self.chip.name), timeout)
+
+    def live(self, *commands: str, timeout: Time = "5 s") -> bytes:
+        """Give commands to a chip whose program is running, through PROG/LIVE (s.7).
+
+        Returns:
+            The groups that V commands among them read, one behind the other.
+
+        Raises:
+            UsageError: no command, or one that is no ASCII text; or the part takes none while its program runs.
+            Timeout: the chip does not take them in time.
+        """
+        for command in commands or ("",):
+            if not isinstance(command, str) or not command or not command.isascii():
+                raise UsageError(f"{self.name}: live command {command!r}; expected text such as 'R 20'")
+        if not self.port.takes_live():
+            raise UsageError(f"{self._part} takes no commands while its program runs; wait for its end")
+        found = self.answer_of(self.interject(self.chip.name, commands), timeout)
+        return b"".join(data for _, data in found or ())
+
+    def verify(self, group: int, number: int | None = None, timeout: Time = "5 s", live: bool | None = False) -> bytes:
+        """Read a verify group: bytes as the chip delivers them (group 0: five digits, or two bytes in binary mode).
+
+        Args:
+            group: 0 position, 1 program, 2 status, 3 parameters (Table VI).
+            number: how many bytes; all of the group by default.
+            live: read between two instructions of a running program, through PROG/LIVE (s.3 V); None: if one runs.
+
+        Raises:
+            UsageError: no such group, or a program runs and `live` was not asked for.
+            Timeout: the chip does not answer in time.
+        """
+        if group not in self.port.sheet.verify_bytes or (
+            number is not None and (not isinstance(number, int) or number < 0)
+        ):
+            groups = list(self.port.sheet.verify_bytes)
+            allowed = f"allowed groups {groups[0]} to {groups[-1]}, and 0 or more bytes" if groups else NO_READ_OUT
+            raise UsageError(f"{self.name}: verify({group!r}, {number!r}); {allowed}")
+        return self.answer_of(self.read_group(self.chip.name, group, number, live), timeout)
+
+    def change_rate(self, rate: int, timeout: Time = "5 s") -> None:
+        """Request a new rate on the fly (s.7), when the motor slews.
+
+        Raises:
+            UsageError: `rate` is not 0 to 255, or the part takes none.
             Timeout: the chip does not take it in time.
         """
         if not isinstance(rate, int) or not 0 <= rate <= 255:
             raise UsageError(f"{self.name}: rate {rate!r}; allowed 0 to 127 (a byte goes out as it is)")
-
-        async def action(port: Port) -> None:
-            self.doing = f"requests rate {rate} of {port.chip}"
-            await level(port.slew, 0)
-            port.bus.drive((0xFF, rate))
-            port.request.drive(0)
-            await level(port.slew, 1)
-            port.request.drive(1)
-            port.bus.drive(None)
-
-        self._call("change_rate", [rate], action, timeout)
+        self._needs("slewing", "takes no rate on the fly")
+        self.answer_of(self.request_rate(self.chip.name, rate), timeout)
 
     def read_position(self, timeout: Time = "5 s") -> int:
-        """Read the position on the fly (s.6): I/O SELECT high, one byte at each rise of OUTSTROBE."""
+        """Return the position, read on the fly (s.6): two bytes, 0 to 65535, while the motor steps.
 
-        async def action(port: Port) -> None:
-            self.doing = f"reads the position of {port.chip} on the fly"
-            port.select.drive(1)
-            data = bytearray()
-            for _ in range(2):
-                await level(port.outstrobe, 0)
-                await level(port.outstrobe, 1)
-                data.append(port.bus.net.byte)  # type: ignore[attr-defined]
-            await level(port.motion_complete, 1)
-            port.select.drive(0)
-            self.received += data
-            self.answer = int.from_bytes(data, "big")
+        Raises:
+            UsageError: the part does not tell it.
+            Timeout: the motor does not step.
+        """
+        self._needs("out_strobe", "tells no position on the fly")
+        return self.answer_of(self.request_position(self.chip.name), timeout)
 
-        return self._call("read_position", [], action, timeout)  # type: ignore[no-any-return]
+    @property
+    def _part(self) -> str:
+        """The chip and its part number, as a message begins."""
+        return f"{self.name}: {self.chip.name} ({self.chip.sheet.part})"
+
+    def _needs(self, role: str, otherwise: str) -> None:
+        """Refuse a call for which the part lacks a pin."""
+        if self.chip.sheet.role(role) is None:
+            raise UsageError(f"{self._part} {otherwise}: it has no pin for it")

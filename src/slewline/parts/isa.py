@@ -15,6 +15,7 @@ the other bits of the status float and read 1.  RESET of the bus resets the chip
 from __future__ import annotations
 
 from types import MappingProxyType
+from typing import Any
 
 from ..core.kernel import Kernel
 from ..core.net import Net
@@ -83,14 +84,14 @@ class Isa(Caller):
     # ------------------------------------------------------------------------------------ what a program on the PC does
     def out(self, port: int, byte: int, timeout: Time = "5 s") -> None:
         """Write a byte to an I/O address: OUT port, byte."""
-        self.fetch(self.cycle(port, byte), timeout)
+        self.answer_of(self.cycle(port, byte), timeout)
 
     def inp(self, port: int, timeout: Time = "5 s") -> int:
         """Read a byte from an I/O address: IN port."""
-        byte: int = self.fetch(self.cycle(port), timeout)
+        byte: int = self.answer_of(self.cycle(port), timeout)
         return byte
 
-    def cycle(self, port: int, byte: int | None = None) -> Errand:
+    def cycle(self, port: int, byte: int | None = None) -> Errand[Any]:
         """Queue a bus cycle: a write, or without a byte a read."""
         for number, most in ((port, 0xFFFF), (byte or 0, 0xFF)):
             if not isinstance(number, int) or not 0 <= number <= most:
@@ -100,7 +101,7 @@ class Isa(Caller):
             return self.errand(f"in {port:#x}", lambda: self.read(port))
         return self.errand(f"out {port:#x}, {byte:#04x}", lambda: self.write(port, byte))
 
-    def ready(self, limit: Time = "1 s") -> Errand:
+    def ready(self, limit: Time = "1 s") -> Errand[None]:
         """Queue a wait until HostRdy is high, for so long at most: what a loop of polls is to a program."""
         ps = picoseconds(limit)
         self.input("ready", f"{ps} ps")

@@ -2,6 +2,7 @@
 
     host.command("SET_POS", 12345)          10  0000 3039  -> checksum 3049, which is compared
     host.query("GET_STATUS")                31             -> 0300, checksum 0331
+    host.ask("GET_STATUS")                  the same, from the text of a command
 
 A packet is over when HostRdy is high again behind its last word.  The host remembers the current axis, so that axis(2)
 sends SET_2 only if the current one is another.  A checksum that does not fit is raised where somebody waits for the
@@ -13,14 +14,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..core.hook import Hook
-from ..core.kernel import Kernel
+from ..core.pin import Condition, GotCondition
 from ..core.timebase import Time, picoseconds
 from ..core.waits import until
 from ..errors import ChecksumError, Timeout, UsageError
 from ..language import packets
 from ..language.source import host_lines
-from .caller import Caller, Errand
+from .computer import Computer
 from .packet_port import (
     GAP_PS,
     LOW_PS,
@@ -32,10 +32,12 @@ from .packet_port import (
     packet_of,
 )
 from .part import served
-from .worker import as_bytes
+from .worker import Data, as_bytes
 
 if TYPE_CHECKING:
-    from ..core.chip import Chip
+    from ..core.kernel import Kernel
+    from .caller import Errand
+    from .connection import Connection
 
 POLL = "1 ms"  # a host that waits for a status bit asks so often
 USUAL = Strobes()
@@ -49,30 +51,35 @@ class Result(NamedTuple):
     value: int
 
 
-class PacketHost(Caller):
+class PacketHost(Computer):
     """A host computer on the host port of one chipset, or of several that share its data bus.
 
     `received` are all words that it has read, `results` what the commands of a script returned.
     """
 
-    def __init__(self, kernel: Kernel, name: str, chips: Sequence[Chip], delay_ps: int = 0) -> None:
-        super().__init__(kernel, name)
-        self.chips = {chip.name: chip for chip in chips}
+    def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], delay_ps: int = 0) -> None:
+        super().__init__(kernel, name, chips)
         self.ports = {chip.name: PacketPort(kernel, chip, name, delay_ps) for chip in chips}
-        self.port = next(iter(self.ports.values()))
         self.received: list[int] = []
         self.results: list[Result] = []
-        self.on_event: Hook[[str]] = Hook()  # what it does, in words: a line of a script, an answer
 
     @property
-    def chip(self) -> Chip:
-        """The chip that it speaks to."""
-        return self.chips[self.port.chip]
+    def port(self) -> PacketPort:
+        """What it has on the chipset that it speaks to."""
+        return self.ports[self.chip.name]
 
-    def to(self, chip: str | Chip) -> PacketHost:
-        """From now on, speak to this chip."""
-        self.port = served(self.name, self.ports, chip)
-        return self
+    def got(self, data: Data) -> Condition:
+        """Return a condition for `bench.run_until`: these words have been read, one behind the other.
+
+        Args:
+            data: words as numbers, 0 to 65535; or as bytes, two a word.
+        """
+        words = list(data) if not isinstance(data, (str, bytes, bytearray, int)) else None
+        if isinstance(data, (bytes, bytearray)) and len(data) % 2 == 0:
+            words = [int.from_bytes(data[at : at + 2], "big") for at in range(0, len(data), 2)]
+        if words is None:
+            raise UsageError(f"{self.name}: got({data!r}); expected words, such as [0x0300], or two bytes a word")
+        return GotCondition(self.name, self.received, words)
 
     def axis(self, number: int) -> AxisView:
         """A view whose commands are for one axis: it becomes the current one first, unless it is."""
@@ -103,7 +110,7 @@ class PacketHost(Caller):
         """
         row = packets.row(self.port.sheet, name)
         numbers = packets.numbers(self.port.sheet, row, values, self.port.crystal_hz)
-        found = self.fetch(self._queue(packet_of(row, numbers), axis), timeout)
+        found = self.answer_of(self._queue(packet_of(row, numbers), axis), timeout)
         return packets.values(row.reads, found)[0] if row.reads and found is not None else None
 
     def query(self, name: str, axis: int = UNKNOWN, timeout: Time = "5 s") -> int:
@@ -117,12 +124,24 @@ class PacketHost(Caller):
             raise UsageError(f"{self.name}: {name} returns nothing, so there is no query; send it with command()")
         return self.command(name, axis=axis, timeout=timeout)  # type: ignore[return-value]
 
+    def ask(self, command: str, timeout: Time = "5 s", axis: int = UNKNOWN) -> int:
+        """Send a command as a line of a script has it, and return the number that it reads: ask("GET_STATUS").
+
+        Raises:
+            UsageError: no command, or one that returns nothing.
+            ChecksumError, Timeout: as `command`.
+        """
+        line = packets.command(self.port.sheet, command, self.port.crystal_hz)
+        if not line.row.reads:
+            raise UsageError(f"{self.name}: {command} returns nothing; send it with command() or send()")
+        found = self.answer_of(self._queue(packet_of(line.row, line.values), axis), timeout)
+        return packets.values(line.row.reads, found)[0] if found is not None else None
+
     def packet(
         self, code: int, *words: int, reads: int = 0, checksum: bool = True, axis: int = UNKNOWN, timeout: Time = "5 s"
     ) -> tuple[int, ...]:
         """Send any packet: a code, and words behind it; returns the words that are read behind those."""
-        found: tuple[int, ...] = self.fetch(self._queue(Packet(code, words, reads, checksum), axis), timeout)
-        return found
+        return self.answer_of(self._queue(Packet(code, words, reads, checksum), axis), timeout)
 
     def send(self, data: str | bytes, axis: int = UNKNOWN) -> None:
         """Queue packets: text is commands, one a line; bytes are a code and the bytes of its words, as they are."""
@@ -143,10 +162,9 @@ class PacketHost(Caller):
             every: pause between two questions.
         """
         packets.status_bit(self.port.sheet, bit.removeprefix("!"))
-        word: int = self.fetch(self.poll(self.port.chip, axis, bit, picoseconds(every)), timeout)
-        return word
+        return self.answer_of(self.poll(self.port.chip, axis, bit, picoseconds(every)), timeout)
 
-    def _queue(self, packet: Packet, axis: int) -> Errand:
+    def _queue(self, packet: Packet, axis: int) -> Errand[tuple[int, ...]]:
         return self.perform(self.port.chip, axis, *packet)
 
     # ---------------------------------------------------------------------------------------------- single operations
@@ -175,10 +193,11 @@ class PacketHost(Caller):
         return self._read(2, timeout, how)
 
     def _write(self, data: bytes, command: bool, timeout: Time, how: dict[str, Any]) -> None:
-        self.fetch(self.strobe(self.port.chip, data, command, *self._how(**how)), timeout)
+        self.answer_of(self.strobe(self.port.chip, data, command, *self._how(**how)), timeout)
 
     def _read(self, number: int, timeout: Time, how: dict[str, Any]) -> int:
-        return int.from_bytes(self.fetch(self.sample(self.port.chip, number, *self._how(**how)), timeout), "big")
+        data = self.answer_of(self.sample(self.port.chip, number, *self._how(**how)), timeout)
+        return int.from_bytes(data or b"", "big")
 
     def _how(self, low: Time = LOW_PS, gap: Time = GAP_PS, ready: bool = True) -> Strobes:
         how = Strobes(picoseconds(low), picoseconds(gap), ready)
@@ -192,7 +211,9 @@ class PacketHost(Caller):
         return number.to_bytes(size, "big")
 
     # ------------------------------------------------------------------------ the queue, which is what a journal keeps
-    def perform(self, chip: str, axis: int, code: int, words: Sequence[int], reads: int, checked: bool) -> Errand:
+    def perform(
+        self, chip: str, axis: int, code: int, words: Sequence[int], reads: int, checked: bool
+    ) -> Errand[tuple[int, ...]]:
         """Queue a packet."""
         port, packet = served(self.name, self.ports, chip), Packet(code, tuple(words), reads, checked)
         for number, size in ((code, 1), *((word, 2) for word in words)):
@@ -202,12 +223,15 @@ class PacketHost(Caller):
         self.input("perform", chip, axis, code, list(words), reads, checked)
         return self.errand(f"{packet.spelled(port.sheet)} to {chip}", lambda: self.exchange(port, packet, axis))
 
-    def strobe(self, chip: str, data: Sequence[int], command: bool, low_ps: int, gap_ps: int, ready: bool) -> Errand:
+    def strobe(
+        self, chip: str, data: Sequence[int], command: bool, low_ps: int, gap_ps: int, ready: bool
+    ) -> Errand[None]:
         """Queue a write operation."""
         port, data = served(self.name, self.ports, chip), bytes(data)
         self.input("strobe", chip, data, command, low_ps, gap_ps, ready)
 
         async def action() -> None:
+            await self.begin(port, Strobes(low_ps, gap_ps, ready))
             await port.write(data, command, Strobes(low_ps, gap_ps, ready))
             if command and ready:
                 port.note_axis(data[0])
@@ -216,23 +240,30 @@ class PacketHost(Caller):
 
         return self.errand(f"{data.hex()} to {chip}", action)
 
-    def sample(self, chip: str, number: int, low_ps: int, gap_ps: int, ready: bool) -> Errand:
+    def sample(self, chip: str, number: int, low_ps: int, gap_ps: int, ready: bool) -> Errand[bytes]:
         """Queue a read operation."""
         port = served(self.name, self.ports, chip)
         self.input("sample", chip, number, low_ps, gap_ps, ready)
         return self.errand(f"a word from {chip}", lambda: self.read(port, number, Strobes(low_ps, gap_ps, ready)))
 
-    def poll(self, chip: str, axis: int, bit: str, every_ps: int) -> Errand:
+    def poll(self, chip: str, axis: int, bit: str, every_ps: int) -> Errand[int]:
         """Queue questions for the status word until a bit is as it should be."""
         port = served(self.name, self.ports, chip)
         self.input("poll", chip, axis, bit, every_ps)
         return self.errand(f"{bit} of {chip}", lambda: self.until_status(port, bit, every_ps, axis))
 
     # ------------------------------------------------------------------------------------------------ the host's task
+    async def begin(self, port: PacketPort, how: Strobes) -> None:
+        """Wait until something may go out, which is then not cut in two."""
+        if how.ready:
+            await port.ready()
+        self.begun = True
+
     async def exchange(self, port: PacketPort, packet: Packet, axis: int = UNKNOWN) -> tuple[int, ...]:
         """A packet, now: the words that are read, without the checksum."""
         if axis not in (UNKNOWN, port.axis):
             await self.exchange(port, packet_of(packets.row(port.sheet, f"SET_{axis}")))
+        await self.begin(port, USUAL)
         await port.write(bytes([packet.code]), True, USUAL)
         for word in packet.words:
             await port.write(word.to_bytes(2, "big"), False, USUAL)
@@ -302,6 +333,10 @@ class AxisView:
     def query(self, name: str, timeout: Time = "5 s") -> int:
         """PacketHost.query, for this axis."""
         return self.host.query(name, axis=self.number, timeout=timeout)
+
+    def ask(self, command: str, timeout: Time = "5 s") -> int:
+        """PacketHost.ask, for this axis."""
+        return self.host.ask(command, timeout, axis=self.number)
 
     def packet(
         self, code: int, *words: int, reads: int = 0, checksum: bool = True, timeout: Time = "5 s"

@@ -14,12 +14,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ..core.kernel import Kernel
 from ..core.net import Driver, Net
-from ..core.table import Row, Sheet
 from ..core.waits import level, until
 from ..language import packets
+from ..language.dialect import spoken_as
 
 if TYPE_CHECKING:
-    from ..core.chip import Chip
+    from ..core.table import Row, Sheet
+    from .connection import Connection
 
 NS = 1000  # picoseconds
 SETTLE_PS, SETUP_PS, LOW_PS, GAP_PS, HOLD_PS = 10 * NS, 30 * NS, 80 * NS, 80 * NS, 80 * NS
@@ -61,20 +62,20 @@ class Packet(NamedTuple):
 class PacketPort:
     """What a host has on one chipset: drivers on its host port, and what it knows of the current axis."""
 
-    def __init__(self, kernel: Kernel, chip: Chip, host: str, delay_ps: int) -> None:
+    def __init__(self, kernel: Kernel, chip: Connection, host: str, delay_ps: int) -> None:
         self.kernel, self.chip, self.delay_ps = kernel, chip.name, delay_ps
-        self.sheet: Sheet = chip.sheet
+        self.sheet = chip.sheet
         self.crystal_hz = chip.crystal_hz  # of the board: what a rate in seconds, and a cycle, go by
-        self.pins = chip.pins
+        self.pins = pins = chip.pins
         self.select, self.reading, self.writing, self.command = (
-            Driver(chip.pin(name).net, host) for name in ("hostslct", "hostread", "hostwrite", "hostcmd")
+            Driver(pins[name].net, host) for name in ("hostslct", "hostread", "hostwrite", "hostcmd")
         )
         self.bus = Driver(chip.bus, host)
         self.cycle_ps = chip.clock.ps(chip.sheet.times["cycle"].ticks)
         self.worked_ps = 0  # by then the cycle has begun that works the last update
         self.axis = 1
-        chip.pin("reset").net.watch(self._restarts)
-        chip.pin("hostintrpt").net.watch(lambda net: self._restarts(net) if net.level is None else None)
+        pins["reset"].net.watch(self._restarts)
+        pins["hostintrpt"].net.watch(lambda net: self._restarts(net) if net.level is None else None)
         self.rest()
 
     def _restarts(self, _net: Net) -> None:
@@ -136,7 +137,6 @@ class PacketPort:
     def note_axis(self, code: int, found: Sequence[int] = ()) -> None:
         """Note which axis is the current one behind a packet, of which these words were read."""
         row = self.sheet.commands.by_code.get(code)
-        assert self.sheet.packets is not None  # the bench chooses the host by the sheet
         if row is None:
             return
         if row.name == RESET:
@@ -144,7 +144,8 @@ class PacketPort:
         elif row.acts == "set":
             self.axis = row.code  # SET_2 has the code 2
         elif row.name == "SET_I":
-            self.axis = packets.fields(found[0], self.sheet.packets.status)["axis"] if found else UNKNOWN
+            status = spoken_as(self.sheet, packets.Packets).status
+            self.axis = packets.fields(found[0], status)["axis"] if found else UNKNOWN
 
 
 # ------------------------------------------------------------------------------------------------- commands as packets

@@ -9,21 +9,24 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Sequence
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ..core.hook import Hook
 from ..core.kernel import Kernel, Task
 from ..core.net import Driver, Net
 from ..core.option import Option
-from ..core.pin import Condition, GotCondition, strapped
-from ..core.serial import BAUD, RS232, TTL, Character, LinePartner, Receiver, Word, bit_clock, transmit, word_options
-from ..core.table import Port
-from ..core.timebase import Time
+from ..core.pin import Condition, GotCondition
+from ..core.serial import BAUD, RS232, TTL, Character, Receiver, Straps, Word, bit_clock, transmit, word_options
 from ..core.waits import first_of, until
 from ..errors import ChecksumError, Timeout, UsageError
 from ..language.lines import checksum, framed
-from .part import served
-from .worker import Worker, as_bytes
+from .computer import Computer
+from .worker import Data, Worker, as_bytes
+
+if TYPE_CHECKING:
+    from ..core.channel import SerialLine
+    from ..core.timebase import Time
+    from .connection import Connection
 
 FAULTS = ("parity", "framing", "late")
 LATE_PS = 10**11  # how much later than it could a late character begins
@@ -69,7 +72,7 @@ class SerialPort(Worker):
             self.receiver.clock, self.receiver.word = self.clock, self.word
 
     def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
-        """The same, for who stands outside."""
+        """Change rate and format from the next character on; a journal keeps it."""
         self.set_line(baud, Word(bits, parity, stop))
         self.input("change_line", baud, bits, parity, stop)
 
@@ -95,6 +98,10 @@ class SerialPort(Worker):
     def drop(self) -> None:
         """Forget what is to be sent, except what is on the line already."""
         self.input("drop")
+        self.forget_characters()
+
+    def forget_characters(self) -> None:
+        """Forget what is to be sent behind what is on the line."""
         while len(self.outgoing) > 1:
             self.outgoing.pop()
 
@@ -144,12 +151,12 @@ class SerialPort(Worker):
         self.faulty += not character.good
         self.on_character(character)
 
-    def got(self, data: bytes) -> Condition:
-        """Condition: these bytes have been received."""
-        return GotCondition(self.name, self.received, bytes(data))
+    def got(self, data: Data) -> Condition:
+        """Return a condition for `bench.run_until`: these bytes have been received, one behind the other."""
+        return GotCondition(self.name, self.received, as_bytes(self.name, data))
 
 
-class SerialHost(SerialPort):
+class SerialHost(SerialPort, Computer):
     """A host computer on the serial line of one module, or of several that share it.
 
     It follows the straps of the module: rate, checksum, address.  `ask` sends a command and returns the answer.
@@ -158,26 +165,25 @@ class SerialHost(SerialPort):
         baud: another rate than the module's.
     """
 
-    def __init__(self, kernel: Kernel, name: str, chips: Sequence[LinePartner], *, baud: int | None = None) -> None:
-        port = chips[0].sheet.port
-        assert port is not None  # the bench chooses the host by the sheet
+    def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], *, baud: int | None = None) -> None:
+        port = straps_of(chips[0]).port
         bits, parity, stop = port.bits, port.parity, port.stop
         super().__init__(
             kernel, name, baud=9600 if baud is None else baud, bits=bits, parity=parity, stop=stop, ttl=False
         )
+        self.join(chips)
         self.port = port
         self.fixed_baud: int | str | None = baud
-        self.chips: dict[str, Any] = {chip.name: chip for chip in chips}
-        self.chip: Any = chips[0]
+        self.up_ps = max(chip.up_ps for chip in chips)  # since when all modules are switched on
+        self.since_ps = -1  # `up_ps`, when straps were looked at last
+        self.rates: dict[str, int] = {}  # what modules were strapped for then; they look at straps when switched on
         self.answers: list[str] = []
         self.line = bytearray()
         self.line_end = Driver(Net(kernel, f"{name}.(line end)"), name)  # changes with every complete line
-        self.on_event: Hook[[str]] = Hook()  # what it does, in words: a line of a script, an answer
 
-    def to(self, chip: str | LinePartner) -> SerialHost:
-        """From now on, speak to this module."""
-        self.chip = served(self.name, self.chips, chip)
-        return self
+    def switched_on(self) -> None:
+        """Note that a module has been switched on, at this instant."""
+        self.up_ps = self.kernel.now
 
     def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
         """Take another rate or format, whatever the module is strapped for."""
@@ -185,37 +191,47 @@ class SerialHost(SerialPort):
         self.fixed_baud = baud
 
     async def before_sending(self) -> None:
-        up = max(chip.up_ps for chip in self.chips.values())
-        await until(self.kernel, up + POWER_UP_PS)
+        await until(self.kernel, self.up_ps + POWER_UP_PS)
+        if self.since_ps != self.up_ps:
+            self.since_ps = self.up_ps
+            self.rates = {chip.name: straps_of(chip).baud for chip in self.chips.values()}
 
     # --------------------------------------------------------------------------------------------- what straps say
-    def follow_straps(self) -> Port:
+    @property
+    def straps(self) -> Straps:
+        """The straps of the module that it speaks to."""
+        return straps_of(self.chip)
+
+    def follow_straps(self) -> SerialLine:
         """Take the rate that the module is strapped for."""
-        port = self.port
-        baud = self.fixed_baud or port.bauds[strapped(self.chip.pins, port.baud_pins)]
+        baud = self.fixed_baud or self.straps.baud
         if baud != self.baud:
             self.set_line(baud, self.word)
-        return port
+        return self.port
 
     @property
     def checked(self) -> bool:
         """Does the module want checksums?"""
-        return bool(self.port.checksum_pin) and strapped(self.chip.pins, [self.port.checksum_pin]) == (1,)
+        return self.straps.checked
 
     @property
     def kept(self) -> int:
         """The bits that a checksum always has."""
-        return int(self.chip.kept)
+        return self.straps.kept
 
     @property
     def address(self) -> str:
         """What stands in front of a command on a shared line."""
-        address = self.chip.strapped_address()
+        address = self.straps.address
         return str(address) if address else ""
 
     # ------------------------------------------------------------------------------------------------------ sending
     def send(self, data: str | bytes) -> None:
-        """Queue characters as they are, without address and checksum; they go out one behind the other."""
+        """Queue characters as they are, without address and checksum; they go out one behind the other.
+
+        Raises:
+            UsageError: text that is not ASCII, or neither text nor bytes.
+        """
         self.follow_straps()
         self.write(data)
 
@@ -270,13 +286,31 @@ class SerialHost(SerialPort):
         try:
             self.kernel.outside.wait(met, f"{self.name}: {what}", timeout)
         except Timeout as error:
-            self.drop()
-            heard = self.chip.baud
+            self.give_up()
+            heard = self.rates.get(self.chip.name, self.baud)
             if heard == self.baud:
                 raise
             raise Timeout(
                 f"{error}\n  {self.name} speaks {self.baud} baud, {self.chip.name} listens at {heard}"
             ) from None
+
+    def give_up(self) -> None:
+        """Take back the last command, which was not answered in time."""
+        self.input("give_up")
+        self.forget_characters()
+
+    def drop(self) -> None:
+        """Forget what is queued; characters that are on the line already, and the command asked last, go on."""
+        super().drop()
+        self.take_back(1, "drop()")
+
+    def rest(self) -> None:
+        if self.sender is not None:
+            self.sender.kill()
+        self.outgoing.clear()
+        self.line.clear()
+        self.answers.clear()
+        self.drivers["txd"].drive(self.mark)
 
     def stripped(self, line: str) -> str:
         """An answer without its checksum."""
@@ -296,3 +330,9 @@ class SerialHost(SerialPort):
             self.line_end.drive(len(self.received))
         else:
             self.line.append(character.byte)
+
+
+def straps_of(chip: Connection) -> Straps:
+    """Return the straps of a module; the bench hands a host on a line only modules."""
+    assert chip.straps is not None
+    return chip.straps

@@ -36,6 +36,7 @@ class Worker(Part):
         self.queue: deque[tuple[str, Callable[[], Awaitable[None]]]] = deque()
         self.task: Task | None = None
         self.since = 0
+        self.begun = False  # has the first piece of work begun to show? the part says so itself, where it matters
 
     def net(self, name: str) -> Net:
         """The net on a pin."""
@@ -56,6 +57,7 @@ class Worker(Part):
                 self.queue.clear()  # what stands behind the piece that failed is not done either
                 raise
             self.queue.popleft()
+            self.begun = False
 
     @property
     def idle(self) -> bool:

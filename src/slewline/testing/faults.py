@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Any
 from ..core.table import ROLES, Pin
 from ..core.timebase import Time, picoseconds, readable
 from ..errors import UsageError
-from ..links.line import BLIND, SerialLine
+from ..language.dialect import dialect_of
+from ..links.line import SerialLine
 from ..parts.noise import LINKED, Noise
 from ..parts.part import Part
 
@@ -73,7 +74,8 @@ class Faults(Part):
         super().__init__(chip.kernel, "faults")
         self.chip, self.do, self.seed = chip, do, seed
         self.random = Random(seed)
-        self.noise = {way: TellingNoise(line.port.word.bits, way, self.tell) for way in WAYS}
+        spared = dialect_of(chip.sheet).constant_bit
+        self.noise = {way: TellingNoise(line.port.word.bits, way, self.tell, spared) for way in WAYS}
         line.to_chip, line.to_host = self.noise["module"], self.noise["host"]
 
     def tell(self, what: str) -> None:
@@ -228,8 +230,8 @@ class Faults(Part):
 class TellingNoise(Noise):
     """Noise that tells what it does to each character."""
 
-    def __init__(self, bits: int, way: str, tell: Callable[[str], object]) -> None:
-        super().__init__(bits, LINKED, BLIND)
+    def __init__(self, bits: int, way: str, tell: Callable[[str], object], spared: int | None) -> None:
+        super().__init__(bits, LINKED, spared)
         self.way, self.tell = way, tell
 
     def hit(self, byte: int) -> tuple[int | None, str]:

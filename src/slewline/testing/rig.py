@@ -18,6 +18,7 @@ from urllib.parse import parse_qsl, urlsplit
 
 from ..bench import Bench
 from ..chips import CATALOGUE, sheet_of
+from ..core import channel
 from ..core.chip import Chip
 from ..core.net import Net
 from ..core.option import Option, read
@@ -82,16 +83,18 @@ class Rig:
         **options: Any,
     ) -> None:
         self.part = CATALOGUE.name_of(part) if isinstance(part, type) else CATALOGUE.canonical(part)
-        port = sheet_of(part).port
-        if port is None:
+        serial = sheet_of(part).channel(channel.SerialLine)
+        if serial is None:
             raise UsageError(f"{self.part}: has no serial line; use bench.host(x)")
         if not isinstance(seed, int):
             raise UsageError(f"seed {seed!r}; allowed a whole number")
         self.bench = Bench(seed)
         if store is not None:
             options["store"] = store_at(store)
-        self.chip = self.bench.add(part, name, straps={**port.fastest, **(straps or {})}, **options)
-        self.host: SerialHost = self.bench.host(self.chip, name="line")
+        self.chip = self.bench.add(part, name, straps={**serial.fastest, **(straps or {})}, **options)
+        host = self.bench.host(self.chip, name="line", over=serial.name)
+        assert isinstance(host, SerialHost)  # that of a serial line
+        self.host = host
         self.pace = self.pace_of(rate)
         self.log = Log(self.bench.kernel, log)
         self.line = SerialLine(self.chip.name, [self.chip], self.pace, self.log, self.host)

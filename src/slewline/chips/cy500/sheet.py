@@ -10,8 +10,10 @@ from __future__ import annotations
 from functools import partial
 from types import MappingProxyType
 
+from ...core.channel import BusHandshake
 from ...core.option import Option
 from ...core.table import Arg, Pin, Register, Row, Sheet, Table, Timing
+from ...language.letters import Letters
 
 BUS = "as the CY525"  # T.I there, s.7
 _Pin = partial(Pin, trust="inferred")
@@ -66,25 +68,25 @@ COMMANDS = Table(
     Row("A", "ATHOME",     (),                                     _us(_ALONE), "this place is position zero", T2),
     Row("B", "BITSET",     (),                                     _us(_ALONE), "programmable output high", T2),
     Row("C", "CLEARBIT",   (),                                     _us(_ALONE), "programmable output low", T2),
-    Row("D", "DOITNOW",    (),                                     _us(_ALONE + 5), "run the program from its start", T2, flow="0"),
-    Row("E", "ENTER",      (),                                     _us(_ALONE + 25), "enter program code", T2),
+    Row("D", "DOITNOW",    (),                                     _us(_ALONE + 5), "run the program from its start", T2, flow="0", role="run"),
+    Row("E", "ENTER",      (),                                     _us(_ALONE + 25), "enter program code", T2, role="enter"),
     Row("F", "FACTOR",     (Arg("factor", 1, 1, 255),),            _us(375), "divide the rate; not in a slope", T2),
     Row("G", "GOSTEP",     (),                                     _us(_ALONE + 285), "step as N or P says", T2, motion=True),
     Row("H", "HALFSTEP",   (),                                     _us(_ALONE), "half steps, until I or RESET", T2),
-    Row("I", "INITIALIZE", (),                                     _us(_ALONE), "command mode, program and modes erased, coils off", T2, flow=""),
+    Row("I", "INITIALIZE", (),                                     _us(_ALONE), "command mode, program and modes erased, coils off", T2, flow="", role="erase"),
     Row("J", "JOG",        (),                                     _us(_ALONE), "XSS low runs the motor, until I or RESET", T2),
     Row("L", "LEFTRIGHT",  (),                                     _us(_ALONE), "XDIR gives the direction, until I or RESET", T2),
     Row("N", "NUMBER",     (Arg("steps", 2, 1, 65535),),           _us(180), "number of steps of a relative move; right behind A one less", T2),
     Row("O", "ONESTEP",    (),                                     _us(_ALONE), "take one step at once", T2, motion=True),
     Row("P", "POSITION",   (Arg("position", 2, 0, 65535),),        _us(550), "target of an absolute move", T2),
-    Row("Q", "QUIT",       (),                                     _us(175 - 26), "end program entry; never terminated", T2, terminated=False, stored=False),
+    Row("Q", "QUIT",       (),                                     _us(175 - 26), "end program entry; never terminated", T2, terminated=False, stored=False, role="leave"),
     Row("R", "RATE",       (Arg("rate", 1, 1, RATE_TOP),),         _us(80), "maximum step rate", T2),
     Row("S", "SLOPE",      (Arg("slope", 1, 1, 255),),             _us(80), "ramps whose rate changes by so much a step", T2),
     Row("T", "TIL",        (),                                     _us(_ALONE + 5), "run the program from its start while XSS is low", T2, flow="n0"),
     Row("U", "UNTIL",      (),                                     _us(_ALONE + 5), "wait until WAIT is low", T2),
     Row("+", "CW",         (),                                     _us(_ALONE + 5), "direction clockwise", T2),
     Row("-", "CCW",        (),                                     _us(_ALONE + 5), "direction counter-clockwise", T2),
-    Row("0", "COMMAND",    (),                                     _us(_ALONE + 225), "stop the program, command mode", T2, code=0x00, program_us=_us(36), flow=""),
+    Row("0", "COMMAND",    (),                                     _us(_ALONE + 225), "stop the program, command mode", T2, code=0x00, program_us=_us(36), flow="", role="stop"),
 )
 # fmt: on
 
@@ -180,6 +182,10 @@ SHEET = Sheet(
     buffer_where="CY525 selection guide",
     suffix=".cy500",
     slips=SLIPS,
+    dialect=Letters(),
+    channels=(BusHandshake(),),
+    sections=MappingProxyType({"text": "art. text", "running": "art. text"}),
+    key="art. is the article, T. a table of it; s. is a section of the CY525 manual",
     notes=MappingProxyType(
         {"supply": "5 V; 40 pins", "instructions": "22 here; 24 on the data sheet page, 21 in the selection guide"}
     ),

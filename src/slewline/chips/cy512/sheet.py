@@ -35,11 +35,18 @@ def _alike(letter: str, *args: Arg) -> Row:
 
 
 def _own(
-    like: str, letter: str, name: str, args: tuple[Arg, ...], says: str, flow: str = "n", trust: Trust = "inferred"
+    like: str,
+    letter: str,
+    name: str,
+    args: tuple[Arg, ...],
+    says: str,
+    flow: str = "n",
+    trust: Trust = "inferred",
+    role: str = "",
 ) -> Row:
     """A command that the comparison lists; its times are those of a command of the CY525."""
     time_us, where = cy525.COMMANDS[like].time_us, f"{COMPARED}; {PAGE}"
-    return Row(letter, name, args, time_us, says, where, flow=flow, trust=trust)
+    return Row(letter, name, args, time_us, says, where, flow=flow, role=role, trust=trust)
 
 
 # fmt: off
@@ -47,7 +54,7 @@ COMMANDS = Table(
     _own("B", "A", "ATHOME", (), "this place is position zero"),
     _alike("B"),
     _alike("C"),
-    _own("X", "D", "DOITNOW", (), "run the program from its start", flow="0", trust="stated"),
+    _own("X", "D", "DOITNOW", (), "run the program from its start", flow="0", trust="stated", role="run"),
     _alike("E"),
     _own("F", "F", "FACTOR", (FACTOR,), "divide the rate"),
     _alike("G"),
@@ -176,5 +183,9 @@ SHEET = Sheet(
     suffix=".cy512",
     slips=SLIPS,
     notes=cy525.NOTES,
+    dialect=cy525.SHEET.dialect,
+    channels=cy525.SHEET.channels,
+    sections=MappingProxyType({"text": "s.3", "reading": "s.6", "running": "s.7"}),
+    key=cy525.SHEET.key,
 )
 # fmt: on

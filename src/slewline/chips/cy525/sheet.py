@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
+from ...core.channel import BusHandshake
 from ...core.option import Option
 from ...core.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing
+from ...language.letters import Letters
 
 BUFFER_BYTES = 60  # s.5; the 48 of s.6 belongs to the CY512
 LABELS = "ABCDE"  # s.3
@@ -69,28 +71,28 @@ COMMANDS = Table(
     Row("B", "BITSET",     (),                                _alone(375), "programmable output high", "s.3; T.V"),
     Row("C", "CLEARBIT",   (),                                _alone(375), "programmable output low", "s.3; T.V"),
     Row("D", "DELAY",      (Arg("delay", 2, 1, 65535, unit="ms at 11 MHz"),), 100, "wait", "s.3; T.V"),
-    Row("E", "ENTER",      (),                                _alone(400), "enter program code", "s.3; T.V"),
+    Row("E", "ENTER",      (),                                _alone(400), "enter program code", "s.3; T.V", role="enter"),
     Row("F", "FIRSTRATE",  (Arg("rate", 1, 0, 127),),                 240, "rate at which every move starts and ends", "s.3; T.V"),
     Row("G", "GO",         (),                                _alone(660), "take the number of steps set by N", "s.3; T.V", motion=True),
     Row("H", "HALTMODE",   (),                                _alone(375), "the next motion runs until aborted", "s.3; T.V"),
-    Row("I", "INITIALIZE", (),                                _alone(375), "erase the program, coils off, CW, command mode", "s.3; T.V", flow=""),
+    Row("I", "INITIALIZE", (),                                _alone(375), "erase the program, coils off, CW, command mode", "s.3; T.V", flow="", role="erase"),
     Row("J", "JUMP",       (TARGET,),                                 100, "continue at a byte of the program", "s.3; T.V", flow="t"),
-    Row("L", "LOOP",       (Arg("count", 1, 1, 255), TARGET),         150, "branch until the count has run out", "s.3; T.V", flow="nt"),
+    Row("L", "LOOP",       (Arg("count", 1, 1, 255), TARGET),         150, "branch until the count has run out", "s.3; T.V", flow="nt", role="loop"),
     Row("N", "NUMBER",     (Arg("steps", 2, 1, 65535),),              180, "number of steps of a relative move", "s.3; T.V"),
     Row("O", "OFFSET",     (Arg("offset", 1, 0, 255),),                80, "0-3: phase pattern; above 3: phases off, above 127 with a pulse", "s.3; T.V"),
     Row("P", "POSITION",   (Arg("position", 2, 0, 65535),),           550, "step to an absolute position", "s.3; T.V", motion=True),
-    Row("Q", "QUIT",       (),                           175 - _BUSY_US,   "end program entry; never terminated", "s.3; T.V", terminated=False, stored=False),
+    Row("Q", "QUIT",       (),                           175 - _BUSY_US,   "end program entry; never terminated", "s.3; T.V", terminated=False, stored=False, role="leave"),
     Row("R", "RATE",       (Arg("rate", 1, 0, 127),),                  80, "maximum step rate", "s.3; T.V"),
     Row("S", "SLOPE",      (Arg("slope", 1, 1, 255),),                 80, "acceleration, 255 is steepest", "s.3; T.V"),
     Row("T", "TIL",        (TARGET,),                         _alone(380), "branch while DOWHILE is low", "s.3; T.V", flow="nt"),
     Row("U", "UNTIL",      (),                                _alone(380), "wait until WAIT is low", "s.3; T.V"),
-    Row("V", "VERIFY",     (Arg("group", 1, 0, 3),),                  125, "point at a group for read-out", "s.6; T.V"),
+    Row("V", "VERIFY",     (Arg("group", 1, 0, 3),),                  125, "point at a group for read-out", "s.6; T.V", role="read"),
     Row("W", "WAIT",       (),                                _alone(380), "wait until WAIT is high", "s.3; T.V"),
-    Row("X", "EXECUTE",    (),                                _alone(380), "run the program from its start", "s.3; T.V", flow="0"),
+    Row("X", "EXECUTE",    (),                                _alone(380), "run the program from its start", "s.3; T.V", flow="0", role="run"),
     Row("Z", "DIVISOR",    (Arg("divisor", 1, 1, 255),),              180, "divide the slope", "s.3; T.V"),
     Row("+", "CW",         (),                                _alone(380), "direction clockwise", "s.3; T.V"),
     Row("-", "CCW",        (),                                _alone(380), "direction counter-clockwise", "s.3; T.V"),
-    Row("0", "COMMAND",    (),                                _alone(600), "stop the program, command mode", "s.3; s.5; T.V", code=0x00, program_us=36, flow=""),
+    Row("0", "COMMAND",    (),                                _alone(600), "stop the program, command mode", "s.3; s.5; T.V", code=0x00, program_us=36, flow="", role="stop"),
 )
 # fmt: on
 
@@ -237,4 +239,10 @@ SHEET = Sheet(
     suffix=".cy525",
     slips=SLIPS,
     notes=NOTES,
+    dialect=Letters(),
+    channels=(BusHandshake(),),
+    sections=MappingProxyType(
+        {"labels": "s.3", "labels in full": "s.3; T.II", "text": "s.3", "reading": "s.6", "running": "s.7"}
+    ),
+    key="s. is a section, T. a table of it",
 )

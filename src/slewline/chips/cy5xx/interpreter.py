@@ -11,7 +11,8 @@ from collections.abc import Awaitable, Callable, Mapping
 from ...core.chip import Chip
 from ...core.net import Net
 from ...core.table import Row
-from ...language.dialects import Command, Decoder, Label
+from ...language.dialect import Command
+from ...language.letters import Decoder, Label
 from .instructions import Instructions
 from .port import BusPort
 from .program import Program
@@ -37,7 +38,6 @@ class Interpreter:
         self.handlers: dict[int, Callable[..., Awaitable[None] | None]] = {
             row.code: getattr(instructions, row.handler) for row in stored
         }
-        self.leave = chip.sheet.leave[-1]
         port.select.watch(self._selected)
 
     def _selected(self, _net: Net) -> None:
@@ -67,7 +67,7 @@ class Interpreter:
                 for note in decoder.take_notes():
                     chip.finding(note.code, note.text)
             if type(found) is Command:
-                if not program.entering or found.row.name == self.leave:
+                if not program.entering or found.row.role == "leave":
                     return found
                 chip.on_command(found.text)
                 program.store(found)
@@ -90,7 +90,7 @@ class Interpreter:
         end = self.port.busy_from + row.time_us * self.per_us + command.digits * self.ticks["digit"]
         chip.waits(f"{command.text} in work")
         chip.on_command(command.text)
-        if row.name == self.leave:
+        if row.role == "leave":
             await chip.at_tick(end - self.ticks["effect_lead"])
             self.instructions.do_quit()
         elif row.name in self.lasting:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from ...core.chip import Chip
 from ...core.net import Net
-from ...language.dialects import Command
+from ...language.dialect import Command
 from .lines import line_in, line_out
 from .port import BusPort
 

@@ -78,7 +78,7 @@ def motions(source: Source) -> None:
     for statement in source.statements:
         if statement.block >= 0:
             continue
-        if statement.row.name == source.sheet.enter:
+        if statement.row.role == "enter":
             if block is not None and block.quit is None:
                 explored(block, 0, states, step)  # somebody else may run it
             block = next(blocks)

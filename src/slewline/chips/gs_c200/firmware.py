@@ -13,7 +13,7 @@ from ...core.kernel import Kernel
 from ...core.table import Sheet
 from ...core.waits import until
 from ...errors import UsageError
-from ...language.dialects import Command
+from ...language.dialect import Command
 from ...language.lines import checksum, parse
 from ..line import Line
 from . import sheet
@@ -150,7 +150,7 @@ class GsC(Instructions):
         if line.faulty:
             return "a parity or framing fault"
         if line.too_long:
-            return f"more than {self.port.longest} characters"
+            return f"more than {self.longest} characters"
         if line.checked and line.text[-1] != checksum(line.text[:-1], self.kept):
             return f"checksum {line.text[-1]:#04x}, expected {checksum(line.text[:-1], self.kept):#04x}"
         return ""

@@ -9,9 +9,11 @@ from __future__ import annotations
 from dataclasses import replace
 from types import MappingProxyType
 
+from ...core.channel import SerialLine
 from ...core.option import Option
 from ...core.store import STORE
-from ...core.table import Arg, Limit, Pin, Port, Register, Row, Sheet, Table, Timing
+from ...core.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing
+from ...language.lines import Lines
 
 LOCATIONS = 119
 RATE_UNIT = 10  # steps/s; of S and T
@@ -66,7 +68,7 @@ PRIMARY = ("reset", "clock", "dir", "enable")  # what a driver needs; the others
 UTILITY = ("mov", "ramp", "home", "eot")
 
 # ------------------------------------------------------------------------------------------------------ serial port
-PORT = Port(
+PORT = SerialLine(
     bits=7, parity="odd", stop=2,
     baud_pins=("br0", "br1", "br2"),
     bauds=MappingProxyType({
@@ -79,13 +81,16 @@ PORT = Port(
         (0, 0, 1): 3, (1, 0, 1): 2, (0, 1, 1): 1, (1, 1, 1): 0,
     }),
     checksum_pin="chs",
+    where="baud rate programming; module address programming; data exchange protocol",
+)
+DIALECT = Lines(
     longest=LONGEST,
     answers=MappingProxyType({
         "Y": "accepted", "B": "busy", "R": "ready", "V": "what was asked for", "END": "end of the listing",
         "E1": "parity, checksum or length", "E2": "argument missing, wrong or out of range", "E3": "program memory full",
         "E4": "unknown, or not now", "E5": "the position counter overflowed", "E6": "the EEPROM failed",
     }),
-    where="baud rate programming; module address programming; data exchange protocol",
+    where="data exchange protocol",
 )
 
 # ----------------------------------------------------------------------------------------- commands, in states i, p, r
@@ -98,24 +103,24 @@ SIGNED = Arg("position", 3, -(1 << 23), (1 << 23) - 1, sign="must")
 _CD = "command descriptions"
 
 
-def _stored(form: str, name: str, args: tuple[Arg, ...], says: str, *, room: int, head: str = "", code: int = -1, motion: bool = False, tail: tuple[str, ...] = (), when: str = "", flow: str = "n") -> Row:
-    return Row(form, name, args, MS, says, _CD, program_us=MS, code=code, motion=motion, head=head, room=room, tail=tail, when=when, flow=flow)
+def _stored(form: str, name: str, args: tuple[Arg, ...], says: str, *, room: int, head: str = "", code: int = -1, motion: bool = False, tail: tuple[str, ...] = (), when: str = "", flow: str = "n", role: str = "") -> Row:
+    return Row(form, name, args, MS, says, _CD, program_us=MS, code=code, motion=motion, head=head, room=room, tail=tail, when=when, flow=flow, role=role)
 
 
-def _immediate(form: str, name: str, says: str, *args: Arg, when: str, head: str = "") -> Row:
-    return Row(form, name, args, MS, says, _CD, stored=False, head=head, when=when)
+def _immediate(form: str, name: str, says: str, *args: Arg, when: str, head: str = "", role: str = "") -> Row:
+    return Row(form, name, args, MS, says, _CD, stored=False, head=head, when=when, role=role)
 
 
 ROWS = (
     _stored("A", "ACTIVATE", (OUTPUT,), "user output high", room=2),
     _stored("C", "CLEAR", (OUTPUT,), "user output low", room=2),
     _stored("D", "DELAY", (Arg("delay", 1, 1, 255, unit="0.1 s"),), "wait", room=2),
-    _immediate("E", "EXECUTE", "run the program from location 0; ends programming", when="ip"),
-    _immediate("F", "FEEDBACK", "ready or busy", when="ipr"),
+    _immediate("E", "EXECUTE", "run the program from location 0; ends programming", when="ip", role="leave"),
+    _immediate("F", "FEEDBACK", "ready or busy", when="ipr", role="state"),
     _immediate("H", "HOME", "find the home position", replace(DIRECTION, optional=True), when="i"),
     _immediate("K", "KILL", "end program and motion at once", when="ir"),
-    _stored("L0", "LOOP_START", (), "begin of what a loop repeats", room=2, head="L", code=ord("l"), tail=("0", "o")),
-    _stored("L", "LOOP", (Arg("passes", 1, 1, 255),), "repeat from the loop start, so many passes in all", room=2, flow="nl"),
+    _stored("L0", "LOOP_START", (), "begin of what a loop repeats", room=2, head="L", code=ord("l"), tail=("0", "o"), role="mark"),
+    _stored("L", "LOOP", (Arg("passes", 1, 1, 255),), "repeat from the loop start, so many passes in all", room=2, flow="nl", role="loop"),
     _immediate("M", "MEMORIZE", "program to EEPROM", when="ip"),
     _immediate("Q", "QUERY", "list the program", when="ip"),
     _stored("R", "RAMP", (Arg("ramp", 3, 1, 999, unit="steps"),), "length of both ramps", room=4),
@@ -133,7 +138,7 @@ C200_ROWS = (
     _stored("G±", "VELOCITY", (DIRECTION,), "run until K or Z", room=4, head="G", code=ord("g"), motion=True, flow=""),
     _stored("G±x", "CONTROLLED_VELOCITY", (DIRECTION, INPUT), "run until an input is low", room=4, head="G", code=ord("x"), motion=True),
     _immediate("I", "INITIALIZE", "clear counter (1), user outputs (2), both (3)", Arg("what", 1, 1, 3), when="i"),
-    _immediate("P", "PROGRAM", "begin programming; erases the program", when="ip"),
+    _immediate("P", "PROGRAM", "begin programming; erases the program", when="ip", role="enter"),
 )
 C200S_ROWS = (
     _stored("f", "FORCE", (SIGNED,), "preset the position counter", room=4, when="i"),
@@ -143,8 +148,8 @@ C200S_ROWS = (
     _stored("I", "INITIALIZE", (Arg("what", 1, 1, 3),), "clear counter (1), user outputs (2), both (3)", room=2, when="i"),
     _stored("j", "JUMP", (LOCATION,), "continue at a location", room=2, flow="t"),
     _stored("jc", "JUMP_ON", (Arg("inputs", 0, 0, 7), LOCATION), "continue at a location if the user inputs read so", room=2, code=0x80, flow="nt"),
-    _immediate("Po", "PROGRAM", "begin programming; erases the program", when="ip"),
-    _immediate("Px", "PROGRAM_END", "end programming without a run", when="ip"),
+    _immediate("Po", "PROGRAM", "begin programming; erases the program", when="ip", role="enter"),
+    _immediate("Px", "PROGRAM_END", "end programming without a run", when="ip", role="leave"),
 )
 C200_ONLY, C200S_ONLY = ("P",), ("f", "g", "j", "jc", "Po", "P0", "Px")  # what only one of the parts knows; P0: Po, misread
 
@@ -246,11 +251,12 @@ def _sheet(part: str, rows: tuple[Row, ...], foreign: tuple[str, ...]) -> Sheet:
         buffer_where="program storage area",
         suffix=f".{part}",
         notes=NOTES,
-        port=PORT,
+        dialect=DIALECT,
+        channels=(PORT,),
+        memory_unit="location",
+        opcodes="chosen",
         foreign=foreign,
         slips={"\u2193": "the data sheet prints \u2193 for the return key: leave it out"},
-        enter="PROGRAM",
-        leave=tuple(row.name for row in (*ROWS, *rows) if row.name in ("EXECUTE", "PROGRAM_END")),
     )
 
 

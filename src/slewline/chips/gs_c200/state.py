@@ -8,8 +8,8 @@ from typing import Any
 from ...core.axis import Axis
 from ...core.kernel import Kernel, Task
 from ...core.net import Driver
-from ...core.pin import strapped
 from ...core.program import ProgramRow
+from ...core.serial import Straps
 from ...core.store import Memory, Store
 from ...core.table import Row
 from ...core.timebase import picoseconds
@@ -65,7 +65,13 @@ class State(LineChip):
                 f"{self.name}: firmware {options.firmware!r}; every {self.sheet.part.upper()} sets bit 0x10 of its "
                 "checksums, as a GS-C200 does from 2.2 on: leave the option out"
             )
-        self.kept = 0 if early else KEPT
+        self.straps = Straps(
+            self.port,
+            self.pins,
+            kept=0 if early else KEPT,
+            address=options.address,
+            backwards=options.pin_order,
+        )
 
     def _name_pins(self) -> None:
         pins, drivers = self.pins, self.drivers
@@ -78,14 +84,6 @@ class State(LineChip):
     def _tie_pull_down(self) -> None:
         """The standard wiring of a module on a line of its own: TXPD to TXD."""
         self.pins["txd"].net.join(self.pins["txpd"].net)
-
-    def strapped_address(self) -> int:
-        """The address that the SEL pins say; 0: point-to-point."""
-        address: int | None = self.options.address
-        if address is not None:
-            return address
-        order = self.port.address_pins[:: -1 if self.options.pin_order else 1]
-        return self.port.addresses[strapped(self.pins, order)]
 
     def check_wiring(self) -> None:
         """The first run begins: report what is not wired as the sheet wants it."""

@@ -7,6 +7,8 @@ row has one, and returns the number to be read, if its row has one.  `self.state
 from __future__ import annotations
 
 from ...core.table import Arg
+from ...language.dialect import spoken_as
+from ...language.packets import Packets
 from . import sheet
 from .ideal import departs
 from .registers import Registers
@@ -280,8 +282,7 @@ class Instructions(Registers):
         self.restart()
 
     def do_get_vrsn(self) -> int:
-        assert self.sheet.packets is not None
-        return self.sheet.packets.version
+        return spoken_as(self.sheet, Packets).version
 
     def do_get_time(self) -> int:
         return self.motion.cycle % (1 << 32)

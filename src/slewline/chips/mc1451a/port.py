@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING
 
 from ...core.net import Net, Wave
 from ...core.table import Row
-from ...language.packets import checksum
+from ...language.dialect import spoken_as
+from ...language.packets import Packets, checksum
 from .sheet import TIMES
 
 if TYPE_CHECKING:
@@ -35,8 +36,7 @@ class Port:
     def __init__(self, chip: Chipset) -> None:
         self.chip, self.kernel, self.clock = chip, chip.kernel, chip.clock
         self.rows = chip.sheet.commands.by_code
-        assert chip.sheet.packets is not None
-        self.codes = chip.sheet.packets
+        self.codes = spoken_as(chip.sheet, Packets)
         self.ready_driver = chip.drivers["hostrdy"]
         for name, told in (("hostwrite", self._write), ("hostread", self._read), ("hostslct", self._select)):
             chip.pins[name].net.watch(told)

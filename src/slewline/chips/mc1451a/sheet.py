@@ -13,11 +13,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
+from ...core.channel import HostPort
 from ...core.option import Option
-from ...core.table import Arg, Bits, Limit, Packets, Pin, Register, Row, Sheet, Table, Timing, Way
+from ...core.table import Arg, Bits, Limit, Pin, Register, Row, Sheet, Table, Timing, Way
+from ...language.packets import Packets
 
 CRYSTAL_HZ = 25_000_000
 CYCLE_TICKS = 8192
+ROUND_CYCLES_PER_S = 3030  # what the worked figures of the manual reckon with; 25 MHz / 8192 are 3051.76
 SLICE_TICKS = 2048  # the host port is served once a slice, four times a cycle
 RESET_CYCLES = 10  # HostRdy stays low for so long after reset
 STANDARD_RANGE, HIGH_RANGE = 16, 512  # pulses per cycle at most
@@ -395,8 +398,7 @@ def _sheet(axes: int, encoder: bool) -> Sheet:
         limits=_limits(pins),
         suffix=f".{part}",
         notes=NOTES,
-        packets=Packets(
-            pins=("hostcmd", "hostwrite"),
+        dialect=Packets(
             illegal=(ILLEGAL | {2}) - set(rows.by_code),
             reserved=RESERVED,
             siblings=SIBLINGS,
@@ -406,12 +408,10 @@ def _sheet(axes: int, encoder: bool) -> Sheet:
             slips=SLIPS,
             where="command reference",
         ),
+        channels=(HostPort(),),
         foreign=tuple(sorted(missing)),
-        bus="hostdata",
         axes=axes,
         encoder=encoder,
-        enter="",
-        leave=(),
     )
 
 

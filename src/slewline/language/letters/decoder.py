@@ -1,53 +1,32 @@
-"""The CY5xx command stream: bytes in, commands out.  No time, no pins; the caller says which way pin 36 points.
+"""Letters with numbers behind them: bytes in, commands out.  No time, no pins; the caller says whether they are text.
 
 Theory of operation.  Between commands the decoder is *at a letter*.  The command letter decides, together with the
 mode sampled beside it, how the command goes on:
 
     ASCII     letter, a space, decimal arguments, carriage return           R 100\\r
-    ASCII     label letter, $, then at a letter again                       A$
+    ASCII     label letter, mark, then at a letter again                    A$
     binary    letter, count of data bytes, data bytes                       52 01 64
-    both      Q alone: it ends program entry by itself (s.3 Q)
+    both      a letter alone that has no terminator (`Row.terminated`)
 
 Each of these continuations is a state: a method that takes one byte.  Nothing here raises: whatever a host sends has
 an answer, and what it did wrong becomes a note (code and text) for the caller to drain.  In program entry a binary
-command is kept as it came, opcode and data bytes unchecked; that is how one count can load a whole program (s.5).
+command is kept as it came, opcode and data bytes unchecked; that is how one count can load a whole program.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
-from ..core.table import Arg, Row, Sheet
+from ...core.table import Arg, Row, Sheet
+from ..dialect import Command, Note, dialect_of, slip_remedy, unknown_remedy
 
-CR, LF, MARK = 0x0D, 0x0A, ord("$")
-LINE_LIMIT = 256  # characters of a command without its carriage return; the manual sets none
-_BETWEEN = re.compile(rb" *, *| +")  # two arguments: a comma or a space (s.3 L)
-
-
-@dataclass(frozen=True, slots=True)
-class Note:
-    """What a host did wrong; the chip model makes a finding of it."""
-
-    code: str
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
-class Command:
-    """A complete command.
-
-    `values` are numbers, a label operand being the code of its letter; `digits` is how many decimal digits had to be
-    converted, since that takes the chip time; `stored` is what program entry puts into the buffer; `text` is how a
-    transcript shows the command.
-    """
-
-    row: Row
-    values: tuple[int, ...]
-    digits: int
-    stored: bytes
-    text: str
+CR, LF = 0x0D, 0x0A
+NO_NAMES: Mapping[int, str] = MappingProxyType({})
+LINE_LIMIT = 256  # characters of a command without its carriage return; the manuals set none
+_BETWEEN = re.compile(rb" *, *| +")  # two arguments: a comma or a space
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +48,8 @@ class Decoder:
     def __init__(self, sheet: Sheet) -> None:
         self.sheet = sheet
         self.notes: list[Note] = []
+        mark = dialect_of(sheet).mark
+        self._label_mark = ord(mark) if mark else -1
         self._rows = {ord(row.form): row for row in sheet.commands}
         self._line_feeds = False  # one has come within a line, and been told of
         self.reset()
@@ -80,7 +61,7 @@ class Decoder:
         self._row: Row | None = None  # of the command in progress; None: a letter without a command
         self._line = bytearray()  # what follows the letter: text in ASCII, data bytes in binary
         self._left = 0  # data bytes still to come
-        self._after_quit = False
+        self._alone: Row | None = None  # the command before, if it has no terminator
         self._entering = False  # program entry as it was with the letter; no command changes it half-way
         self._entry_empty = True  # no command since program entry began
 
@@ -106,14 +87,14 @@ class Decoder:
     # ------------------------------------------------------------------------------------------------- the letter
 
     def _letter(self, byte: int, ascii: bool, entering: bool) -> Decoded:
-        after_quit, self._after_quit = self._after_quit, False
+        alone, self._alone = self._alone, None
         self._entering = entering
         self._entry_empty |= not entering
         row = self._row = self._rows.get(byte)
         if row is None:
-            self._stranger(byte, ascii, after_quit)
+            self._stranger(byte, ascii, alone)
         elif not row.terminated:
-            self._after_quit = True
+            self._alone = row
             stored = row.pack(()) if row.stored else b""
             return Command(row, (), 0, stored, spell(row, ()))
         else:
@@ -122,11 +103,11 @@ class Decoder:
             self._state = self._in_line if ascii else self._count
         return None
 
-    def _stranger(self, byte: int, ascii: bool, after_quit: bool) -> None:
-        """A byte that is no command letter.  No case folding: commands are upper case (s.9)."""
+    def _stranger(self, byte: int, ascii: bool, alone: Row | None) -> None:
+        """A byte that is no command letter.  No case folding: commands are upper case."""
         if ascii and byte == CR:
-            if after_quit:
-                self._note("q-terminated", "a carriage return after Q, which ends by itself")
+            if alone is not None:
+                self._note("q-terminated", f"a carriage return after {alone.form}, which ends by itself")
             else:
                 self._note("empty-line", "a carriage return without a command")
             return
@@ -164,7 +145,7 @@ class Decoder:
         if byte == CR:
             self.at_letter = True
             return self._line_end()
-        if byte == MARK:
+        if byte == self._label_mark:
             return self._mark()
         if byte == LF:
             self._line_feed()
@@ -176,13 +157,15 @@ class Decoder:
         return None
 
     def _mark(self) -> Decoded:
-        """A letter is a label only when the mark follows it directly (s.3, label designator)."""
+        """A letter is a label only when the mark follows it directly."""
         assert self._row is not None
         letter = self._row.form
         if letter in self.sheet.labels and not self._line:
             self.at_letter = True
             return Label(letter)
-        self._note("unknown-command", f"{letter}{_text(self._line)}$ is no label; the line is ignored")
+        self._note(
+            "unknown-command", f"{letter}{_text(self._line)}{chr(self._label_mark)} is no label; the line is ignored"
+        )
         self._state = self._skip_line
         return None
 
@@ -252,7 +235,7 @@ class Decoder:
             return None
         values = row.unpack(data)
         surplus = len(data) - row.data_bytes
-        # A whole program may follow its first opcode under one count (s.5), so there the count is nobody's mistake.
+        # A whole program may follow its first opcode under one count, so there the count is nobody's mistake.
         if surplus and not (self._entering and self._entry_empty):
             self._note("count", f"{row.name} takes {row.data_bytes} data bytes, {len(data)} were announced")
         if surplus >= 0 or not self._entering:
@@ -283,26 +266,13 @@ def spell(row: Row, shown: Sequence[int | str]) -> str:
     return f"{row.form} {','.join(map(str, shown))}" if shown else row.form
 
 
-def slip_remedy(sheet: Sheet, written: str, row: Row | None = None) -> str:
-    """Return the remedy where something else than `row` takes was written; empty: none is known.
-
-    A character that the manual prints and the chip does not take explains more than the command does.
-    """
-    odd = next((letter for letter in written if letter in sheet.slips and letter not in sheet.commands.by_form), "")
-    return sheet.slips.get(odd or (row.form if row else ""), "")
-
-
-def unknown_remedy(sheet: Sheet, letter: str) -> str:
-    """Return the remedy for a letter that is no command; empty: none is known."""
-    if letter.upper() in sheet.commands.by_form:
-        return f"write {letter.upper()}: command letters are upper case"
-    return sheet.slips.get(letter, "")
-
-
-def letters_for(row: Row, values: Sequence[int], labels: str) -> list[int | str]:
-    """The values, with the letter instead of its code where an operand is one of `labels`."""
+def letters_for(row: Row, values: Sequence[int], labels: str, names: Mapping[int, str] = NO_NAMES) -> list[int | str]:
+    """The values, with a letter where an operand is the code of one of `labels`, or an address in `names`."""
     pairs = zip(row.args, values, strict=True)
-    return [chr(value) if arg.label and chr(value) in labels else value for arg, value in pairs]
+    return [
+        names.get(value) or (chr(value) if chr(value) in labels else value) if arg.label else value
+        for arg, value in pairs
+    ]
 
 
 def encode_ascii(row: Row, values: Sequence[int] = (), labels: str = "") -> bytes:

@@ -1,11 +1,11 @@
-"""The command lines of the GS-C modules: text in, commands out.  No time, no pins.
+"""Lines of text, and lines for answers: text in, commands out.  No time, no pins.
 
     [address] command [argument] [checksum] CR             2 A 3 6 CR: module 2, set output 3
 
     A3         letter and number               G+2       a direction, then a number
     +250       a sign and a number             jc1,18    two numbers, a comma between them
 
-A letter may have several forms (the GS-C200 has three of G); the one whose pattern fits is meant.  Nothing here raises:
+A letter may have several forms (G10, G+, G+2); the one whose pattern fits is meant.  Nothing here raises:
 a line that is no command is a `Refusal`, which the chip answers.
 """
 
@@ -13,11 +13,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 
-from ..core.table import Arg, Row, Sheet
-from .dialects import Command
+from ...core.table import Arg, Row, Sheet
+from ..dialect import Command, Refusal
 
 CR = 0x0D
 KEPT = 0x10  # the bit that a checksum always has, so that it is never a carriage return
@@ -25,29 +24,12 @@ SIGN = "±"  # the head of a command that begins with its sign
 _PATTERNS = {"no": "[0-9]+", "may": "[+-]?[0-9]+", "must": "[+-][0-9]+", "alone": "[+-]"}
 
 
-@dataclass(frozen=True, slots=True)
-class Refusal:
-    """A line that is no command: "unknown", or its "argument" does not fit or is out of "range"; `text` says how.
-
-    The rest is for who shows the place: characters `at` to `end`, what was found there, what would be allowed, and
-    what to do.
-    """
-
-    code: str
-    text: str
-    at: int
-    end: int
-    found: str
-    allowed: str
-    remedy: str = ""
-
-
 def checksum(text: bytes, kept: int = KEPT) -> int:
     """The checksum character of a line: sum of the codes, seven bits, one of them always set.
 
     Args:
         text: everything before the checksum, the address included.
-        kept: the bits that are always set; 0 for GS-C200 firmware before V2.2.
+        kept: the bits that are always set.
     """
     return sum(text) & 0x7F | kept
 

@@ -1,4 +1,4 @@
-"""The packets of the MC1451A family: lines of a host script in, words out, and back.  No time, no pins.
+"""Packets: lines of a host script in, words out, and back.  No time, no pins.
 
     SET_POS 12345             10  0000 3039     command byte; words, the high one first, each high byte first
     set_vel $2C000            11  0002 C000     capitals do not count; hexadecimal behind $ or 0x
@@ -14,22 +14,42 @@ Of what a host *sends*, `words` takes nothing that the manual does not allow; wh
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from fractions import Fraction
 from itertools import zip_longest
 from math import isfinite
 
-from ..core.table import Arg, Bits, Row, Sheet
-from ..errors import UnknownName, UsageError
-from . import rates
-from .dialects import Command
-from .lines import Refusal
+from ...core.table import Arg, Bits, Row, Sheet
+from ...errors import UnknownName, UsageError
+from .. import rates
+from ..dialect import Command, Dialect, Refusal, spoken_as
 
 DIRECTS = ("wait", "expect")  # lines that begin so direct the host of a script, like those that begin with @
 WORD = 1 << 16
 _NUMBER = re.compile(r"([+-]?)(?:0[xX]|\$)([0-9a-fA-F]+)|[+-]?[0-9]+")
 LONGEST = 40  # characters of a number or a mnemonic that are looked at; no longer one is right
+
+
+@dataclass(frozen=True, eq=False)
+class Words(Dialect):
+    """A command byte, words to and from the part, a checksum.
+
+    Codes without a row: `illegal` ones answer with checksum 0; `siblings` (words written, words read) are commands of
+    sister parts without effect here; `reserved` and all others have no data.  `status` and `mode` are the words that
+    tell about an axis, `version` the one that tells about the part.  `slips` are names that stand in the manual's text
+    but are no commands, each with what is meant.
+    """
+
+    illegal: frozenset[int]
+    reserved: frozenset[int]
+    siblings: Mapping[int, tuple[int, int]]
+    version: int
+    status: tuple[Bits, ...]
+    mode: tuple[Bits, ...]
+    slips: Mapping[str, str] = field(default_factory=dict)
+    where: str = ""
 
 
 # ------------------------------------------------------------------------------------------------------ words, checksum
@@ -113,7 +133,7 @@ def status_bit(sheet: Sheet, name: str) -> Bits:
     Raises:
         UnknownName: with the names there are.
     """
-    bits = {each.name: each for each in (sheet.packets.status if sheet.packets else ()) if each.width == 1}
+    bits = {each.name: each for each in spoken_as(sheet, Words).status if each.width == 1}
     try:
         return bits[name.lower()]
     except KeyError:
@@ -255,7 +275,7 @@ def _scaled(arg: Arg, written: str) -> str:
 
 def _stranger(sheet: Sheet, name: str) -> Refusal:
     """A mnemonic that the part does not have; which one may be meant?"""
-    wanted, slips = name.upper(), sheet.packets.slips if sheet.packets else {}
+    wanted, slips = name.upper(), spoken_as(sheet, Words).slips
     tail = wanted.partition("_")[2] or wanted
     close = get_close_matches(wanted, sheet.commands.by_form, 3, 0.75)
     alike = [form for form in sheet.commands.by_form if tail and form.partition("_")[2] == tail]

@@ -1,0 +1,709 @@
+# Written by tools/stubs.py from the lists of chips and parts; change those, not this file.
+
+from collections.abc import Callable, Mapping
+from typing import Any, Literal, Protocol, TypeVar, overload
+
+from ..chips.cy525.firmware import Cy525
+from ..chips.gs_c200.firmware import GsC200, GsC200S
+from ..chips.line import LineChip
+from ..chips.mc1451a.firmware import Mc1151A, Mc1151AE, Mc1251A, Mc1251AE, Mc1451A, Mc1451AE
+from ..core.chip import Chip
+from ..core.timebase import Time
+from ..parts.carriage import Carriage, Gear
+from ..parts.computer import Computer
+from ..parts.computer8080 import Host8080, Ppi8255
+from ..parts.drilling import Bar, Drill
+from ..parts.encoder import Encoder, Quadrature
+from ..parts.gates import And, Delay, Inverter, Latch8, Nand, Nor, Or
+from ..parts.gpib import GpibListener, GpibTalker
+from ..parts.gpib_device import GpibController, GpibDevice, GpibInterrupts
+from ..parts.gsc_circuits import Damping, StepCheck, TwoClocks
+from ..parts.gsd200 import GsD200, PhaseCurrent
+from ..parts.host import Host
+from ..parts.isa import Isa
+from ..parts.keyboard import Keyboard
+from ..parts.latches import PhaseLatch, PositionLatch
+from ..parts.motor import Motor, Rotor, Translator
+from ..parts.packet_host import PacketHost
+from ..parts.part import Part
+from ..parts.prom import Prom
+from ..parts.rs232 import SerialHost, SerialPort
+from ..parts.rs232_line import Rs232Line
+from ..parts.sensors import Switch
+from ..parts.serial import SerialSender, Uart
+from ..parts.welding import Welder, Workpieces
+
+C = TypeVar("C", bound=Chip)
+P = TypeVar("P", bound=Part)
+
+class Adds(Protocol):
+    @overload
+    def __call__(
+        self,
+        /,
+        part: Literal["cy525"],
+        name: str | None = None,
+        crystal: str | int | None = None,
+        straps: Mapping[str, int] | None = None,
+        bare: bool = False,
+        **options: Any,
+    ) -> Cy525: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        part: Literal["gs-c200"],
+        name: str | None = None,
+        crystal: str | int | None = None,
+        straps: Mapping[str, int] | None = None,
+        bare: bool = False,
+        **options: Any,
+    ) -> GsC200: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        part: Literal["gs-c200s"],
+        name: str | None = None,
+        crystal: str | int | None = None,
+        straps: Mapping[str, int] | None = None,
+        bare: bool = False,
+        **options: Any,
+    ) -> GsC200S: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        part: Literal["mc1151a"],
+        name: str | None = None,
+        crystal: str | int | None = None,
+        straps: Mapping[str, int] | None = None,
+        bare: bool = False,
+        **options: Any,
+    ) -> Mc1151A: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        part: Literal["mc1251a"],
+        name: str | None = None,
+        crystal: str | int | None = None,
+        straps: Mapping[str, int] | None = None,
+        bare: bool = False,
+        **options: Any,
+    ) -> Mc1251A: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        part: Literal["mc1451a"],
+        name: str | None = None,
+        crystal: str | int | None = None,
+        straps: Mapping[str, int] | None = None,
+        bare: bool = False,
+        **options: Any,
+    ) -> Mc1451A: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        part: Literal["mc1151a-e"],
+        name: str | None = None,
+        crystal: str | int | None = None,
+        straps: Mapping[str, int] | None = None,
+        bare: bool = False,
+        **options: Any,
+    ) -> Mc1151AE: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        part: Literal["mc1251a-e"],
+        name: str | None = None,
+        crystal: str | int | None = None,
+        straps: Mapping[str, int] | None = None,
+        bare: bool = False,
+        **options: Any,
+    ) -> Mc1251AE: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        part: Literal["mc1451a-e"],
+        name: str | None = None,
+        crystal: str | int | None = None,
+        straps: Mapping[str, int] | None = None,
+        bare: bool = False,
+        **options: Any,
+    ) -> Mc1451AE: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        part: type[C],
+        name: str | None = None,
+        crystal: str | int | None = None,
+        straps: Mapping[str, int] | None = None,
+        bare: bool = False,
+        **options: Any,
+    ) -> C: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        part: str,
+        name: str | None = None,
+        crystal: str | int | None = None,
+        straps: Mapping[str, int] | None = None,
+        bare: bool = False,
+        **options: Any,
+    ) -> Chip: ...
+
+class Makes(Protocol):
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["inverter"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Inverter: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["and"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> And: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["or"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Or: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["nand"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Nand: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["nor"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Nor: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["delay"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Delay: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["latch8"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Latch8: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["uart"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Uart: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["serial_sender"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> SerialSender: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["serial_port"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> SerialPort: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["rs232_line"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Rs232Line: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["prom"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Prom: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["position_latch"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> PositionLatch: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["phase_latch"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> PhaseLatch: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["translator"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Translator: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["rotor"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Rotor: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["motor"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Motor: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["encoder"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Encoder: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["switch"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Switch: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["gear"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Gear: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["carriage"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Carriage: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["quadrature"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Quadrature: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["gs_d200"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> GsD200: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["phase_current"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> PhaseCurrent: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["two_clocks"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> TwoClocks: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["step_check"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> StepCheck: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["damping"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Damping: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["bar"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Bar: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["drill"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Drill: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["ppi8255"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Ppi8255: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["host8080"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Host8080: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["keyboard"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Keyboard: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["isa"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Isa: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["gpib_listener"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> GpibListener: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["gpib_talker"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> GpibTalker: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["gpib_device"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> GpibDevice: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["gpib_controller"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> GpibController: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["gpib_interrupts"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> GpibInterrupts: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["workpieces"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Workpieces: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["welder"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Welder: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: type[P],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> P: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: str,
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Part: ...
+
+class Hosts(Protocol):
+    @overload
+    def __call__(
+        self,
+        /,
+        *chips: Cy525,
+        name: str | None = None,
+        delay: Time = 0,
+        baud: int | None = None,
+        line: Part | None = None,
+        over: str | None = None,
+    ) -> Host: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        *chips: GsC200,
+        name: str | None = None,
+        delay: Time = 0,
+        baud: int | None = None,
+        line: Part | None = None,
+        over: str | None = None,
+    ) -> SerialHost: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        *chips: GsC200S,
+        name: str | None = None,
+        delay: Time = 0,
+        baud: int | None = None,
+        line: Part | None = None,
+        over: str | None = None,
+    ) -> SerialHost: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        *chips: Mc1151A,
+        name: str | None = None,
+        delay: Time = 0,
+        baud: int | None = None,
+        line: Part | None = None,
+        over: str | None = None,
+    ) -> PacketHost: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        *chips: Mc1251A,
+        name: str | None = None,
+        delay: Time = 0,
+        baud: int | None = None,
+        line: Part | None = None,
+        over: str | None = None,
+    ) -> PacketHost: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        *chips: Mc1451A,
+        name: str | None = None,
+        delay: Time = 0,
+        baud: int | None = None,
+        line: Part | None = None,
+        over: str | None = None,
+    ) -> PacketHost: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        *chips: Mc1151AE,
+        name: str | None = None,
+        delay: Time = 0,
+        baud: int | None = None,
+        line: Part | None = None,
+        over: str | None = None,
+    ) -> PacketHost: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        *chips: Mc1251AE,
+        name: str | None = None,
+        delay: Time = 0,
+        baud: int | None = None,
+        line: Part | None = None,
+        over: str | None = None,
+    ) -> PacketHost: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        *chips: Mc1451AE,
+        name: str | None = None,
+        delay: Time = 0,
+        baud: int | None = None,
+        line: Part | None = None,
+        over: str | None = None,
+    ) -> PacketHost: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        *chips: LineChip,
+        name: str | None = None,
+        delay: Time = 0,
+        baud: int | None = None,
+        line: Part | None = None,
+        over: str | None = None,
+    ) -> SerialHost: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        *chips: Chip,
+        name: str | None = None,
+        delay: Time = 0,
+        baud: int | None = None,
+        line: Part | None = None,
+        over: str | None = None,
+    ) -> Computer: ...
+
+def adds(function: Callable[..., Any]) -> Adds: ...
+def makes(function: Callable[..., Any]) -> Makes: ...
+def hosts(function: Callable[..., Any]) -> Hosts: ...

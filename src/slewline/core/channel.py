@@ -1,0 +1,77 @@
+"""How a host reaches a part: the channels of a data sheet.  Data only; what makes a host of one is in bench/reach.py.
+
+A sheet may have several: a part with a bus and a serial port takes commands over both, and each has its own host.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """A way to reach a part.  `name` is what `bench.host(x, over=name)` calls it, `says` what messages do."""
+
+    name: ClassVar[str]
+    says: ClassVar[str]
+
+    @property
+    def fastest(self) -> dict[str, int]:
+        """The straps of its highest rate; none, where there is nothing to choose."""
+        return {}
+
+    @property
+    def plain(self) -> dict[str, int]:
+        """The straps that leave out what a program file does not hold, such as checksums."""
+        return {}
+
+
+@dataclass(frozen=True, eq=False)
+class BusHandshake(Channel):
+    """A data bus with a request and an answer for every byte; its pins are found by their roles."""
+
+    name = "bus"
+    says = "a bus"
+
+
+@dataclass(frozen=True, eq=False)
+class HostPort(Channel):
+    """A data bus with strobes, of which the pin in role "command" is high with a command and low with a word."""
+
+    name = "port"
+    says = "a port for packets"
+
+
+@dataclass(frozen=True, eq=False)
+class SerialLine(Channel):
+    """A serial port: how characters look, and which pins set them.
+
+    `bauds` maps the levels of `baud_pins` to rates, `addresses` those of `address_pins` to addresses (0: none is sent);
+    `checksum_pin` at 1 asks for checksums.  A part without such pins has one entry, for the empty tuple.
+    """
+
+    name = "serial"
+    says = "a serial line"
+
+    bits: int
+    parity: str
+    stop: int
+    bauds: Mapping[tuple[int, ...], int]
+    baud_pins: tuple[str, ...] = ()
+    addresses: Mapping[tuple[int, ...], int] = field(default_factory=dict)
+    address_pins: tuple[str, ...] = ()
+    checksum_pin: str = ""
+    where: str = ""
+
+    @property
+    def fastest(self) -> dict[str, int]:
+        """Return the straps of the highest rate."""
+        levels = max(self.bauds, key=lambda levels: self.bauds[levels])
+        return dict(zip(self.baud_pins, levels, strict=True))
+
+    @property
+    def plain(self) -> dict[str, int]:
+        """Return the straps without checksums."""
+        return {self.checksum_pin: 0} if self.checksum_pin else {}

@@ -1,0 +1,112 @@
+"""The dialect of letters: a command is a letter with numbers behind it, as text or in binary form."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from ...core.table import Row, Sheet
+from ...errors import UsageError
+from ..dialect import Check, Command, Dialect
+from ..reader import Reader
+from ..statements import Source, Statement
+from .decoder import NO_NAMES, Decoder, Label, encode_ascii, encode_binary, letters_for, spell
+from .reader import LetterReader
+
+__all__ = ["Decoder", "Label", "Letters", "encode_ascii", "encode_binary", "spell"]
+
+
+@dataclass(frozen=True, eq=False)
+class Letters(Dialect):
+    """A command is a letter with numbers behind it.  `mark` stands behind the letter of a label."""
+
+    mark: str = "$"
+
+    name = "letters"
+    streams = True
+
+    @property
+    def rules(self) -> Sequence[Check]:
+        from .rules import RULES  # a chip that is only run does not load the linter
+
+        return RULES
+
+    def reader(self, source: Source, number: int, column: int, text: str) -> Reader:
+        return LetterReader(source, number, column, text)
+
+    def decoder(self, sheet: Sheet) -> Decoder:
+        return Decoder(sheet)
+
+    def spell(self, row: Row, values: Sequence[int], labels: str = "", names: Mapping[int, str] | None = None) -> str:
+        return spell(row, letters_for(row, values, labels, names or NO_NAMES))
+
+    def sent(self, sheet: Sheet, line: str) -> bytes:
+        """Return a line as a host sends it: with a carriage return, if a command ends it that has one."""
+        at = 0
+        while self.mark and line[at + 1 : at + 2] == self.mark:
+            at += 2
+        row = sheet.commands.by_form.get(line[at : at + 1])
+        if row is not None and not row.terminated:
+            rest = line[at + 1 :]
+            return line[: at + 1].encode("ascii") + (self.sent(sheet, rest) if rest else b"")
+        return line.encode("ascii") + (b"\r" if at < len(line) else b"")
+
+    def sent_binary(self, sheet: Sheet, line: str) -> bytes:
+        """Return the same in binary form: letter, count, data.
+
+        Raises:
+            UsageError: the line is no command, or has a label.
+        """
+        decoder, out = self.decoder(sheet), b""
+        for byte in self.sent(sheet, line):
+            found = decoder.feed(byte, True, False)
+            if isinstance(found, Command):
+                out += encode_binary(found.row, found.values)
+            elif found is not None:
+                where = f" ({about})" if (about := sheet.sections.get("labels")) else ""
+                raise UsageError(f"a label, while ASCII/BINARY is low: binary programs branch to addresses{where}")
+        if not out:
+            raise UsageError(f"{line!r} is no command, so it has no binary form; @bytes sends any bytes")
+        return out
+
+    def shorter(self, sheet: Sheet) -> str:
+        enter = f": set them before {sheet.enter.form}" if sheet.enter is not None else ""
+        return f"parameters that stay the same need no room in the program{enter}"
+
+    def entered(
+        self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], checked: bool = False
+    ) -> bytes:
+        enter, leave = framing
+        stream = [enter.form, "\r"]
+        for statement in statements:
+            stream += [self.label(letter) for letter in statement.labels]
+            stream += [spell(statement.row, [operand.label or operand.value for operand in statement.operands]), "\r"]
+        return "".join([*stream, leave.form]).encode()
+
+    def entered_binary(
+        self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], single_count: bool = False
+    ) -> bytes:
+        enter, leave = (encode_binary(row) for row in framing)
+        program = [encode_binary(statement.row, statement.values) for statement in statements]
+        if single_count and program:
+            stored = b"".join(self.stored(statement) for statement in statements)
+            program = [program[0][:1], bytes([len(stored) - 1]), stored[1:]]
+        return enter + b"".join(program) + leave
+
+    def check_stream(self, sheet: Sheet) -> None:
+        return
+
+    def table(self, sheet: Sheet) -> str:
+        from .reference import letter_table
+
+        return letter_table(sheet)
+
+    def in_full(self, sheet: Sheet, row: Row) -> str:
+        from .reference import in_full
+
+        return in_full(sheet, row)
+
+    def labels_in_full(self, sheet: Sheet) -> str:
+        from .reference import labels_in_full
+
+        return labels_in_full(sheet)

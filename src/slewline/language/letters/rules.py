@@ -1,0 +1,84 @@
+"""What the linter says of programs in letters: how they begin and end, loops, labels."""
+
+from __future__ import annotations
+
+from ..assemble import units
+from ..dialect import Check
+from ..lint import branches, reached, section
+from ..statements import Source
+from . import dialogue
+from .dialogue import listed
+
+FURTHEST = ("nt", "n0", "t", "0")  # ways on, as remedies name them: those on a condition first
+
+
+def ends(source: Source) -> None:
+    """No run goes past the last instruction."""
+    rows = source.sheet.commands
+    stop = listed(source.sheet.acting("stop"))
+    again = listed(sorted((row for row in rows if row.stored and row.flow in ("0", "t")), key=lambda row: row.flow))
+    remedy = ", or ".join([*([f"end with {stop}"] if stop else []), *([f"repeat with {again}"] if again else [])])
+    for block in source.blocks:
+        last = block.statements[-1] if block.statements else None
+        if last is not None and "n" in last.row.flow and last.address in reached(source, block):
+            found = f"the program runs past its last {units(source.sheet).removesuffix('s')}, {block.size - 1}"
+            source.report(last, "no-end", "warning", found, section=section(last.row), remedy=remedy)
+
+
+def loops(source: Source) -> None:
+    """One loop at a time: there is a single count."""
+    others = [row for row in source.sheet.commands if row.stored and row.flow in FURTHEST and row.role != "loop"]
+    ways = listed(sorted(others, key=lambda row: FURTHEST.index(row.flow)))
+    for block in source.blocks:
+        counted = [statement for statement in block.statements if statement.row.role == "loop"]
+        for outer in counted:
+            about = f"{section(outer.row)} {outer.row.form}"
+            begin = block.address_of(outer.target) if outer.target else None
+            for inner in counted:
+                if begin is not None and begin <= inner.address < outer.address:
+                    found = f"the loop of line {inner.line} lies inside this one"
+                    remedy = f"repeat the outer one with {ways}"
+                    source.report(outer, "nested-loop", "warning", found, section=about, remedy=remedy)
+            if outer.values[0] == 1:
+                found = "a loop that runs once"
+                source.report(outer.operands[0], "loop-once", "warning", found, section=about)
+
+
+def misplaced(source: Source) -> None:
+    """Commands that mean little where they stand."""
+    enter, leave = source.sheet.enter, listed(source.sheet.leave)
+    for statement in source.statements:
+        inside, row = statement.block >= 0, statement.row
+        if inside and row.role == "enter":
+            found = f"{row.form} inside a program is stored, and skipped when it is executed"
+            remedy = f"close the program with {leave}"
+            source.report(statement, "enter-inside", "warning", found, section=row.where, remedy=remedy)
+        elif inside and row.role == "read":
+            found = f"{row.form} inside a program only moves the read pointer"
+            remedy = f"give {row.form} in command mode"
+            source.report(statement, "verify-inside", "warning", found, section=row.where, remedy=remedy)
+        elif not inside and row.flow in ("nt", "n0"):
+            found = f"{row.name} in command mode; it belongs in a program"
+            source.report(statement, "branch-in-command-mode", "warning", found, section=row.where)
+        elif row.role == "leave" and not any(block.quit is statement for block in source.blocks) and enter is not None:
+            source.report(statement, "quit-outside", "warning", f"{row.form} without {enter.form}", section=row.where)
+
+
+def entries(source: Source) -> None:
+    """Programs are closed, and their labels are used."""
+    used = {(id(block), target.label) for _, target, block in branches(source)}
+    leave, about_labels = listed(source.sheet.leave), source.sheet.sections.get("labels", "")
+    for block in source.blocks:
+        assert block.entry is not None
+        if block.quit is None:
+            found = f"a program without {leave}: all that follows is stored"
+            remedy = f"write {leave} behind its last instruction"
+            source.report(block.entry, "no-quit", "warning", found, section=block.entry.row.where, remedy=remedy)
+        for statement in block.statements:
+            for letter in statement.labels:
+                if (id(block), letter) not in used:
+                    found = f"nothing branches to {letter}"
+                    source.report(statement, "unused-label", "note", found, section=about_labels)
+
+
+RULES: tuple[Check, ...] = (ends, loops, misplaced, entries, dialogue.live, dialogue.course)

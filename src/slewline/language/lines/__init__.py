@@ -1,0 +1,103 @@
+"""The dialect of lines: a command is a line of text, and so is its answer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from ...core.table import Row, Sheet
+from ..dialect import Command, Dialect, Refusal, slip_remedy, spoken_as
+from ..reader import Reader
+from ..statements import Operand, Source, Statement
+from .grammar import KEPT, SIGN, checksum, framed, parse, places, range_of, spell, usage
+from .reference import line_in_full, line_table
+
+__all__ = ["KEPT", "Lines", "Refusal", "checksum", "framed", "parse", "places", "range_of", "spell", "usage"]
+
+
+class LineReader(Reader):
+    """A line that is one command."""
+
+    def take(self, labels: tuple[str, ...]) -> tuple[str, ...]:
+        dialect, text = spoken_as(self.sheet, Lines), self.text
+        if 0 < dialect.longest < len(text):
+            self.error(0, len(text), "too-long", f"{len(text)} characters", f"{dialect.longest}", dialect.where)
+            return ()
+        found = parse(self.sheet, text)
+        if isinstance(found, Refusal):
+            self.refused(found)
+            return ()
+        pairs = zip(places(found.row, text), found.values, strict=True)
+        operands = tuple(Operand(*self.spot(at, end), value) for (at, end), value in pairs)
+        self.add(0, len(text), found.row, operands, ())
+        return ()
+
+    def refused(self, found: Refusal) -> None:
+        letter = SIGN if self.text[0] in "+-" else self.text[0]
+        alike = [row for row in self.sheet.commands if row.head[0] == letter]
+        unknown, remedy = found.code == "unknown", ""
+        code = {"unknown": "unknown-command", "argument": "bad-argument"}.get(found.code, found.code)
+        if word := slip_remedy(self.sheet, self.text):
+            remedy = word
+        elif meant := self.meant():
+            remedy = f"write {meant}: no blanks, and capitals count"
+        elif unknown and alike:
+            remedy = f"with this letter it has {', '.join(map(usage, alike))}"
+        elif unknown and self.text.startswith(self.sheet.foreign):
+            remedy = "a sister part has this command"
+        where = "" if unknown else alike[0].where
+        self.error(found.at, found.end, code, found.found, found.allowed, where, remedy)
+
+    def meant(self) -> str:
+        """The command that the line would be with other capitals, or without blanks."""
+        tight = self.text.replace(" ", "")
+        spellings = (tight, tight.lower(), tight.capitalize())
+        return next((spelling for spelling in spellings if isinstance(parse(self.sheet, spelling), Command)), "")
+
+
+@dataclass(frozen=True, eq=False)
+class Lines(Dialect):
+    """A command is a line, and so is its answer.
+
+    `longest` is how many characters a line may have, `answers` what the answers mean: of these, `accepted` goes without
+    saying, and `busy` is what a part says that cannot obey yet.
+    """
+
+    longest: int = 0
+    answers: Mapping[str, str] = field(default_factory=dict)
+    accepted: str = "Y"
+    busy: str = "B"
+    where: str = ""
+
+    name = "lines"
+    constant_bit = KEPT.bit_length() - 1  # wrong, it would pass the checksum
+
+    def reader(self, source: Source, number: int, column: int, text: str) -> Reader:
+        return LineReader(source, number, column, text)
+
+    def spell(self, row: Row, values: Sequence[int], labels: str = "", names: Mapping[int, str] | None = None) -> str:
+        return spell(row, values)
+
+    def said(self, answer: str) -> str:
+        return "" if answer == self.accepted else super().said(answer)
+
+    def shorter(self, sheet: Sheet) -> str:
+        return "let a loop repeat what comes again"
+
+    def entered(
+        self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], checked: bool = False
+    ) -> bytes:
+        enter, leave = framing
+        texts = [enter.form, *(statement.text for statement in statements), leave.form]
+        return b"".join(framed(text, checked) for text in texts)
+
+    def meant(self, sheet: Sheet, text: str) -> list[Row]:
+        found = parse(sheet, text)
+        return [found.row] if isinstance(found, Command) else []
+
+    def table(self, sheet: Sheet) -> str:
+        own = "Opcodes are the model's own: the sheet gives none. " if sheet.opcodes == "chosen" else ""
+        return f"{line_table(sheet.commands)}\n\n{own}A carriage return ends a line."
+
+    def in_full(self, sheet: Sheet, row: Row) -> str:
+        return line_in_full(sheet, row)

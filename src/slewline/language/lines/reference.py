@@ -1,0 +1,61 @@
+"""The reference of commands that are grammar."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from ...core.table import Arg, Row, Sheet
+from ..assemble import units
+from ..markdown import table
+from . import grammar
+
+STATES = {"i": "idle", "p": "during program entry", "r": "while a program runs"}
+
+
+def line_in_full(sheet: Sheet, row: Row) -> str:
+    room = f"{row.size} {units(sheet)}, opcode {_opcodes(row)}" if row.stored else "not stored"
+    text = [
+        f"# {row.name}: {row.says}",
+        "",
+        f"- line: `{grammar.usage(row)}`",
+        f"- taken: {_taken(row)}",
+        f"- program memory: {room}",
+        f"- manual: {row.where}",
+    ]
+    text += [f"- `{arg.name}`: {_limits(arg)}" for arg in row.args]
+    return "\n".join(text) + "\n"
+
+
+def line_table(commands: Iterable[Row]) -> str:
+    """Commands that are lines, as a table."""
+    heads = ("line", "name", "what it does", "arguments", "locations", "opcode", "taken", "manual")
+    rows = [
+        (
+            f"`{grammar.usage(row)}`",
+            row.name,
+            row.says,
+            "; ".join(f"{arg.name} {_limits(arg)}" for arg in row.args),
+            row.size,
+            _opcodes(row) if row.stored else "",
+            _taken(row),
+            row.where,
+        )
+        for row in commands
+    ]
+    return table(heads, rows)
+
+
+def _limits(arg: Arg) -> str:
+    unit = f" ({arg.unit})" if arg.unit else ""
+    return f"{grammar.range_of(arg)}{unit}{', may be left out' if arg.optional else ''}"
+
+
+def _opcodes(row: Row) -> str:
+    first, last = row.codes[0], row.codes[-1]
+    return f"{first:02X}" if first == last else f"{first:02X} to {last:02X}"
+
+
+def _taken(row: Row) -> str:
+    """In which states it acts at once; a stored one is kept for the program during program entry."""
+    found = [STATES[state] for state in row.when] + (["into the program"] if row.stored else [])
+    return ", ".join(found)

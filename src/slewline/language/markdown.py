@@ -1,0 +1,25 @@
+"""Pieces of Markdown that all references are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..core.table import Pin, Row
+
+
+def mhz(hz: float) -> str:
+    """A frequency in MHz."""
+    return f"{hz / 1e6:g}"
+
+
+def table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """A Markdown table."""
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "\n".join(f"| {' | '.join(str(cell).replace('|', chr(92) + '|') for cell in line)} |" for line in lines)
+
+
+def source(of: Row | Pin) -> str:
+    """Return where a row or a pin stands in the manual; marked, where it is inferred."""
+    return of.where if of.trust == "stated" else f"{of.where} ({of.trust})"

@@ -1,0 +1,106 @@
+"""The dialect of packets: a command byte and words, written as a mnemonic and a number."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from ...core.table import Row, Sheet
+from ...errors import UsageError
+from ..dialect import Refusal, spoken_as
+from ..reader import Reader
+from ..statements import Operand, Source
+from .grammar import (
+    DIRECTS,
+    LONGEST,
+    Words,
+    checksum,
+    command,
+    counted,
+    fields,
+    number,
+    numbers,
+    parse,
+    range_of,
+    row,
+    shown,
+    spell,
+    status_bit,
+    usage,
+    values,
+    words,
+)
+from .reference import packet_in_full, packet_table, words_of
+
+# fmt: off
+__all__ = [
+    "DIRECTS", "LONGEST", "Packets", "Words", "checksum", "command", "counted", "fields", "number", "numbers",
+    "parse", "range_of", "row", "shown", "spell", "status_bit", "usage", "values", "words",
+]
+# fmt: on
+
+
+class PacketReader(Reader):
+    """A line that is one packet."""
+
+    def take(self, labels: tuple[str, ...]) -> tuple[str, ...]:
+        found = parse(self.sheet, self.text)
+        if isinstance(found, Refusal):
+            where = spoken_as(self.sheet, Words).where
+            self.error(found.at, found.end, found.code, found.found, found.allowed, where, found.remedy)
+            return ()
+        at = len(self.text) - len(self.text.split()[-1])
+        operands = tuple(Operand(*self.spot(at, len(self.text)), value) for value in found.values)
+        self.add(0, len(self.text), found.row, operands, ())
+        return ()
+
+
+@dataclass(frozen=True, eq=False)
+class Packets(Words):
+    """A command is a packet: a command byte, words to and from the part, a checksum."""
+
+    name = "packets"
+
+    def reader(self, source: Source, number: int, column: int, text: str) -> Reader:
+        return PacketReader(source, number, column, text)
+
+    def directs(self, text: str) -> bool:
+        return text.split(maxsplit=1)[0].lower() in DIRECTS
+
+    def refusal(self, sheet: Sheet, text: str, crystal_hz: int) -> Refusal | None:
+        found = parse(sheet, text, crystal_hz)
+        return found if isinstance(found, Refusal) else None
+
+    def spell(self, row: Row, values: Sequence[int], labels: str = "", names: Mapping[int, str] | None = None) -> str:
+        return spell(row, values)
+
+    def parted(self, lines: list[str], sheet: Sheet) -> list[str]:
+        """Return a packet a line; lines that hold something else stay as they are."""
+        try:
+            data = bytes.fromhex(" ".join(lines))
+        except ValueError:
+            return lines
+        found, at = [], 0
+        while at < len(data):
+            found.append(self.cut(data, at, sheet).data)
+            at += len(found[-1])
+        return [packet.hex(" ") for packet in found]
+
+    def check_stream(self, sheet: Sheet) -> None:
+        reads = "what dis reads without it"
+        raise UsageError(f"--stream: the {sheet.part.upper()} has no binary mode; what a host sends it is {reads}")
+
+    def meant(self, sheet: Sheet, text: str) -> list[Row]:
+        coded = re.fullmatch(r"(?:0x|\$)?([0-9a-f]{2})", text.lower())
+        found = sheet.commands.by_code.get(int(coded[1], 16)) if coded else None
+        return [found or row(sheet, "".join(text.split()[:1]))]
+
+    def table(self, sheet: Sheet) -> str:
+        return packet_table(sheet)
+
+    def in_full(self, sheet: Sheet, row: Row) -> str:
+        return packet_in_full(sheet, row)
+
+    def chapters(self, sheet: Sheet) -> list[str]:
+        return words_of(self)

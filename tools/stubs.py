@@ -1,0 +1,156 @@
+"""Write src/slewline/bench/by_name.pyi: what `bench.add`, `bench.part` and `bench.host` return for each name.
+
+python tools/stubs.py            write it
+python tools/stubs.py --check    fail where it differs from the lists of chips and parts; then check the types of the
+                                 examples and of the Python blocks of README.md, as a user would
+
+Parameters are those of the methods; a chip's host is what `bench.host` makes for it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import re
+import subprocess
+import sys
+from inspect import getsource
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from textwrap import dedent
+
+from slewline.bench import Bench
+from slewline.bench.furnishing import Furnished
+from slewline.chips import PARTS, chip_class
+from slewline.parts import KINDS, part_class
+
+ROOT = Path(__file__).resolve().parent.parent
+STUB = ROOT / "src/slewline/bench/by_name.pyi"
+PAGES = ("README.md",)
+UNTOLD = {"serial_for_url": '# mypy: disable-error-code="attr-defined"\n'}  # pySerial does not say what a URL opens
+HEAD = """\
+# Written by tools/stubs.py from the lists of chips and parts; change those, not this file.
+
+from collections.abc import Callable, Mapping
+from typing import Any, Literal, Protocol, TypeVar, overload
+
+{imports}
+
+C = TypeVar("C", bound=Chip)
+P = TypeVar("P", bound=Part)
+"""
+
+
+def parameters(method: str) -> list[str]:
+    """Return the parameters of a method of a bench, as they stand in its source; the first one left out."""
+    tree = ast.parse(dedent(getsource(getattr(Furnished, method)))).body[0]
+    assert isinstance(tree, ast.FunctionDef)
+    text = ast.unparse(tree.args)
+    text = text.removeprefix("self, /, ").removeprefix("self, ")
+    return re.split(r", (?=[*\w])(?![^\[]*\])", text)
+
+
+def protocol(name: str, cases: list[tuple[str, str]], rest: list[str], first: str) -> str:
+    """Return a class that is called with one of several first arguments, and returns what belongs to it."""
+    lines = [f"\nclass {name}(Protocol):"]
+    for argument, result in cases:
+        given = ", ".join([f"self, /, {first}: {argument}", *rest])
+        lines += ["    @overload", f"    def __call__({given}) -> {result}: ..."]
+    return "\n".join(lines)
+
+
+def host_of(number: str) -> type:
+    """Return the class of the host that a bench makes for a chip."""
+    bench = Bench()
+    return type(bench.host(bench.add(number)))
+
+
+def stub() -> str:
+    """Return the text of the stub."""
+    chips = {number: chip_class(number) for number in PARTS}
+    kinds = {kind: part_class(kind) for kind in KINDS}
+    talk = {cls: host_of(number) for number, cls in chips.items()}
+    places = {
+        "chips.line": {"LineChip"},
+        "core.chip": {"Chip"},
+        "core.timebase": {"Time"},
+        "parts.computer": {"Computer"},
+        "parts.part": {"Part"},
+    }
+    for cls in (*chips.values(), *kinds.values(), *talk.values()):
+        places.setdefault(cls.__module__.removeprefix("slewline."), set()).add(cls.__name__)
+    imports = "\n".join(f"from ..{place} import {', '.join(sorted(names))}" for place, names in sorted(places.items()))
+    adding = [(f'Literal["{number}"]', cls.__name__) for number, cls in chips.items()]
+    making = [(f'Literal["{kind}"]', cls.__name__) for kind, cls in kinds.items()]
+    hosting = [(cls.__name__, host.__name__) for cls, host in talk.items()]
+    hosting += [("LineChip", "SerialHost"), ("Chip", "Computer")]
+    classes = [
+        protocol("Adds", [*adding, ("type[C]", "C"), ("str", "Chip")], parameters("add")[1:], "part"),
+        protocol("Makes", [*making, ("type[P]", "P"), ("str", "Part")], parameters("part")[1:], "kind"),
+        protocol("Hosts", hosting, parameters("host")[1:], "*chips"),
+    ]
+    functions = [
+        f"def {name.lower()}(function: Callable[..., Any]) -> {name}: ..." for name in ("Adds", "Makes", "Hosts")
+    ]
+    return "\n".join([HEAD.format(imports=imports), *classes, "", *functions, ""])
+
+
+def formatted(text: str) -> str:
+    """Return a stub as ruff would write it."""
+    command = [sys.executable, "-m", "ruff", "format", "--stdin-filename", str(STUB), "-"]
+    return subprocess.run(command, input=text, capture_output=True, text=True, check=True).stdout
+
+
+def blocks(page: str) -> list[str]:
+    """Return the Python blocks of a page."""
+    return re.findall(r"^```python\n(.*?)^```", (ROOT / page).read_text("utf-8"), re.MULTILINE | re.DOTALL)
+
+
+def claims() -> str:
+    """Return a program that says of what class everything is that a bench hands out by name."""
+    lines = ["from typing import assert_type", "import slewline", "from slewline.core.chip import Chip"]
+    lines += ["from slewline.parts.part import Part", "bench = slewline.Bench()"]
+    lines += ['assert_type(bench["x"], Chip | Part)', 'assert_type(slewline.load("bench.toml")["x"], Chip | Part)']
+    for number in PARTS:
+        chip, host = chip_class(number), host_of(number)
+        lines += [f"from {cls.__module__} import {cls.__name__}" for cls in (chip, host)]
+        lines += [f'assert_type(bench.add("{number}"), {chip.__name__})']
+        lines += [f'assert_type(bench.host(bench.add("{number}")), {host.__name__})']
+    for kind in KINDS:
+        cls = part_class(kind)
+        lines += [f"from {cls.__module__} import {cls.__name__}"]
+        lines += [f'assert_type(bench.part("{kind}"), {cls.__name__})']
+    return "\n".join(lines) + "\n"
+
+
+def typed() -> int:
+    """Check the types of examples, of pages, and of all that a bench hands out; return the exit status of mypy."""
+    with TemporaryDirectory() as folder:
+        files = [str(path) for path in sorted((ROOT / "examples").glob("*.py"))]
+        files.append(f"{folder}/claims.py")
+        Path(files[-1]).write_text(claims(), "utf-8")
+        for page in PAGES:
+            for number, text in enumerate(blocks(page), 1):
+                path = Path(folder) / f"{Path(page).stem.lower()}_{number}.py"
+                eased = "".join(line for call, line in UNTOLD.items() if call in text)
+                path.write_text(eased + text, "utf-8")
+                files.append(str(path))
+        command = [sys.executable, "-m", "mypy", "--strict", "--scripts-are-modules", *files]
+        return subprocess.run(command, cwd=ROOT, check=False).returncode
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--check", action="store_true", help="write nothing; check the stub and the types of examples")
+    text = formatted(stub())
+    if not parser.parse_args().check:
+        STUB.write_text(text, "utf-8")
+        return 0
+    if not STUB.is_file() or STUB.read_text("utf-8") != text:
+        print(f"{STUB.relative_to(ROOT)} is not what the lists of chips and parts say; run python tools/stubs.py")
+        return 1
+    return typed()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
