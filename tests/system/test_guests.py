@@ -234,7 +234,7 @@ def test_the_command_line_takes_a_guest_wherever_it_takes_a_chip(lab, call):
     status, out, _ = call("lint", "far.txt", "--chip", NAME)
     assert status == 1 and "far.txt, line 2, column 2: error: NUMBER steps 0: allowed 1..999999" in out
     written("long.txt", f"V{'0' * 300}\n")  # its sheet sets no limit
-    assert "301 characters: allowed 256" in call("lint", "long.txt", "--chip", NAME)[1]
+    assert "error: SPEED speed 0: allowed 1..20000" in call("lint", "long.txt", "--chip", NAME)[1]
 
 
 def test_what_a_class_names_beside_its_sheet_is_used(lab, call):

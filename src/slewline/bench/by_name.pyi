@@ -3,6 +3,8 @@
 from collections.abc import Callable, Mapping
 from typing import Any, Literal, Protocol, TypeVar, overload
 
+from ..chips.cy500.firmware import Cy500
+from ..chips.cy512.firmware import Cy512
 from ..chips.cy525.firmware import Cy525
 from ..chips.gs_c200.firmware import GsC200, GsC200S
 from ..chips.line import LineChip
@@ -48,6 +50,28 @@ class Adds(Protocol):
         bare: bool = False,
         **options: Any,
     ) -> Cy525: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        part: Literal["cy500"],
+        name: str | None = None,
+        crystal: str | int | None = None,
+        straps: Mapping[str, int] | None = None,
+        bare: bool = False,
+        **options: Any,
+    ) -> Cy500: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        part: Literal["cy512"],
+        name: str | None = None,
+        crystal: str | int | None = None,
+        straps: Mapping[str, int] | None = None,
+        bare: bool = False,
+        **options: Any,
+    ) -> Cy512: ...
     @overload
     def __call__(
         self,
@@ -587,6 +611,28 @@ class Hosts(Protocol):
         self,
         /,
         *chips: Cy525,
+        name: str | None = None,
+        delay: Time = 0,
+        baud: int | None = None,
+        line: Part | None = None,
+        over: str | None = None,
+    ) -> Host: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        *chips: Cy500,
+        name: str | None = None,
+        delay: Time = 0,
+        baud: int | None = None,
+        line: Part | None = None,
+        over: str | None = None,
+    ) -> Host: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        *chips: Cy512,
         name: str | None = None,
         delay: Time = 0,
         baud: int | None = None,

@@ -1,6 +1,6 @@
 """Classes found by name, one way for chips and for parts: ours, those of installed packages, and those of any module.
 
-    cy525                 ours
+    the name of a part    ours
     mx10                  an entry point of a package that the user has installed
     my_lab.mx10:Mx10      module:Class
 
