@@ -32,11 +32,11 @@ class GsC(Instructions):
     def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
         if self.options.stepwise:
-            from .stepwise import Stepwise
+            from .twin import Stepwise
 
-            self.motion = Stepwise(self)
+            self.motion = Stepwise(self, self.times_ps, self.lines, self.counter)
         else:
-            self.motion = Motion(self)
+            self.motion = Motion(self, self.times_ps, self.lines, self.counter)
         self.handlers = {row.form: getattr(self, row.handler) for row in self.sheet.commands}
         if self.options.cold:
             self.idle = True
@@ -58,7 +58,7 @@ class GsC(Instructions):
     def _power_up(self) -> None:
         self.up_ps, self.idle = self.kernel.now, False
         self.forget()
-        self.axis1.load(0)
+        self.counter.clear()
         self.start()
 
     def _power_off(self) -> None:
@@ -222,7 +222,7 @@ class GsC(Instructions):
         missing = self.unset_before_motion()
         if not self.memory or missing:
             return self.mistake("E4", f"E with {f'{missing} never set' if missing else 'an empty program'}")
-        self.overflow = False
+        self.state.overflow = False
         self.run_program()
         return "Y"
 
@@ -230,8 +230,8 @@ class GsC(Instructions):
         if self.running:
             return "B"
         for flag, answer in (("overflow", "E5"), ("failed", "E6")):
-            if getattr(self, flag):
-                setattr(self, flag, False)
+            if getattr(self.state, flag):
+                setattr(self.state, flag, False)
                 return answer
         return "R"
 
@@ -243,14 +243,14 @@ class GsC(Instructions):
     def _ends(self, letter: str) -> None:
         """A command ends a motion."""
         if self.motion.moving:
-            self.axis1.log.mark("command", letter)
+            self.counter.log.mark("command", letter)
 
     async def do_zero_speed(self) -> None:
         self._ends("Z")
-        if self.motion.moving and not self.homing:
-            self.axis1.log.stop()
+        if self.motion.moving and not self.counter.homing:
+            self.counter.log.stop()
             self.ending = True
-            self.motion.stop.drive(1)
+            self.motion.come_to_rest()
         elif self.running:
             await self.end_now()
 
@@ -275,7 +275,7 @@ class GsC(Instructions):
         """The speed of a homing: that of the S at the head of the program, else the one in force."""
         if self.memory and self.memory[0] == ord("S"):
             return self._fetch(bytes(self.memory), 0)[1][0]
-        return self.speeds["start_stop"]
+        return self.state.start_stop
 
     async def _home_for_host(self, direction: int, speed: int) -> None:
         await self._home(direction, speed)
@@ -284,13 +284,11 @@ class GsC(Instructions):
 
     async def _home(self, direction: int, speed: int) -> None:
         """The counter is not kept on the way, and cleared at the end."""
-        self.homing, text = True, "H+" if direction > 0 else "H-"
+        text = "H+" if direction > 0 else "H-"
         self.works_on(text)
-        self.begins(text, direction, homing=speed)
-        await self.motion.home(direction, speed, text)
-        self.homing = False
-        self.axis1.load(0)
-        self.axis1.log.end()
+        self.counter.set_out(text, direction, homing=speed)
+        await self.motion.home(direction, text)
+        self.counter.homed()
         self.works_on("")
 
     # --------------------------------------------------------------------------------------------------------- EEPROM
@@ -315,7 +313,7 @@ class GsC(Instructions):
         self.busy(self.in_work)
         self.waits("a command")
         if self.options.early_y:
-            self.failed = not good
+            self.state.failed = not good
         else:
             self.take(self.spoken("Y" if good else "E6", checked)[0])
         self.refresh_idle()

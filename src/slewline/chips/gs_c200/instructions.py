@@ -15,7 +15,7 @@ from .state import State
 
 if TYPE_CHECKING:
     from .motion import Motion
-    from .stepwise import Stepwise
+    from .twin import Stepwise
 
 Handler = Callable[..., Awaitable[str | None]]
 PARAMETERS = {"S": "start_stop", "T": "top_speed", "R": "ramp"}
@@ -54,7 +54,7 @@ class Instructions(State):
         self.at, self.other_work = None, ""
         self.on_command("")
         self.tasks = [task for task in self.tasks if task.alive]
-        self.running = self.homing = False
+        self.running = False
         if not self.in_work:
             self.rdy.drive(None)
         self.waits("a command")
@@ -103,7 +103,7 @@ class Instructions(State):
 
     def unset_before_motion(self) -> str:
         """Which of S, T, R a motion of the stored program would lack, in the order of the listing."""
-        known = {letter for letter, name in PARAMETERS.items() if self.speeds[name]}
+        known = {letter for letter, name in PARAMETERS.items() if getattr(self.state, name)}
         at = 0
         while at < len(self.memory):
             row = self.rows[self.memory[at]]
@@ -169,13 +169,13 @@ class Instructions(State):
 
     # ------------------------------------------------------------------------------------------------------- motion
     async def do_start_stop(self, speed: int) -> None:
-        self.speeds["start_stop"] = speed
+        self.state.start_stop = speed
 
     async def do_top_speed(self, speed: int) -> None:
-        self.speeds["top_speed"] = speed
+        self.state.top_speed = speed
 
     async def do_ramp(self, length: int) -> None:
-        self.speeds["ramp"] = length
+        self.state.ramp = length
 
     async def do_move(self, steps: int) -> None:
         await self._move_by(steps, f"{steps:+d}")
@@ -185,11 +185,11 @@ class Instructions(State):
 
     async def _move_by(self, steps: int, text: str) -> None:
         if steps and self._may_move():
-            if self.room(steps) < abs(steps):
+            if self.counter.room(steps) < abs(steps):
                 self._overflow(f"{text} from {self.position} leaves the position counter")
                 return
             direction = 1 if steps > 0 else -1
-            self.begins(text, direction)
+            self.counter.set_out(text, direction)
             await self.motion.move(abs(steps), direction, text)
 
     async def do_velocity(self, direction: int) -> None:
@@ -204,21 +204,21 @@ class Instructions(State):
         watched = None if number is None else self.inputs[number - 1]
         if watched is not None and watched.level == 0:
             return
-        limit = self.room(direction)
+        limit = self.counter.room(direction)
         text = "a run" + (f" until ui{number}=0" if number else " until K or Z")
         if limit:
             spelled = f"{self.rows[ord('g')].head}{'+' if direction > 0 else '-'}{number or ''}"
-            self.begins(spelled, direction, endless=True)
+            self.counter.set_out(spelled, direction, endless=True)
             await self.motion.run(limit, direction, text, watched)
-        if not limit or self.full(direction, self.motion.stopped):
+        if not limit or self.counter.full(direction, self.motion.stopped):
             self._overflow("an endless motion has reached the end of the position counter")
 
     def _overflow(self, text: str) -> None:
         self.finding("E5", text)
-        self.overflow = self.ending = True
+        self.state.overflow = self.ending = True
 
     def _may_move(self) -> bool:
-        if all(self.speeds.values()):
+        if all(self.state.speeds):
             return True
         self.finding("no-speed", "a jump leads to a motion before S, T and R are set: the program ends")
         self.ending = True
@@ -226,16 +226,14 @@ class Instructions(State):
 
     # ------------------------------------------------------------------------------------------------ position counter
     async def do_force(self, position: int) -> None:
-        self.axis1.load(position)
-        self.axis1.log.mark("command", f"f{position}")
+        self.counter.load(position, f"f{position}")
 
     async def do_initialize(self, what: int) -> None:
         if what & 2:
             for driver in self.outputs:
                 driver.drive(0)
         if what & 1:
-            self.axis1.load(0)
-            self.axis1.log.mark("command", f"I{what}")
+            self.counter.load(0, f"I{what}")
             await self.pulse_reset()
 
     async def pulse_reset(self) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any
 
 from ...core.axis import Axis
@@ -13,13 +12,14 @@ from ...core.serial import Straps
 from ...core.store import Memory, Store
 from ...core.table import Row
 from ...core.timebase import picoseconds
-from ...core.train import OPEN
 from ...errors import UsageError
 from ...language.lines import KEPT
 from ..line import LineChip
 from . import sheet
-from .ideal import Made
-from .profile import LAWS, Law
+from .counter import PositionCounter
+from .profile import LAWS
+from .registers import Registers
+from .steps import StepLines
 
 TIMES = {name: time.ticks for name, time in sheet.TIMES.items()}
 OR_SINCE = (2, 2)  # GS-C200 firmware that sets a bit of every checksum
@@ -37,9 +37,12 @@ class State(LineChip):
         self.eeprom_fails: bool = self.options.eeprom_fault
         self.spoiled = ""  # why the last write failed: until one succeeds, the EEPROM is not valid
         self.saving: tuple[bytes, int] | None = None  # what is being written, since when
-        self.axis1 = Axis(kernel, sheet.POSITIONS[self.sheet.part], 0)
-        self.axes = (self.axis1,)
+        self.axes = (Axis(kernel, sheet.POSITIONS[self.sheet.part], 0),)
         self._take_options()
+        law = self.options.law if callable(self.options.law) else LAWS[self.options.law]
+        self.state = Registers()
+        self.counter = PositionCounter(self.axes[0], self.state, law, self.wraps)
+        self.lines = StepLines(self)
         self._name_pins()
         self.pull_down = Driver(self.pins["txpd"].net, PULL_DOWN)  # drives nothing, but shows where the pull-down is
         if not self.bare and self.strapped_address() == 0:
@@ -55,10 +58,9 @@ class State(LineChip):
         self.lenient = options.lenient
         self.turnround_ps = picoseconds(options.turnround)
         self.instruction_ps = picoseconds(options.instruction_time)
-        self.dir_setup_ps = picoseconds(options.dir_setup)
         self.eeprom_ps = picoseconds(options.eeprom_time)
-        self.clock_ps, self.reset_ps, self.release_ps = TIMES["clock"], TIMES["reset"], TIMES["release"]
-        self.law: Law = options.law if callable(options.law) else LAWS[options.law]
+        self.reset_ps = TIMES["reset"]
+        self.times_ps = TIMES | {"instruction": self.instruction_ps, "dir_setup": picoseconds(options.dir_setup)}
         early = tuple(map(int, options.firmware.split("."))) < OR_SINCE
         if early and self.sheet is not sheet.GS_C200:
             raise UsageError(
@@ -75,10 +77,8 @@ class State(LineChip):
 
     def _name_pins(self) -> None:
         pins, drivers = self.pins, self.drivers
-        self.enable, self.eot, self.home = pins["enable"].net, pins["eot"].net, pins["home"].net
         self.inputs = tuple(pins[f"ui{n}"].net for n in (1, 2, 3))
-        self.mov, self.ramp, self.dir = drivers["mov"], drivers["ramp"], drivers["dir"]
-        self.clock_pin, self.reset_pin, self.rdy = drivers["clock"], drivers["reset"], drivers["rdy"]
+        self.reset_pin, self.rdy = drivers["reset"], drivers["rdy"]
         self.outputs = tuple(drivers[f"uo{n}"] for n in (1, 2, 3))
 
     def _tie_pull_down(self) -> None:
@@ -130,17 +130,13 @@ class State(LineChip):
     def forget(self) -> None:
         """What power-off takes away."""
         self.memory = bytearray()  # the program
-        self.speeds = {"start_stop": 0, "top_speed": 0, "ramp": 0}
+        self.state.clear()
         self.entering = False  # programming mode
-        self.overflow = False  # E5 is to be reported
-        self.failed = False  # E6 is to be reported (option early_y)
         self.writing = False  # the EEPROM is being written
         self.saving = None
         self.ending = False  # Z: the program ends when the motion has come to rest
         self.address = 0
         self.running = False
-        self.heading = 0  # the direction of an endless motion
-        self.homing = False  # a homing runs: its steps are not counted
         self.pc = 0  # location of the next instruction
         self.at: int | None = None  # of the one in work; None: no program runs
         self.other_work = ""  # a homing, a write, an instruction without a program
@@ -181,47 +177,11 @@ class State(LineChip):
         """start_stop, top_speed (units of 10 steps/s), ramp (steps): 0 where never set; position; user_inputs and
         user_outputs as V2 reads them."""
         return {
-            **self.speeds,
+            **dict(zip(("start_stop", "top_speed", "ramp"), self.state.speeds, strict=True)),
             "position": self.position,
             "user_inputs": self.read_inputs(),
             "user_outputs": self.read_outputs(),
         }
-
-    def speeds_in_force(self) -> tuple[int, int, int]:
-        """S, T and R."""
-        return self.speeds["start_stop"], self.speeds["top_speed"], self.speeds["ramp"]
-
-    def begins(self, text: str, direction: int, *, homing: int = 0, endless: bool = False) -> None:
-        """A motion begins in a direction; with a speed, a homing."""
-        self.heading = direction if endless else 0
-        self.made = Made(homing, 0, 0, self.law) if homing else Made(*self.speeds_in_force(), self.law)
-        self.axis1.log.begin(text, self.made.homing if homing else self.made.parameters, direction)
-
-    def first_step(self, sign: int, number: int | None, limit: int = OPEN) -> None:
-        """The first step of a motion begins."""
-        if not self.homing:
-            ideal = partial(self.made.ideal, self.kernel.now, self.position, sign, number, limit)
-            self.axis1.log.expect(ideal)
-
-    def room(self, steps: int) -> int:
-        """Steps to the end of the counter in a direction; without end where it wraps."""
-        if self.wraps:
-            return OPEN
-        return self.axis1.positions[-1] - self.position if steps > 0 else self.position
-
-    def full(self, direction: int, stopped: bool) -> bool:
-        """Has an endless motion come to the end of the counter, and not been stopped there?"""
-        return self.room(direction) == 0 and not stopped
-
-    def motion_over(self, stopped: bool) -> None:
-        """The last pulse of a motion is over; `stopped`: it has come to rest as it was told to."""
-        self.axis1.log.end("limit" if self.heading and self.full(self.heading, stopped) else None)
-
-    def departs(self, kind: str = "", text: str = "") -> None:
-        """The motion becomes another one than it was to be."""
-        self.axis1.log.depart()
-        if kind:
-            self.axis1.log.mark(kind, text)
 
     def read_inputs(self) -> int:
         """UI1 + 2 UI2 + 4 UI3; an open input reads 1."""
