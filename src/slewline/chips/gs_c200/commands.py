@@ -60,7 +60,9 @@ class Commands:
                 return await self.perform(command)
             return "B"
         if not isinstance(command, Command):
-            return self.mistake("E4" if command.code == "unknown" else "E2", command.text)
+            if command.code == "unknown":
+                return self.mistake("E4", command.text)
+            return self.mistake("E2", command.text)
         if ("p" if self.program.entering else "i") in command.row.when:
             return await self.perform(command)
         if self.program.entering and command.row.stored:
