@@ -12,10 +12,8 @@ from functools import partial
 from ...core.chip import Chip
 from ...language.dialect import Command
 from ...language.lines import parse
-from .counter import PositionCounter
 from .eeprom import Eeprom
 from .interpreter import Interpreter
-from .program import Program
 from .registers import Registers
 from .user_lines import UserLines
 
@@ -33,19 +31,17 @@ class Commands:
         chip: Chip,
         registers: Registers,
         user: UserLines,
-        counter: PositionCounter,
-        program: Program,
         interpreter: Interpreter,
         eeprom: Eeprom,
         answer_later: Callable[[str], None],
         homing_erases: bool,
     ) -> None:
         self.chip, self.options = chip, chip.options
-        self.registers, self.user, self.counter, self.program = registers, user, counter, program
-        self.interpreter, self.eeprom, self.answer_later = interpreter, eeprom, answer_later
-        self.homing_erases = homing_erases
-        own = {row.form: getattr(self, row.handler) for row in chip.sheet.commands if hasattr(self, row.handler)}
-        self.handlers = interpreter.handlers | own
+        self.registers, self.user, self.interpreter, self.eeprom = registers, user, interpreter, eeprom
+        self.program, self.counter = interpreter.program, interpreter.counter
+        self.answer_later, self.homing_erases = answer_later, homing_erases
+        others = (row for row in chip.sheet.commands if row.form not in interpreter.handlers)
+        self.handlers = interpreter.handlers | {row.form: getattr(self, row.handler) for row in others}
 
     async def answer(self, text: str) -> str:
         """Do what a line says, and return the answer: Y, B, R, E2 to E6, or V with data; empty: it comes later.

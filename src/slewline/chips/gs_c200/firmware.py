@@ -68,15 +68,7 @@ class GsC(LineChip):
         self.interpreter = Interpreter(self, times_ps, self.activity, self.counter, self.stored, motion, instructions)
         self.eeprom = Eeprom(self, self.activity, self.stored, self.store, times_ps["eeprom"], options.eeprom_fault)
         self.commands = Commands(
-            self,
-            self.state,
-            self.user,
-            self.counter,
-            self.stored,
-            self.interpreter,
-            self.eeprom,
-            self.answer_later,
-            self.homing_erases,
+            self, self.state, self.user, self.interpreter, self.eeprom, self.answer_later, self.homing_erases
         )
         self.supply = Supply(self, self, SUPPLY_VOLTS, LOADS_MA)
         self.pull_down = Driver(self.pins["txpd"].net, PULL_DOWN)  # drives nothing, but shows where the pull-down is

@@ -18,8 +18,8 @@ from .user_lines import UserLines
 class Moves(Protocol):
     """What moves the motor: motion.py, or its slow twin.  `sign` is 1 clockwise, -1 counter-clockwise.
 
-    `moving` is true from MOV high to MOV low; `stopped` tells of the last motion whether it came to rest because it
-    was told to.
+    A motion is made with the parameters with which the position counter has set out, just before it.  `moving` is
+    true from MOV high to MOV low; `stopped` tells of the last motion whether it came to rest because it was told to.
     """
 
     moving: bool
