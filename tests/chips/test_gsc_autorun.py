@@ -8,10 +8,10 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from gsc import C200, MS, NINE_SIX, SETUP, STR, US, Rig, base, both, gaps
+from gsc import C200, CHARACTER, MS, NINE_SIX, SETUP, STR, TURNROUND, US, Rig, base, both, gaps
 
 import slewline
-from slewline.chips.gs_c200.state import Memory
+from slewline.core.store import Memory
 
 RESET = 400 * US
 PROGRAM = (*STR, "+50")
@@ -181,3 +181,16 @@ def test_the_line_works_during_a_stand_alone_run(part: str, end: str) -> None:
     steps = len(homing.pulses())
     homing.bench.run("1 s")
     assert len(homing.pulses()) == steps > 0
+
+
+@both
+def test_a_line_that_the_supply_cuts_short_does_not_hold_rdy_low_behind_the_run(part: str) -> None:
+    rig = alone(part, *PROGRAM, eot=0, home=0)
+    rig.bench.run_until_idle()
+    rig.host.write("F\r")
+    rig.bench.run(2 * CHARACTER + TURNROUND // 2)  # the line is in work
+    assert rig.level("rdy") == 0
+    rig.cycle()
+    rig.bench.run_until_idle()
+    assert rig.pos() == 50
+    assert rig.level("rdy") == 1

@@ -11,8 +11,8 @@ import pytest
 from gsc import C200, C200S, MS, NINE_SIX, STR, Rig, base, both
 
 import slewline
-from slewline.chips.gs_c200.state import Memory
 from slewline.core.serial import Word
+from slewline.core.store import Memory
 
 BAUDS = {"000": 9600, "100": 4800, "010": 2400, "110": 1200, "001": 600, "101": 300, "011": 150, "111": 110}
 BITS = 11  # of a character

@@ -93,7 +93,7 @@ def test_a_motion_of_a_gs_c_ends_with_its_last_pulse(stepwise):
     x, _, found = gsc("S10", "T100", "R20", "+200", "-50", stepwise=stepwise)
     x.kernel.run(x.kernel.now + 10**12)
     assert told(found) == [("+200",), (200, 200, "done"), ("-50",), (150, -50, "done")]
-    assert found[1].time_ps == int(x.steps().times_ps[199]) + x.clock_ps
+    assert found[1].time_ps == int(x.steps().times_ps[199]) + x.sheet.times["clock"].ticks
 
 
 @pytest.mark.parametrize("stepwise", [False, True])

@@ -212,12 +212,12 @@ def begin(dialogue: Dialogue, *, stepwise: bool = False, shuffle: int | None = N
         chip.power(False)
         bench.run("1 ms")
     elif dialogue.start == "E":
-        chip.axis1.load(dialogue.position)
+        chip.axes[0].load(dialogue.position)
     else:
         assert host.ask("E")
         host.ask("K")
         bench.run_until(lambda: not chip.running)
-        chip.axis1.load(dialogue.position)
+        chip.axes[0].load(dialogue.position)
     bench.record(*(f"x.{pin}" for pin in OUTPUTS))
     talked = Talked(bench, chip, host)
     talked.heard = heard(chip)

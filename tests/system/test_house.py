@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator, Mapping
+from importlib import import_module
 from pathlib import Path
 
 SOURCES = Path(__file__).parents[2] / "src"
@@ -12,7 +13,6 @@ ANATOMY = (
     "one chip in several modules that know one another; they become objects with faces of their own in another change"
 )
 CIRCLES = {  # that are there still: modules, and why
-    "chips.gs_c200": ("firmware instructions stepwise", ANATOMY),
     "chips.mc1451a": (
         "cycles firmware horizon ideal instructions motion port pulses quantities registers stepwise stepwise_axis "
         "stepwise_inputs trajectory updates",
@@ -122,3 +122,43 @@ def test_the_type_of_a_time_is_defined_once() -> None:
         if "Time" in (source := path.read_text()) and "Time" in bound(ast.parse(source))
     ]
     assert [path.name for path in homes] == ["timebase.py"]
+
+
+# ------------------------------------------------------------------------------------------------- depth of classes
+DEEPEST = 3  # a line chip, the family, the part
+DEEP = {  # that are there still: classes by chip and name
+    "cy525": "Cy525 Instructions",
+    "mc1451a": "Mc1151A Mc1251A Mc1451A Mc1151AE Mc1251AE Mc1451AE Trajectory",
+}
+
+
+def depth(cls: type, room: str) -> int:
+    """How many classes of a room stand one upon the other, up to and with this one."""
+    if not f"{cls.__module__}.".startswith(f"{room}."):
+        return 0
+    return 1 + max(depth(base, room) for base in cls.__bases__)
+
+
+def chip_classes() -> Iterator[type]:
+    """All classes that a module of the chips defines."""
+    for module in modules():
+        if module.startswith("slewline.chips"):
+            for thing in vars(import_module(module)).values():
+                if isinstance(thing, type) and thing.__module__ == module:
+                    yield thing
+
+
+def test_no_class_of_a_chip_is_more_than_three_deep_but_for_those_that_are_listed() -> None:
+    deep = {f"{cls.__module__}.{cls.__name__}" for cls in chip_classes() if depth(cls, "slewline.chips") > DEEPEST}
+    found = {(name.split(".")[2], name.rpartition(".")[2]) for name in deep}
+    known = {(chip, name) for chip, names in DEEP.items() for name in names.split()}
+    assert sorted(found - known) == []
+    assert sorted(known - found) == [], "these are no longer deep: take them off the list"
+
+
+def test_only_the_classes_of_the_room_count_in_a_depth_and_the_longest_way_counts() -> None:
+    one = type("One", (dict,), {"__module__": "a.room"})
+    two = type("Two", (one,), {"__module__": "a.room.inner"})
+    other = type("Other", (two,), {"__module__": "a.room_beside"})
+    both = type("Both", (type("Mixin", (), {"__module__": "a.room"}), two), {"__module__": "a.room"})
+    assert [depth(cls, "a.room") for cls in (dict, one, two, other, both)] == [0, 1, 2, 0, 3]

@@ -22,7 +22,7 @@ SPEEDS = {"S": "start", "T": "top", "R": "ramp"}
 COMMANDS = "command descriptions"
 
 
-class State(NamedTuple):
+class KnownRegisters(NamedTuple):
     """Registers as far as the text tells."""
 
     start: int | None = None
@@ -31,11 +31,11 @@ class State(NamedTuple):
     position: int | None = None
 
 
-class Motion(NamedTuple):
+class MotionCommand(NamedTuple):
     """An instruction that moves the motor, and the registers that it meets."""
 
     statement: Statement
-    state: State
+    state: KnownRegisters
 
     @property
     def steps(self) -> int | None:
@@ -46,8 +46,8 @@ class Motion(NamedTuple):
         return values[0] - position if name == "GOTO" and position is not None else None
 
 
-def after(statement: Statement, state: State) -> State:
-    """The registers behind a command."""
+def after(statement: Statement, state: KnownRegisters) -> KnownRegisters:
+    """Return the registers after a command."""
     row, values = statement.row, statement.values
     if row.form in SPEEDS:
         return state._replace(**{SPEEDS[row.form]: values[0]})
@@ -67,14 +67,14 @@ def after(statement: Statement, state: State) -> State:
 
 def motions(source: Source) -> None:
     """Walk through the text, and judge every motion."""
-    found: dict[Motion, None] = {}  # in the order of their discovery
+    found: dict[MotionCommand, None] = {}  # in the order of their discovery
 
-    def step(statement: Statement, state: State) -> State:
+    def step(statement: Statement, state: KnownRegisters) -> KnownRegisters:
         if statement.row.motion:
-            found[Motion(statement, state)] = None
+            found[MotionCommand(statement, state)] = None
         return after(statement, state)
 
-    states, blocks, block = [State()], iter(source.blocks), None
+    states, blocks, block = [KnownRegisters()], iter(source.blocks), None
     for statement in source.statements:
         if statement.block >= 0:
             continue
@@ -92,7 +92,7 @@ def motions(source: Source) -> None:
         judge(source, motion)
 
 
-def judge(source: Source, motion: Motion) -> None:
+def judge(source: Source, motion: MotionCommand) -> None:
     """One motion with one set of registers."""
     statement, (start, top, length, position) = motion
     if start is not None and top is not None:
@@ -105,7 +105,7 @@ def judge(source: Source, motion: Motion) -> None:
         counter(source, motion, position)
 
 
-def reach(source: Source, motion: Motion, start: int, top: int, length: int) -> None:
+def reach(source: Source, motion: MotionCommand, start: int, top: int, length: int) -> None:
     """A move that turns round before its speed is reached; a ramp without a rate between S and T."""
     steps = abs(motion.steps or 0)
     if 0 < steps < 2 * length + 2:
@@ -121,7 +121,7 @@ def reach(source: Source, motion: Motion, start: int, top: int, length: int) -> 
         source.report(motion.statement, "sudden-ramp", "note", found, section=COMMANDS, remedy="a longer R")
 
 
-def counter(source: Source, motion: Motion, position: int) -> None:
+def counter(source: Source, motion: MotionCommand, position: int) -> None:
     """The position counter of the GS-C200 has ends: a motion that leaves it ends the program (E5)."""
     if source.sheet.part != "gs-c200":
         return

@@ -1,80 +1,137 @@
-"""What the GS-C modules do: power-up, lines of a host, programming, immediate commands.
+"""A GS-C module: it owns the objects, starts and ends what runs, takes and answers lines, and is what a user sees.
 
-Checks of a line, in this order: how it was received (E1), is it a command (E4), its argument (E2), does a program run
-(B), may it come now (E4), does it fit into the memory (E3).  Where the sheet is silent see quirks.py.
+A line is first looked at here: how was it received (E1), is it for this module?  What it says is for commands.py.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
+from ...core.axis import Axis
 from ...core.kernel import Kernel
+from ...core.net import Driver
+from ...core.serial import Straps
+from ...core.store import Memory, Store
 from ...core.table import Sheet
-from ...core.waits import until
+from ...core.timebase import picoseconds
 from ...errors import UsageError
-from ...language.dialect import Command
-from ...language.lines import checksum, parse
-from ..line import Line
-from . import sheet
-from .instructions import Instructions
+from ...language.lines import KEPT, checksum
+from ..line import Line, LineChip
+from .activity import LINE, START, Activity
+from .commands import Commands
+from .counter import PositionCounter
+from .eeprom import Eeprom
+from .instructions import Instructions, Moves
+from .interpreter import Interpreter
 from .motion import Motion
+from .profile import LAWS
+from .program import Program
+from .registers import Registers
+from .sheet import GS_C200, GS_C200S, LOADS_MA, POSITIONS, SUPPLY_VOLTS
+from .steps import StepLines
+from .supply import Supply
+from .user_lines import UserLines
 
-INVALID = b"\xff"  # no opcode; the first byte that a failed write leaves
+if TYPE_CHECKING:
+    from ...core.program import ProgramRow
+
+OR_SINCE = (2, 2)  # GS-C200 firmware that sets a bit of every checksum
+PULL_DOWN = "txpd"  # the name of its driver on a line
 
 
-class GsC(Instructions):
+class GsC(LineChip):
     """A GS-C module on a bench."""
 
+    wraps: bool  # past its ends the position counter wraps; else a motion that would leave it is E5
     homing_erases: bool  # a homing sent by the host erases the program
-    answer_checked = False  # the answer to the line in work carries a checksum
 
     def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
-        if self.options.stepwise:
-            from .stepwise import Stepwise
-
-            self.motion = Stepwise(self)
-        else:
-            self.motion = Motion(self)
-        self.handlers = {row.form: getattr(self, row.handler) for row in self.sheet.commands}
-        if self.options.cold:
+        options, times_ps = self.options, self.times_ps()
+        self.lenient, self.turnround_ps = options.lenient, times_ps["turnround"]
+        self.straps = self.strapped()
+        self.address = 0  # as the straps were when it started
+        self.late_checked = False  # the answer that comes later carries a checksum
+        self.store: Store = options.store if options.store is not None else Memory()
+        self.axes = (Axis(kernel, POSITIONS[self.sheet.part], 0),)
+        self.state = Registers()
+        self.activity = Activity(self)
+        self.user, self.step_lines = UserLines(self), StepLines(self, times_ps)
+        law = options.law if callable(options.law) else LAWS[options.law]
+        self.counter = PositionCounter(self.axes[0], self.state, law, self.wraps)
+        motion = self.moves(times_ps)
+        self.stored = Program(self.sheet, self.state)
+        instructions = Instructions(
+            self, times_ps, self.state, self.step_lines, self.user, self.counter, self.stored, motion
+        )
+        self.interpreter = Interpreter(self, times_ps, self.activity, self.counter, self.stored, motion, instructions)
+        self.eeprom = Eeprom(self, self.activity, self.stored, self.store, times_ps["eeprom"], options.eeprom_fault)
+        self.commands = Commands(
+            self, self.state, self.user, self.interpreter, self.eeprom, self.answer_later, self.homing_erases
+        )
+        self.supply = Supply(self, self, SUPPLY_VOLTS, LOADS_MA)
+        self.pull_down = Driver(self.pins["txpd"].net, PULL_DOWN)  # drives nothing, but shows where the pull-down is
+        if not self.bare and self.strapped_address() == 0:
+            self.pins["txd"].net.join(self.pins["txpd"].net)  # the standard wiring of a module on a line of its own
+        if options.cold:
             self.idle = True
         else:
             self.power(True)
 
-    # --------------------------------------------------------------------------------------------------------- power
+    def moves(self, times_ps: Mapping[str, int]) -> Moves:
+        """Make what moves the motor: the fast way, or its slow twin."""
+        if self.options.stepwise:
+            from .twin import Stepwise
+
+            return Stepwise(self, times_ps, self.step_lines, self.counter)
+        return Motion(self, times_ps, self.step_lines, self.counter)
+
+    def times_ps(self) -> dict[str, int]:
+        """Return the times of the sheet by name, those among them that are options as they were given; picoseconds."""
+        options = self.options
+        given = {
+            "turnround": options.turnround,
+            "instruction": options.instruction_time,
+            "dir_setup": options.dir_setup,
+            "eeprom": options.eeprom_time,
+        }
+        times = {name: time.ticks for name, time in self.sheet.times.items()}
+        return times | {name: picoseconds(time) for name, time in given.items()}
+
+    def strapped(self) -> Straps:
+        """Return what reads the straps; a GS-C200S has no old firmware (UsageError)."""
+        options = self.options
+        early = tuple(map(int, options.firmware.split("."))) < OR_SINCE
+        if early and self.sheet is not GS_C200:
+            raise UsageError(
+                f"{self.name}: firmware {options.firmware!r}; every {self.sheet.part.upper()} sets bit 0x10 of its "
+                "checksums, as a GS-C200 does from 2.2 on: leave the option out"
+            )
+        kept = 0 if early else KEPT
+        return Straps(self.port, self.pins, kept=kept, address=options.address, backwards=options.pin_order)
+
+    def check_wiring(self) -> None:
+        """Report as findings what is not wired as the sheet wants it.  Called before time passes."""
+        super().check_wiring()
+        if self.pins["test"].level != 0:
+            self.finding("test-pin", "pin 10 (test) is not low; wire it to pin 8")
+        pull_downs = [driver for driver in self.pins["txd"].net.drivers if driver.name == PULL_DOWN]
+        if not pull_downs:
+            self.finding("no-pull-down", "no module has its txpd on this txd: the idle line floats")
+        elif len(pull_downs) > 1:
+            self.finding("pull-downs", f"{len(pull_downs)} modules have their txpd on this txd; one is enough")
+        self.supply.check()
+
+    # --------------------------------------------------------------------------------------------- power and the start
     def power(self, on: bool) -> None:
-        """Switch the supply: program memory, speeds, counter and outputs are lost without it; the EEPROM stays."""
+        """Switch the supply: program memory, speeds, counter and outputs are lost without it; the EEPROM stays.
+
+        Raises:
+            UsageError: `on` is neither True nor False.
+        """
         self.check_switch(on)
-        if on == self.powered:
-            return
-        self.switched(on)
-        self.powered = on
-        # what else belongs to this instant is done first, its steps among it
-        self.kernel.call_at(self.kernel.now, self._power_up if on else self._power_off)
-        self.kernel.settle()
-
-    def _power_up(self) -> None:
-        self.up_ps, self.idle = self.kernel.now, False
-        self.forget()
-        self.axis1.load(0)
-        self.start()
-
-    def _power_off(self) -> None:
-        self.hang_up()
-        for task in self.tasks:
-            task.kill()
-        self.tasks.clear()
-        self.motion.cut()
-        self.tear()
-        self.stop()
-        self.on_command("")
-        for driver in self.drivers.values():
-            driver.drive(None)
-        self.forget()
-        self.idle = True
-        self.waits("its supply")
+        self.supply.switch(on)
 
     def reset(self) -> None:
         """The module has no reset input.
@@ -84,61 +141,93 @@ class GsC(Instructions):
         """
         raise UsageError(f"{self.name}: RESET of the {self.sheet.part} is an output; use power(False) and power(True)")
 
+    def powered_up(self) -> None:
+        """Start anew, with nothing in program memory, registers and counter."""
+        self.up_ps, self.idle = self.kernel.now, False
+        self.counter.clear()
+        self.start()
+
+    def powered_off(self) -> None:
+        """End everything, and let go of every output."""
+        self.hang_up()
+        self.interpreter.cut()
+        self.eeprom.cut()
+        self.stop()
+        self.on_command("")
+        for driver in self.drivers.values():
+            driver.drive(None)
+        self.stored.clear()
+        self.state.clear()
+        self.activity.clear()
+        self.address = 0
+        self.idle = True
+        self.waits("its supply")
+
     async def run(self) -> None:
-        """From power-up on: RESET pulse, straps, and what is to be done without a host."""
+        """Run the firmware from power-up on: RESET pulse, straps, and what is to be done without a host."""
         self.waits("the end of the RESET pulse")
         self.outputs_reset()
-        self.rdy.drive(0)
-        await self.pulse_reset()
+        self.activity.begin(START)
+        await self.step_lines.pulse_reset()
         self.address = self.strapped_address()
-        self.rdy.drive(None)
+        self.activity.end(START)
         self.listen()
         self.waits("a command")
         if self.pins["rec"].level == 0:
-            self.recall_and_run()
+            self._recall_and_run()
 
-    def recall_and_run(self) -> None:
+    def _recall_and_run(self) -> None:
         """The stand-alone start: recall the program, home at its start-stop speed, run it."""
-        if self.recall() != "Y" or not self.memory:
+        program = self.stored
+        fault = self.eeprom.recall()
+        if fault:
+            self.finding("E6", fault)
+        if fault or not program.memory:
             return
-        missing = self.unset_before_motion()
-        if self.memory[0] != ord("S") or missing:
-            lacks = missing or "S at its head"
-            self.finding("no-autorun", f"the recalled program is not run, for it lacks {lacks}")
+        missing = program.unset_before_motion()
+        if program.memory[0] != ord("S") or missing:
+            self.finding("no-autorun", f"the recalled program is not run, for it lacks {missing or 'S at its head'}")
             return
-        rxd = self.pins["rxd"].level
-        self.run_program(self._home_and_run(-1 if rxd == 1 else 1, self.first_speed()))
+        direction = -1 if self.pins["rxd"].level == 1 else 1
 
-    async def _home_and_run(self, direction: int, speed: int) -> None:
-        await self._home(direction, speed)
-        await self._execute()
+        async def home_and_run() -> None:
+            await self.interpreter.home(direction, program.homing_speed)
+            await self.interpreter.execute()
 
-    # --------------------------------------------------------------------------------------------------------- lines
+        self.interpreter.run(home_and_run)
+
+    # ----------------------------------------------------------------------------------------------------------- lines
     def busy(self, on: bool) -> None:
-        self.in_work = on
-        self.rdy.drive(0 if on or self.running or self.writing else None)
+        """Begin or end the work on a line: RDY is low meanwhile."""
+        if on:
+            self.activity.begin(LINE)
+        else:
+            self.activity.end(LINE)
 
     @property
     def answering(self) -> bool:
         """Is a line in work, or its answer on its way?  That to M comes when the EEPROM is written."""
-        return super().answering or (self.writing and not self.options.early_y)
+        return super().answering or (self.eeprom.writing and not self.options.early_y)
 
     def refresh_idle(self) -> None:
-        self.idle = not (self.answering or self.running or self.writing)
+        """Note whether the module has nothing to do."""
+        self.idle = not (self.answering or self.activity.kinds)
 
     async def obey(self, line: Line) -> Sequence[bytes]:
-        """Check a line and do what it says; returns the answers as they go over the line."""
-        text, checked = line.text, line.checked
+        """Check how a line was received, and do what it says; return the answers as they go over the line."""
         body = self.meant(line)
         if body is None:
             return ()
         fault = self._reception_fault(line)
         if fault:
-            return self.spoken(self.mistake("E1", f"{text!r}: {fault}"), checked)
-        self.answer_checked = checked
-        return self.spoken(await self.answer(body.decode("ascii")), checked)
+            return self._framed(self.commands.mistake("E1", f"{line.text!r}: {fault}"), line.checked)
+        answer = await self.commands.answer(body.decode("ascii"))
+        if not answer:
+            self.late_checked = line.checked
+        return self._framed(answer, line.checked)
 
     def meant(self, line: Line) -> bytes | None:
+        """Return what a line says to this module, without address and checksum; None: nothing, or it is for another."""
         text = line.text
         if not text:
             return None
@@ -155,225 +244,98 @@ class GsC(Instructions):
             return f"checksum {line.text[-1]:#04x}, expected {checksum(line.text[:-1], self.kept):#04x}"
         return ""
 
-    def spoken(self, answer: str, checked: bool) -> list[bytes]:
+    def _framed(self, answer: str, checked: bool) -> list[bytes]:
         """Answers as they go over the line, each with its checksum if there is one; none for an empty text."""
         lines = [line.encode("ascii") for line in answer.split("\r") if line]
         return [line + bytes([checksum(line, self.kept)]) if checked else line for line in lines]
 
-    async def answer(self, text: str) -> str:
-        """The answer to a line that came well: Y, B, R, E2 to E6, or V with data; lines of Q with CR between them."""
-        command = parse(self.sheet, "Po" if self.options.lenient and text == "P0" else text)
-        if self.writing:
-            return "B"
-        if self.running:
-            if isinstance(command, Command) and "r" in command.row.when:
-                return await self.perform(command)
-            return "B"
-        if not isinstance(command, Command):
-            if command.code == "unknown":
-                return self.mistake("E4", command.text)
-            return self.mistake("E2", command.text)
-        if ("p" if self.entering else "i") in command.row.when:
-            return await self.perform(command)
-        if self.entering and command.row.stored:
-            return self.enter(command)
-        if self.options.direct and command.row.stored:
-            return self._run_directly(command)
-        state = "while programming" if self.entering else "outside a program"
-        return self.mistake("E4", f"{text}: not allowed {state}")
+    def answer_later(self, answer: str) -> None:
+        """Send the answer to a line that has got none so far."""
+        self.take(self._framed(answer, self.late_checked)[0])
 
-    def mistake(self, code: str, text: str) -> str:
-        """The host has made a mistake, or the EEPROM fails: the answer, and a finding with the same code."""
-        self.finding(code, text)
-        return code
+    # ------------------------------------------------------------------------------------------------- as others see it
+    @property
+    def powered(self) -> bool:
+        """Is the supply on?"""
+        return self.supply.powered
 
-    async def perform(self, command: Command) -> str:
-        """An immediate command; most answer Y."""
-        answer = await self.handlers[command.row.form](*command.values)
-        return "Y" if answer is None else answer
+    @property
+    def running(self) -> bool:
+        """Does a program run, or a homing?"""
+        return self.interpreter.running
 
-    def enter(self, command: Command) -> str:
-        """Programming: store an instruction, if it fits."""
-        if len(self.memory) + command.row.size > self.sheet.buffer_bytes:
-            room = f"{len(self.memory)} of {self.sheet.buffer_bytes} locations are taken"
-            return self.mistake("E3", f"{command.text} does not fit: {room}")
-        self.memory += command.stored
-        return "Y"
+    @property
+    def entering(self) -> bool:
+        """Does the module take instructions of a program?"""
+        return self.stored.entering
 
-    def _run_directly(self, command: Command) -> str:
-        async def once() -> None:
-            self.begin_run()
-            self.works_on(command.text)
-            await self.handlers[command.row.form](*command.values)
+    @property
+    def under_way(self) -> str:
+        """What the module works on besides a line of the host."""
+        return self.interpreter.under_way
 
-        self.run_program(once())
-        return "Y"
+    @property
+    def eeprom_fault(self) -> bool:
+        """Does programming the EEPROM fail?  Settable, for tests."""
+        return self.eeprom.fails
 
-    # -------------------------------------------------------------------------------------------- immediate commands
-    async def do_program(self) -> None:
-        self.entering = True
-        self.memory.clear()
+    @eeprom_fault.setter
+    def eeprom_fault(self, on: bool) -> None:
+        self.fail_eeprom(on)
 
-    async def do_program_end(self) -> None:
-        self.entering = False
+    def fail_eeprom(self, on: bool = True) -> None:
+        """Let programming the EEPROM fail (E6), or no more; an input, which a journal repeats.
 
-    async def do_execute(self) -> str:
-        self.entering = False
-        missing = self.unset_before_motion()
-        if not self.memory or missing:
-            return self.mistake("E4", f"E with {f'{missing} never set' if missing else 'an empty program'}")
-        self.overflow = False
-        self.run_program()
-        return "Y"
+        Raises:
+            UsageError: `on` is no bool.
+        """
+        if not isinstance(on, bool):
+            raise UsageError(f"{self.name}: eeprom_fault {on!r}; allowed True, False")
+        self.input("fail_eeprom", on)
+        self.eeprom.fails = on
 
-    async def do_feedback(self) -> str:
-        if self.running:
-            return "B"
-        for flag, answer in (("overflow", "E5"), ("failed", "E6")):
-            if getattr(self, flag):
-                setattr(self, flag, False)
-                return answer
-        return "R"
+    @property
+    def program(self) -> bytes:
+        """The program memory in use; the codes are the model's own, since the sheet gives none."""
+        return bytes(self.stored.memory)
 
-    async def do_kill(self) -> None:
-        if self.running:
-            self._ends("K")
-            await self.end_now()
+    @property
+    def program_counter(self) -> int | None:
+        """The location at which the instruction in work begins."""
+        return self.stored.at
 
-    def _ends(self, letter: str) -> None:
-        """A command ends a motion."""
-        if self.motion.moving:
-            self.axis1.log.mark("command", letter)
+    def program_rows(self) -> list[ProgramRow]:
+        """Return the program memory, an instruction a row: location, bytes (codes of the model) and text."""
+        return self.stored.rows()
 
-    async def do_zero_speed(self) -> None:
-        self._ends("Z")
-        if self.motion.moving and not self.homing:
-            self.axis1.log.stop()
-            self.ending = True
-            self.motion.stop.drive(1)
-        elif self.running:
-            await self.end_now()
+    def listing(self) -> str:
+        """Return the stored program as text, with addresses."""
+        return self.stored.listing()
 
-    async def do_query(self) -> str:
-        return "\r".join([*(row.text for row in self.program_rows()), "END"])
-
-    async def do_verify(self, what: int) -> str:
-        if what == 2:
-            return f"V{self.read_inputs()}{self.read_outputs()}"
-        if self.wraps:
-            return f"V{self.position:+d}"
-        return f"V{self.position:0{7 if self.options.pad7 else 1}d}"
-
-    async def do_home(self, direction: int) -> str:
-        speed = self.first_speed()
-        if not speed:
-            return self.mistake("E4", "H without a start-stop speed")
-        self.run_program(self._home_for_host(direction, speed))
-        return "Y"
-
-    def first_speed(self) -> int:
-        """The speed of a homing: that of the S at the head of the program, else the one in force."""
-        if self.memory and self.memory[0] == ord("S"):
-            return self._fetch(bytes(self.memory), 0)[1][0]
-        return self.speeds["start_stop"]
-
-    async def _home_for_host(self, direction: int, speed: int) -> None:
-        await self._home(direction, speed)
-        if self.homing_erases:
-            self.memory.clear()
-
-    async def _home(self, direction: int, speed: int) -> None:
-        """The counter is not kept on the way, and cleared at the end."""
-        self.homing, text = True, "H+" if direction > 0 else "H-"
-        self.works_on(text)
-        self.begins(text, direction, homing=speed)
-        await self.motion.home(direction, speed, text)
-        self.homing = False
-        self.axis1.load(0)
-        self.axis1.log.end()
-        self.works_on("")
-
-    # --------------------------------------------------------------------------------------------------------- EEPROM
-    async def do_memorize(self) -> str:
-        self.writing = True
-        task = self.kernel.spawn(self._write(bytes(self.memory), self.answer_checked), f"{self.name} writes")
-        self.tasks.append(task)
-        return "Y" if self.options.early_y else ""
-
-    async def _write(self, program: bytes, checked: bool) -> None:
-        """Write byte after byte, a check byte behind them, and answer when all of it is verified."""
-        self.waits("the EEPROM")
-        self.works_on("M")
-        self.saving = program, self.kernel.now
-        await until(self.kernel, self.kernel.now + self.eeprom_ps * (len(program) + 1) // sheet.WRITTEN)
-        self.spoiled = self._programmed(program)
-        good = not self.spoiled
-        if not good:
-            self.finding("E6", f"the EEPROM was not written: {self.spoiled}")
-        self.writing, self.saving = False, None
-        self.works_on("")
-        self.busy(self.in_work)
-        self.waits("a command")
-        if self.options.early_y:
-            self.failed = not good
-        else:
-            self.take(self.spoken("Y" if good else "E6", checked)[0])
-        self.refresh_idle()
-
-    def _programmed(self, program: bytes) -> str:
-        """Keep a program; return why that failed, empty if it did not."""
-        try:
-            self.store.write(INVALID if self.eeprom_fails else program)
-            return "" if self.store.read() == program else "it does not hold the program"
-        except OSError as error:
-            return str(error)
-
-    def tear(self) -> None:
-        """Leave the EEPROM half written, as the supply fails during M: what has been written is new, the rest as
-        before, and the check byte fits neither."""
-        if self.saving is None:
-            return
-        program, since = self.saving
-        done = (self.kernel.now - since) * sheet.WRITTEN // self.eeprom_ps
-        try:
-            before = self.store.read()
-            torn = program[:done] + before.removeprefix(INVALID)[done:]
-            if torn != before:
-                self.store.write(INVALID + torn)
-        except OSError as error:
-            self.spoiled = str(error)
-
-    async def do_exchange(self) -> str:
-        return self.recall()
-
-    def recall(self) -> str:
-        """EEPROM to program memory; a content that is not valid leaves it as it was."""
-        try:
-            data = self.store.read()
-        except OSError as error:
-            return self.mistake("E6", f"the EEPROM cannot be read: {error}")
-        if self.spoiled or not self._is_program(data):
-            why = f": the last write failed ({self.spoiled})" if self.spoiled else ""
-            return self.mistake("E6", f"the EEPROM holds no valid program{why}")
-        self.memory = bytearray(data)
-        return "Y"
-
-    def _is_program(self, data: bytes) -> bool:
-        at = 0
-        while at < len(data) and data[at] in self.rows:
-            at += self.rows[data[at]].size
-        return at == len(data) <= self.sheet.buffer_bytes
+    @property
+    def registers(self) -> dict[str, int]:
+        """start_stop, top_speed (units of 10 steps/s), ramp (steps): 0 where never set; position; user_inputs and
+        user_outputs as V2 reads them."""
+        state = self.state
+        return {
+            "start_stop": state.start_stop,
+            "top_speed": state.top_speed,
+            "ramp": state.ramp,
+            "position": self.position,
+            "user_inputs": self.user.read_inputs(),
+            "user_outputs": self.user.read_outputs(),
+        }
 
 
 class GsC200(GsC):
     """A GS-C200: counter from 0 to 9999999, which overflows (E5)."""
 
-    sheet: Sheet = sheet.GS_C200
+    sheet: Sheet = GS_C200
     wraps, homing_erases = False, True
 
 
 class GsC200S(GsC):
     """A GS-C200S: signed counter that wraps, jumps, preset of the counter."""
 
-    sheet: Sheet = sheet.GS_C200S
+    sheet: Sheet = GS_C200S
     wraps, homing_erases = True, False

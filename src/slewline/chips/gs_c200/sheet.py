@@ -17,7 +17,6 @@ from ...language.lines import Lines
 
 LOCATIONS = 119
 RATE_UNIT = 10  # steps/s; of S and T
-WRITTEN = LOCATIONS + 1  # bytes of a full EEPROM: a check byte follows the program
 LONGEST = 11  # characters before the carriage return: address, f-8388608, checksum
 POSITIONS = MappingProxyType({"gs-c200": range(10_000_000), "gs-c200s": range(-(1 << 23), 1 << 23)})
 
@@ -168,6 +167,7 @@ TIMES = MappingProxyType({
     "clock": _T(1.7, PICOSECONDS, "CLOCK low; at most 5 us", "pin 28; electrical characteristics"),
     "reset": _T(400, PICOSECONDS, "RESET low; at most 500 us", "pin 27; electrical characteristics"),
     "dir_setup": _T(10, PICOSECONDS, "DIR and MOV to the first step", "figure 2", "chosen"),
+    "delay_unit": _T(100 * MS, PICOSECONDS, "the unit of D", "command D"),
     "instruction": _T(MS, PICOSECONDS, "an instruction of a program, before its effect", "program examples", "chosen"),
     "turnround": _T(MS, PICOSECONDS, "carriage return to answer", "data exchange protocol", "chosen"),
     "release": _T(5, PICOSECONDS, "ENABLE high to the step that it held", "pin 24", "chosen"),
@@ -181,7 +181,6 @@ LIMITS = (
     Limit("clock falls", "clock falls", "a step, at 10000 steps/s", "motion characteristics", least=100 * US, trust="derived"),
 )
 # fmt: on
-TENTH_PS = 10**11  # the unit of D
 
 SUPPLY_VOLTS = (12, 40)
 LOADS_MA = MappingProxyType({("v5_20", "v5_21"): 100, ("vsl_plus",): 10, ("vsl_minus",): 10})

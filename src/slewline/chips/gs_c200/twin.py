@@ -17,16 +17,16 @@ took to get so fast.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import isqrt
-from typing import TYPE_CHECKING
 
+from ...core.chip import Chip
 from ...core.net import Driver, Net
 from ...core.plan import Leg, Plan
 from ...core.train import Playing, StepTrain
 from ...core.waits import first_of, level, until
-
-if TYPE_CHECKING:
-    from .firmware import GsC
+from .counter import PositionCounter
+from .steps import StepLines
 
 SECOND = 10**12
 
@@ -39,23 +39,26 @@ def nearest(number: int, by: int) -> int:
 class Stepwise:
     """Plays every motion step by step."""
 
-    def __init__(self, chip: GsC) -> None:
-        self.chip, self.kernel = chip, chip.kernel
+    def __init__(self, chip: Chip, times_ps: Mapping[str, int], lines: StepLines, counter: PositionCounter) -> None:
+        self.chip, self.kernel, self.times_ps = chip, chip.kernel, times_ps
+        self.lines, self.counter = lines, counter
         self.moving = self.stopped = False
         self.stop = Driver(Net(chip.kernel, f"{chip.name}.(stop)", pull=0), chip.name)
         self.made = 0  # steps of this motion
         self.number: int | None = None  # how many there are to be; None: no end
         self.begun_ps = 0  # when the last one began
         self.start_stop = self.top = self.ramp = 0  # S, T and R as this motion takes them
+        self.law = counter.law
+        self.exact = chip.options.law == "constant acceleration"
 
     # ------------------------------------------------------------------------------------------------------- motions
     async def move(self, number: int, sign: int, text: str) -> None:
-        """A move of so many steps."""
+        """Make a move of `number` steps; `sign` is 1 clockwise, -1 counter-clockwise."""
         self.number = number
         await self.go(sign, text, number)
 
     async def run(self, limit: int, sign: int, text: str, watched: Net | None) -> None:
-        """Steps without end, until a request to stop, a low input, or the end of the position counter."""
+        """Step without end, until a request to stop, a low input, or the end of the position counter."""
         self.number = None
         watcher = self.kernel.spawn(self.watch(watched), "a low input stops") if watched is not None else None
         try:
@@ -67,94 +70,97 @@ class Stepwise:
     async def watch(self, net: Net) -> None:
         """Look at an input once in an instruction time."""
         while True:
-            await until(self.kernel, self.kernel.now + self.chip.instruction_ps)
+            await until(self.kernel, self.kernel.now + self.times_ps["instruction"])
             if net.level == 0:
-                self.chip.axis1.log.mark("event", f"UI{self.chip.inputs.index(net) + 1}")
+                self.counter.log.mark("event", net.name[-3:].upper())
                 self.stop.drive(1)
                 return
 
     async def go(self, sign: int, text: str, limit: int) -> None:
-        """From MOV high to the end of the last period."""
-        chip = self.chip
+        """Step from MOV high to the end of the last period."""
+        counter = self.counter
         self.made = 0
-        self.start_stop, self.top, self.ramp = chip.speeds_in_force()
+        self.start_stop, self.top, self.ramp = counter.registers.speeds
         if self.top <= self.start_stop:
             self.start_stop, self.ramp = self.top, 0
         self.stop.drive(0)
-        chip.waits(f"{text} in motion")
+        self.chip.waits(f"{text} in motion")
         self.moving, self.stopped = True, False
-        chip.ramp.drive(self.ramping())
+        self.lines.ramp.drive(self.ramping())
         await self.set_out(sign)
         while await self.may_step(limit):
-            chip.ramp.drive(self.ramping())
+            self.lines.ramp.drive(self.ramping())
             if not self.made:
-                chip.first_step(sign, self.number, limit)
+                counter.first_step(sign, self.number, limit)
             await self.step(self.period(self.index(self.made)), sign, self.made + 1 in (self.number, limit))
         self.rest()
-        chip.motion_over(self.stopped)
+        counter.over(self.stopped)
 
-    async def home(self, sign: int, speed: int, text: str) -> None:
-        """To the end of travel, and back to the home position."""
-        chip = self.chip
-        chip.waits(f"{text}: the end of travel")
+    async def home(self, sign: int, text: str) -> None:
+        """Go to the end of travel, and back to the home position."""
+        lines, speed = self.lines, self.counter.made.start_stop
+        self.chip.waits(f"{text}: the end of travel")
         self.moving = True
         self.ramp, self.number = 0, None
         for switch, way, found in (
-            (chip.eot, sign, ("limit", "EOT")),
-            (chip.home, -sign, ("home", "HOME")),
+            (lines.eot, sign, ("limit", "EOT")),
+            (lines.home, -sign, ("home", "HOME")),
         ):
             if switch.level == 1:
                 await self.set_out(way)
-            while await self.not_there(switch):
+            while await self.wait_until_step_allowed(switch):
                 await self.step(nearest(SECOND, 10 * speed), way, False)
-            chip.axis1.log.mark(*found)
+            self.counter.log.mark(*found)
         self.rest()
 
+    def come_to_rest(self) -> None:
+        """Z: end the motion with a ramp."""
+        self.stop.drive(1)
+
     async def kill(self) -> None:
-        """No further step; a pulse that has begun is completed."""
-        self.chip.departs()
+        """Make no further step; a pulse that has begun is completed."""
+        self.counter.departs()
         if self.moving:
-            await until(self.kernel, self.begun_ps + self.chip.clock_ps)
-            self.chip.clock_pin.drive(1)
-        self.chip.axis1.log.end("cut")
+            await until(self.kernel, self.begun_ps + self.times_ps["clock"])
+            self.lines.clock.drive(1)
+        self.counter.cut()
         self.rest()
 
     def cut(self) -> None:
         """The supply is gone."""
-        self.chip.departs()
-        self.chip.axis1.log.end("cut")
+        self.counter.departs()
+        self.counter.cut()
         self.moving = False
 
     # --------------------------------------------------------------------------------------------------------- steps
     async def set_out(self, sign: int) -> None:
-        """MOV and DIR, and the time from there to the first step."""
-        chip = self.chip
-        chip.mov.drive(1)
-        chip.dir.drive(1 if sign > 0 else 0)
-        await until(self.kernel, self.kernel.now + chip.dir_setup_ps)
+        """Drive MOV and DIR, and let the time to the first step pass."""
+        self.lines.mov.drive(1)
+        self.lines.dir.drive(1 if sign > 0 else 0)
+        await until(self.kernel, self.kernel.now + self.times_ps["dir_setup"])
 
     async def step(self, period: int, sign: int, last: bool) -> None:
-        """A pulse, and the time to the next one."""
-        chip = self.chip
+        """Make a pulse, and let the time to the next one pass."""
+        clock, counter = self.lines.clock, self.counter
         begin = self.begun_ps = self.kernel.now
         leg = Leg(self.leg(self.made), ((period, 1),), 0, 1)
         self.made += 1
-        chip.clock_pin.drive(0)
-        playing = Playing(StepTrain(chip.clock, begin, leg.runs))
-        chip.axis1.follow(playing, sign, not chip.homing, Plan((leg,)))
-        await until(self.kernel, begin + chip.clock_ps)
-        chip.clock_pin.drive(1)
+        clock.drive(0)
+        playing = Playing(StepTrain(self.chip.clock, begin, leg.runs))
+        counter.axis.follow(playing, sign, not counter.homing, Plan((leg,)))
+        await until(self.kernel, begin + self.times_ps["clock"])
+        clock.drive(1)
         if last:
             self.moving = False
-            chip.motion_over(self.stopped)
-            if not chip.options.mov_hold:
+            counter.over(self.stopped)
+            if not self.chip.options.mov_hold:
                 self.rest()
         await until(self.kernel, begin + period)
 
     def rest(self) -> None:
-        """The motion is over."""
-        self.chip.mov.drive(0)
-        self.chip.ramp.drive(0)
+        """End a motion."""
+        self.lines.mov.drive(0)
+        self.lines.ramp.drive(0)
         self.moving = False
 
     def index(self, step: int) -> int:
@@ -178,8 +184,8 @@ class Stepwise:
         """The reciprocal of the rate at an index of the ramp, in picoseconds: the rate's square grows evenly."""
         if self.ramp == 0:
             return nearest(SECOND, 10 * self.start_stop)
-        if self.chip.options.law != "constant acceleration":
-            return round(SECOND / self.chip.law(10.0 * self.start_stop, 10.0 * self.top, self.ramp, index))
+        if not self.exact:
+            return round(SECOND / self.law(10.0 * self.start_stop, 10.0 * self.top, self.ramp, index))
         low, high = (10 * self.start_stop) ** 2, (10 * self.top) ** 2
         squared = 4 * SECOND**2 * self.ramp // (low * self.ramp + (high - low) * index)
         return nearest(isqrt(squared), 2)
@@ -187,11 +193,11 @@ class Stepwise:
     # --------------------------------------------------------------------------------------------------------- looks
     async def may_step(self, limit: int) -> bool:
         """Just before a step: is there one to be made?  Returns when it may be made."""
-        stop, enable = self.stop.net, self.chip.enable
+        stop, enable = self.stop.net, self.lines.enable
         while True:
             if stop.level == 1:
                 if self.made not in (self.number, limit):
-                    self.chip.departs()
+                    self.counter.departs()
                 end = self.made + (min(self.made, self.ramp + 1) if self.ramp else 0)
                 self.number = end if self.number is None else min(self.number, end)
                 self.stopped = self.number <= limit
@@ -199,20 +205,21 @@ class Stepwise:
                 return False
             if enable.level == 1:
                 return True
-            self.chip.departs("event", "ENABLE")
+            self.counter.departs("event", "ENABLE")
             if stop.level == 1:
                 await level(enable, 1)
             else:
                 await first_of(self.kernel, None, (stop, 1), (enable, 1))
             if enable.level == 1:
-                await until(self.kernel, self.kernel.now + self.chip.release_ps)
+                await until(self.kernel, self.kernel.now + self.times_ps["release"])
 
-    async def not_there(self, switch: Net) -> bool:
-        """Just before a step of a homing: has the switch not been reached yet?  Returns when the step may be made."""
+    async def wait_until_step_allowed(self, switch: Net) -> bool:
+        """Wait until a step of a homing may be made.  Returns False once the switch is active."""
+        enable = self.lines.enable
         while switch.level == 1:
-            if self.chip.enable.level == 1:
+            if enable.level == 1:
                 return True
-            self.chip.departs("event", "ENABLE")
-            await level(self.chip.enable, 1)
-            await until(self.kernel, self.kernel.now + self.chip.release_ps)
+            self.counter.departs("event", "ENABLE")
+            await level(enable, 1)
+            await until(self.kernel, self.kernel.now + self.times_ps["release"])
         return False

@@ -1,0 +1,39 @@
+"""What a module has in work, and what shows it: RDY is low meanwhile."""
+
+from __future__ import annotations
+
+from ...core.chip import Chip
+
+LINE, PROGRAM, EEPROM, START = "line", "program", "EEPROM", "start"
+
+
+class Activity:
+    """What is in work: a line of the host, a program or a homing, a write to the EEPROM, the start of the module.
+
+    `text` is what is in work besides a line and an instruction of the program: a homing, a write ...
+    """
+
+    def __init__(self, chip: Chip) -> None:
+        self.chip, self.ready = chip, chip.drivers["rdy"]
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all work: there is no supply."""
+        self.kinds: set[str] = set()
+        self.text = ""
+
+    def begin(self, kind: str) -> None:
+        """Begin a kind of work."""
+        self.kinds.add(kind)
+        self.ready.drive(0)
+
+    def end(self, kind: str) -> None:
+        """End a kind of work, if it is under way."""
+        self.kinds.discard(kind)
+        if not self.kinds:
+            self.ready.drive(None)
+
+    def works_on(self, text: str) -> None:
+        """Report what has begun that is no instruction of the program; empty: it is over."""
+        self.text = text
+        self.chip.on_command(text)

@@ -1,0 +1,25 @@
+"""What a GS-C module remembers besides its program: speeds, and what F has to report.  Without supply all is lost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass
+class Registers:
+    """S, T and R by the names of the sheet, and the faults that F reports once."""
+
+    start_stop: int = 0  # units of 10 steps/s; 0: never set
+    top_speed: int = 0
+    ramp: int = 0  # steps
+    overflow: bool = False  # E5 is to be reported
+    failed: bool = False  # E6 is to be reported (option early_y)
+
+    @property
+    def speeds(self) -> tuple[int, int, int]:
+        """S, T and R."""
+        return self.start_stop, self.top_speed, self.ramp
+
+    def clear(self) -> None:
+        """Forget everything, as without supply."""
+        vars(self).update(vars(Registers()))

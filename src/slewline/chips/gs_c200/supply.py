@@ -1,0 +1,54 @@
+"""The supply: what comes and goes with it, and whether it and its loads are within the limits of the sheet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol
+
+from ...core.chip import Chip
+
+
+class Supplied(Protocol):
+    """What has a supply: a module that does this when it comes and goes."""
+
+    def powered_up(self) -> None:
+        """Start anew, with nothing in program memory, registers and counter."""
+
+    def powered_off(self) -> None:
+        """End everything, and let go of every output."""
+
+
+class Supply:
+    """The supply pins, and those that supply something.
+
+    Args:
+        volts: least and most.
+        loads: the most that may be drawn from pins together, mA.
+    """
+
+    def __init__(
+        self, chip: Chip, supplied: Supplied, volts: tuple[float, float], loads: Mapping[tuple[str, ...], float]
+    ) -> None:
+        self.chip, self.supplied, self.volts, self.loads = chip, supplied, volts, loads
+        self.powered = False
+
+    def switch(self, on: bool) -> None:
+        """Switch the supply on or off, unless it is so."""
+        if on == self.powered:
+            return
+        self.chip.switched(on)
+        self.powered = on
+        # what else belongs to this instant is done first, its steps among it
+        kernel = self.chip.kernel
+        kernel.call_at(kernel.now, self.supplied.powered_up if on else self.supplied.powered_off)
+        kernel.settle()
+
+    def check(self) -> None:
+        """Report a voltage and loads beyond the limits."""
+        options, (low, high) = self.chip.options, self.volts
+        if not low <= options.supply <= high:
+            self.chip.finding("supply", f"{options.supply:g} V; the module wants {low} to {high} V")
+        for pins, limit in self.loads.items():
+            drawn = sum(options.load[pin] for pin in pins)
+            if drawn > limit:
+                self.chip.finding("load", f"{drawn:g} mA from {' and '.join(pins)}; allowed {limit} mA")
