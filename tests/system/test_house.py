@@ -14,11 +14,6 @@ ANATOMY = (
 CIRCLES = {  # that are there still: modules, and why
     "chips.cy525": ("firmware instructions motion port readout state stepwise supply", ANATOMY),
     "chips.gs_c200": ("firmware instructions stepwise", ANATOMY),
-    "chips.mc1451a": (
-        "cycles firmware horizon ideal instructions motion port pulses quantities registers stepwise stepwise_axis "
-        "stepwise_inputs trajectory updates",
-        ANATOMY,
-    ),
     "links": ("control server status", "the control port speaks of the server that has opened it"),
 }
 
