@@ -85,7 +85,7 @@ class Mad(Misuse):
         rnd, row = self.rnd, self.rnd.choice(self.often)
         self.hand.ready()  # the mode is what the last command has made it
         values = [self.value(arg.low, arg.high) for arg in row.args]
-        if row.name == "SET_ACC" and self.chip.state.mode == 0:
+        if row.name == "SET_ACC" and self.chip.state.axis.mode == 0:
             values = [max(abs(value) - 1, 0) for value in values]
         words, reads = packets.words(row, values), packets.counted(row.reads)
         with self.finds():

@@ -16,28 +16,28 @@ class Activity:
         self.clear()
 
     def clear(self) -> None:
-        """Reset: the first command may not come yet."""
+        """Reset: let no command come yet."""
         self.started = False
         self.serving = True  # HostRdy is low
         self.waiting = ""
         self.chip.idle = False
 
     def begin(self) -> None:
-        """The first command may come."""
+        """Note that the first command may come."""
         self.started, self.serving = True, False
         self.refresh()
 
     def serve(self) -> None:
-        """A command or a word of the host is in work."""
+        """Note that a command or a word of the host is in work."""
         self.serving, self.chip.idle = True, False
 
     def served(self) -> None:
-        """It has been worked off."""
+        """Note that it has been worked off."""
         self.serving = False
         self.refresh()
 
     def worked(self) -> None:
-        """A cycle has been worked: what commands had written by then has been seen."""
+        """Note that a cycle has been worked: what commands had written by then has been seen."""
         self.unheeded = any(state.update is not None for state in self.registers.states)
         self.refresh()
 

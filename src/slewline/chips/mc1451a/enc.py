@@ -192,7 +192,7 @@ class QuadratureCounter:
         self._since = int(ticks[-1])
 
     def _check_states(self, lasted: Sequence[int], tick: int) -> None:
-        """How long some states have lasted, the last of them up to a tick: bursts of short ones are reported."""
+        """Report bursts of short states.  `lasted`: how long each was, in clocks; the last one ended at a tick."""
         for state in lasted:
             if state >= 2 * self.dwell_ticks:
                 self._burst = False

@@ -26,7 +26,7 @@ class Feedback:
         pulses.axis.on_forget.add(self.forget)
 
     def begin(self) -> None:
-        """Reset is over: count from 0."""
+        """Count from 0: reset is over."""
         if self.encoder is not None:
             self.encoder.begin()
         self.counts = self.error8 = self.whole = 0  # of the encoder; error * 256; steps of the target that are in it
@@ -47,7 +47,7 @@ class Feedback:
         state.error = self.error8 >> 8
 
     def declare(self, n: int, value: int) -> None:
-        """The actual position and the target are a whole number of steps from now on, the position error is 0."""
+        """Make the actual position a whole number of steps from now on, as the target is; the position error is 0."""
         state = self.state
         self.whole, self.error8, state.error, state.motion_error = value, 0, 0, False
         if self.encoder is not None:
@@ -56,7 +56,7 @@ class Feedback:
             state.actual = value
 
     def forget(self, before: int) -> None:
-        """Nobody asks for what was before an instant any more."""
+        """Forget what was before an instant, for which nobody asks any more."""
         self.offsets.forget(before)
         if self.encoder is not None:
             self.encoder.history.forget(self.clock.ticks_until(before))

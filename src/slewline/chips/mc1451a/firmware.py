@@ -31,7 +31,7 @@ from .instructions import Instructions, Moves
 from .interrupt import HostInterrupt
 from .motion import Motion
 from .port import Port
-from .registers import AxisState, Registers
+from .registers import Registers
 from .supply import Supply
 
 if TYPE_CHECKING:
@@ -45,14 +45,14 @@ class Chipset(Chip):
         super().__init__(kernel, name, crystal_hz, **given)
         positions = range(-(1 << 30), 1 << 30)
         self.axes = tuple(Axis(kernel, positions, 0) for _ in range(self.sheet.axes))
-        self.memory = Registers(self.sheet.axes)
+        self.state = Registers(self.sheet.axes)
         self.cycle_clock = CycleClock(self.clock, sheet.CYCLE_TICKS)
-        self.interrupt = HostInterrupt(self.drivers["hostintrpt"], self.memory)
-        self.activity = Activity(self, self.memory)
+        self.interrupt = HostInterrupt(self.drivers["hostintrpt"], self.state)
+        self.activity = Activity(self, self.state)
         ready_ticks = self.options.reset_cycles * sheet.CYCLE_TICKS
         self.supply = Supply(self, self.cycle_clock, self, ready_ticks, sheet.POWER_UP_RESET_PS)
         self.motion = self.moves()
-        self.instructions = Instructions(self, self.memory, self.interrupt, self.activity, self.supply, self.motion)
+        self.instructions = Instructions(self, self.state, self.interrupt, self.activity, self.supply, self.motion)
         self.port = Port(self, self.activity, self.supply, self.motion, self.instructions, self.options.busy_ticks)
         if not self.sheet.crystal_low_hz <= self.crystal_hz <= self.sheet.crystal_high_hz:
             self.finding("crystal", f"{self.crystal_hz / 1e6:g} MHz is outside the 6.7 to 25.6 MHz of the manual")
@@ -67,8 +67,8 @@ class Chipset(Chip):
         if self.options.stepwise:
             from .twin.stepwise import Stepwise
 
-            return Stepwise(self, self.memory, self.interrupt, self.activity)
-        return Motion(self, self.memory, self.cycle_clock, self.interrupt, self.activity)
+            return Stepwise(self, self.state, self.interrupt, self.activity)
+        return Motion(self, self.state, self.cycle_clock, self.interrupt, self.activity)
 
     # ------------------------------------------------------------------------------------------------- supply and reset
     def power(self, on: bool) -> None:
@@ -89,7 +89,7 @@ class Chipset(Chip):
         self.motion.stop()
         for axis in self.axes:
             axis.log.end("cut")
-        self.memory.clear()
+        self.state.clear()
         self.interrupt.clear()
         self.port.begin()
         self.outputs_reset()
@@ -132,11 +132,6 @@ class Chipset(Chip):
         return self.cycle_clock.origin
 
     @property
-    def state(self) -> AxisState:
-        """The registers of the current axis."""
-        return self.memory.state
-
-    @property
     def registers(self) -> dict[str, int]:
         """The registers of axis 1, named after the commands that write and read them."""
         return self.registers_of(1)
@@ -144,7 +139,7 @@ class Chipset(Chip):
     def registers_of(self, number: int) -> dict[str, int]:
         """Return the registers of an axis, from 1, named after the commands that write and read them."""
         self.motion.catch_up()
-        return self.memory.by_name(number, self.motion.cycle)
+        return self.state.by_name(number, self.motion.cycle)
 
     def axis(self, number: int) -> OneAxis:
         """Return an axis by its number, from 1.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ...core.chip import Chip
 from ...core.cycles import Linear
 from .feedback import Feedback
-from .generator import Generator
+from .generator import ProfileGenerator
 from .ideal import begins
 from .profile import Run
 from .registers import NEGATIVE_LIMIT, ONE, POSITIVE_LIMIT, AxisState
@@ -16,14 +16,14 @@ class Gear:
     """Follows counts; `suspended` by a stop, a limit switch or the motor, until an update."""
 
     def __init__(
-        self, chip: Chip, state: AxisState, generator: Generator, feedback: Feedback, switches: LimitSwitches
+        self, chip: Chip, state: AxisState, generator: ProfileGenerator, feedback: Feedback, switches: LimitSwitches
     ) -> None:
         self.chip, self.state, self.generator, self.pulses = chip, state, generator, generator.pulses
         self.feedback, self.switches = feedback, switches
         self.at_rest = chip.drivers[f"atrest{state.number}"]
 
     def begin(self) -> None:
-        """Reset is over: nothing has been followed."""
+        """Begin with nothing to follow: reset is over."""
         self.followed = self.backlog = 0  # counts so far, displacement that waits
         self.suspended = False
 
@@ -33,7 +33,7 @@ class Gear:
         return bool(self.backlog or self.followed != self.feedback.counts)
 
     def enter(self, cause: str) -> None:
-        """The profile mode is the gear from now on."""
+        """Change to the gear, from the counts of now on."""
         self.followed, self.backlog = self.feedback.counts, 0
         self.suspended = self.state.held or self.switches.flagged
         self.set_out(cause)

@@ -19,7 +19,7 @@ from .verified import fault_of_curve, fault_of_run
 AIMS = {TRAPEZOIDAL: "point", VELOCITY: "contour", S_CURVE: "curve"}
 
 
-class Generator:
+class ProfileGenerator:
     """What an axis is up to.  `aim` is empty at rest; `fresh` says: decide anew, run or no run."""
 
     def __init__(self, chip: Chip, state: AxisState, pulses: Pulses) -> None:
@@ -27,7 +27,7 @@ class Generator:
         self.ranges = sheet.STANDARD_RANGE * ONE, sheet.HIGH_RANGE * ONE
 
     def begin(self) -> None:
-        """Reset is over: the axis rests."""
+        """Begin at rest: reset is over."""
         self.mode = TRAPEZOIDAL  # in force
         self.aim = ""
         self.fresh = False
@@ -115,7 +115,7 @@ class Generator:
         self.aim = ""
 
     def wrapped(self) -> None:
-        """The target has passed an end of its range: a destination lies elsewhere now."""
+        """Decide anew where a destination lies: the target has passed an end of its range."""
         self.fresh |= self.aim == "point"
 
     # ------------------------------------------------------------------------------------------------------------- runs

@@ -1,28 +1,29 @@
-"""How far an axis can see: the next cycle that must be worked, if no input changes and no command comes."""
+"""The next cycle in which an axis must be worked, assuming no input change and no command."""
 
 from __future__ import annotations
 
 from bisect import bisect_left
 
+from . import sheet
 from .enc import FilteredInput
 from .feedback import Feedback
 from .gear import Gear
-from .generator import Generator
+from .generator import ProfileGenerator
 from .pulses import RANGE
 from .registers import GEAR, ONE, AxisState, signed
 
 NEVER = 1 << 80
-COUNTS_PER_CYCLE = 8192 // 12 + 1  # the filter lets no more pass
 
 
 class Horizon:
     """When one axis is due."""
 
     def __init__(
-        self, state: AxisState, generator: Generator, feedback: Feedback, gear: Gear, home: FilteredInput
+        self, state: AxisState, generator: ProfileGenerator, feedback: Feedback, gear: Gear, home: FilteredInput
     ) -> None:
         self.state, self.generator, self.pulses = state, generator, generator.pulses
         self.feedback, self.gear, self.home = feedback, gear, home
+        self.counts_per_cycle = sheet.CYCLE_TICKS // sheet.FILTER_TICKS + 1  # the filter lets no more pass
 
     def after(self, n: int) -> int:
         """Return the next cycle in which something is to be decided, `n` having been worked."""
@@ -65,7 +66,7 @@ class Horizon:
                 return max(self.passes(edge, pulses.turn * pulses.sign), n + 1)
             case "actl_pos" | "actl_neg" if encoder is not None and not encoder.quiet:
                 wraps = RANGE // ONE // 2 - abs(state.actual)  # what lies behind the end of the range may meet it too
-                return n + max(min(abs(value - state.actual), wraps) // COUNTS_PER_CYCLE, 1)
+                return n + max(min(abs(value - state.actual), wraps) // self.counts_per_cycle, 1)
             case "ext" if not self.home.quiet:
                 return n + 1
         return NEVER
@@ -77,7 +78,7 @@ class Horizon:
             return NEVER
         rate = self.generator.fastest * state.step_ratio  # 2^-24 counts per cycle
         if not encoder.quiet:
-            rate += COUNTS_PER_CYCLE << 24
+            rate += self.counts_per_cycle << 24
         if not rate:
             return NEVER
         margin = abs(state.pos_err - abs(state.error)) - state.step_ratio // 256 - 2  # a step counts all at once

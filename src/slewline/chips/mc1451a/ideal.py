@@ -17,9 +17,9 @@ from typing import NamedTuple
 from ...core.chip import Chip
 from ...core.ideal import FOREVER, Ideal, IdealPiece, duration
 from ...core.motions import Parameters
+from . import sheet
 from .profile import UNIT, Phases, s_curve
 from .registers import GEAR, ONE, S_CURVE, TRAPEZOIDAL, VELOCITY, AxisState
-from .sheet import CYCLE_TICKS
 
 
 class Made(NamedTuple):
@@ -41,7 +41,7 @@ class Made(NamedTuple):
     @property
     def per_s(self) -> float:
         """Cycles per second."""
-        return self.crystal_hz / CYCLE_TICKS
+        return self.crystal_hz / sheet.CYCLE_TICKS
 
     def parameters(self) -> Parameters:
         """What a picture names: the rates in force, and what else the profile mode takes."""
@@ -96,7 +96,7 @@ def begins(chip: Chip, state: AxisState, cause: str, start_velocity: int, pulse_
 
 
 def departs(chip: Chip, state: AxisState, kind: str, text: str) -> None:
-    """Something makes the motion of an axis another one than it was to be."""
+    """Note that something makes the motion of an axis another one than it was to be."""
     log = chip.axes[state.number - 1].log
     log.depart()
     log.mark(kind, text)

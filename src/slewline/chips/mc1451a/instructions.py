@@ -40,19 +40,19 @@ class Moves(Protocol):
         """The present cycle, as of the last `catch_up`."""
 
     def start(self) -> None:
-        """Reset is over: cycle 0 begins at this instant."""
+        """Begin cycle 0 at this instant: reset is over."""
 
     def stop(self) -> None:
-        """Reset, or no supply: no pulse after this instant."""
+        """Make no pulse after this instant: reset, or no supply."""
 
     def catch_up(self) -> None:
         """Bring the registers up to this instant, a cycle that begins with it included."""
 
     def attend(self) -> None:
-        """A command has written registers: the next cycle must look at them."""
+        """Look at the registers in the next cycle: a command has written them."""
 
     def declare(self, state: AxisState, value: int) -> None:
-        """SET_ACTL_POS: the position of an axis, at once and without pulses."""
+        """Set the position of an axis, at once and without pulses."""
 
 
 class Instructions:
@@ -73,14 +73,13 @@ class Instructions:
         self.homes = [chip.pins[f"home{state.number}"] for state in registers.states]
         rows = chip.sheet.commands
         self.handlers = {row.code: getattr(self, row.handler) for row in rows}
-        unheard = {"RESET", "SET_1", "SET_2", "SET_3", "SET_4", "SET_I"}  # as every GET
-        self.heard = {row.code for row in rows if row.name not in unheard and not row.name.startswith("GET")}
+        self.writes = {row.code for row in rows if not row.reads and row.name != "RESET"}  # what a cycle looks at
 
     def perform(self, row: Row, value: int) -> int | None:
         """Do what a complete packet says; the registers show the present cycle.  Returns what is to be read."""
         handler = self.handlers[row.code]
         found: int | None = handler(value) if row.args else handler()
-        if row.code in self.heard:
+        if row.code in self.writes:
             self.activity.unheeded = True
             self.motion.attend()
         return found
@@ -88,10 +87,10 @@ class Instructions:
     @property
     def state(self) -> AxisState:
         """The registers of the current axis."""
-        return self.registers.state
+        return self.registers.axis
 
     def within(self, what: Arg, value: int, kept: int) -> int:
-        """The part of a value that a register keeps, with a finding if the value is out of range."""
+        """Return the part of a value that a register keeps, with a finding if the value is out of range."""
         written = what.unpack(what.pack(value, "big"), "big")
         if not what.allows(written):
             text = f"{what.name} {written}; allowed {what.low}..{what.high}: {kept} is kept"
@@ -99,16 +98,16 @@ class Instructions:
         return kept
 
     def unsigned(self, what: Arg, value: int) -> int:
-        """A register without a sign: its top bit is dropped."""
+        """Return what a register without a sign keeps: the top bit is dropped."""
         return self.within(what, value, value & (1 << (8 * what.size - 1)) - 1)
 
     def to_position(self, what: Arg, value: int) -> int:
-        """A position: 31 bits with their sign."""
+        """Return what a position register keeps: 31 bits with their sign."""
         return self.within(what, value, signed(value, 31))
 
     # ---------------------------------------------------------------------------------------------------- axis control
     def select(self, number: int) -> int:
-        """An axis becomes the current one; its status is read."""
+        """Make an axis the current one; its status is read."""
         self.registers.current = number
         return self.state.status
 

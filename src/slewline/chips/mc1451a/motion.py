@@ -51,7 +51,7 @@ class Motion:
 
     # ------------------------------------------------------------------------------------------------------------ time
     def start(self) -> None:
-        """Reset is over: cycle 0 begins."""
+        """Begin cycle 0 at this instant: reset is over."""
         self.running, self.cycle = True, 0
         for trajectory in self.trajectories:
             trajectory.begin()
@@ -59,7 +59,7 @@ class Motion:
         self._schedule()
 
     def stop(self) -> None:
-        """Reset, or no supply: no pulse after this instant."""
+        """Make no pulse after this instant: reset, or no supply."""
         if self.running:
             self.running, self.cycle = False, 0
             for trajectory in self.trajectories:
@@ -79,7 +79,7 @@ class Motion:
                 trajectory.sync(n)
 
     def attend(self) -> None:
-        """Something has been written, or an input has changed: the next cycle is due."""
+        """Make the next cycle due: something has been written, or an input has changed."""
         if self.running:
             due = max(self.cycle, self.cycle_clock.begun(self.kernel.now)) + 1
             for trajectory in self.trajectories:
@@ -87,7 +87,7 @@ class Motion:
             self._schedule()
 
     def attend_soon(self) -> None:
-        """A filtered input is about to change: it may count in the next cycle, or in the one after."""
+        """Make the next cycle due when this round is over: a filtered input is about to change, and may count then."""
         if self.running:
             self.kernel.call_at(self.kernel.now, self.attend)
 
@@ -121,7 +121,7 @@ class Motion:
         self.activity.worked()
 
     def _limit(self, switches: LimitSwitches, limit: int, net: Net) -> None:
-        """A limit input has changed; the cycle that begins now has not seen it."""
+        """Take the new level of a limit input, which the cycle that begins now has not seen."""
         if self.running:
             self.catch_up()
             switches.levels[limit] = net.value or 0
@@ -129,5 +129,5 @@ class Motion:
 
     # -------------------------------------------------------------------------------------------------------- commands
     def declare(self, state: AxisState, value: int) -> None:
-        """The present position is this, at once."""
+        """Set the position of an axis, at once and without pulses."""
         self.trajectories[state.number - 1].updates.declare(self.cycle, value)

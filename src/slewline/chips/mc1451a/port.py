@@ -54,7 +54,7 @@ class Port:
         self.begin()
 
     def begin(self) -> None:
-        """Reset: not ready, no packet."""
+        """Reset: be not ready, and forget the packet."""
         self.chip.on_command("")
         self.ready = False
         self.bytes: list[int] = []  # first byte of a word that is written
@@ -77,7 +77,7 @@ class Port:
         return self.supply.powered and self.slct.level == 0
 
     def _strobe(self, name: str, other: str, net: Net) -> bool:
-        """A strobe has begun; is it one?  `net` is that of the other strobe."""
+        """Return whether the strobe that begins now is one.  `net` is that of the other strobe."""
         now = self.kernel.now
         if net.level == 0:
             self.chip.finding("strobes", f"{name} and {other} are low together: no transfer")
@@ -88,7 +88,7 @@ class Port:
         return True
 
     def _write(self, net: Net) -> None:
-        """HostWrite: a byte is taken with its rising edge."""
+        """HostWrite: take a byte with its rising edge."""
         if not self._selected:
             self.legal = False
             return
@@ -109,7 +109,7 @@ class Port:
             self.data(self.bus.byte)
 
     def _read(self, net: Net) -> None:
-        """HostRead: a byte stands on the bus while it is low."""
+        """HostRead: show a byte on the bus while it is low."""
         if net.value == 0:
             self.legal = self._selected and self._strobe("hostread", "hostwrite", self.writes)
             if self.legal and self.cmd.level == 1:
@@ -125,12 +125,12 @@ class Port:
                 self.read_on()
 
     def _show(self, level: tuple[int, int] | None, delay_ps: int) -> None:
-        """Put a byte on the bus, or let go of it, so much later."""
+        """Put a byte on the bus, or let go of it, after a delay."""
         now, driver = self.kernel.now, self.bus_driver
         driver.play(Wave(driver.at(now), (now + delay_ps,), (level,)))
 
     def _select(self, net: Net) -> None:
-        """HostSlct: high within 2 us of the last strobe of an operation; high within a strobe, it ends it as none."""
+        """HostSlct: report a release later than 2 us behind the last strobe; one within a strobe ends it as none."""
         if net.value == 1 and self.legal:
             self.legal = False
             self._show(None, self.let_go_ps)
@@ -143,7 +143,7 @@ class Port:
 
     # -------------------------------------------------------------------------------------------------------- transfers
     def command(self, byte: int) -> None:
-        """A command byte has been written."""
+        """Take a command byte that has been written."""
         if not self.ready:
             self._early(f"command {byte:02x} written")
             return
@@ -152,7 +152,7 @@ class Port:
         self._busy(lambda: self._begin_packet(byte))
 
     def data(self, byte: int) -> None:
-        """A byte of a word has been written, the high one first."""
+        """Take a byte of a word that has been written, the high one first."""
         if not self.ready:
             self._early(f"data {byte:02x} written")
             return
@@ -163,7 +163,7 @@ class Port:
             self._busy(lambda: self._take(word))
 
     def read(self) -> int:
-        """The byte that the host reads, the high one of a word first."""
+        """Return the byte that the host reads, the high one of a word first."""
         if not self.ready:
             self._early("data read")
             return self.shown
@@ -174,7 +174,7 @@ class Port:
         return self.shown
 
     def read_on(self) -> None:
-        """The byte has been read."""
+        """Go on to the next byte: the last one has been read."""
         if not self.ready:
             return
         self.half = not self.half
@@ -189,7 +189,7 @@ class Port:
         self.chip.finding("busy-access", f"{what} while HostRdy is low: without effect")
 
     def _busy(self, then: Callable[[], None]) -> None:
-        """HostRdy falls; what was asked for is done when it rises."""
+        """Let HostRdy fall, and do what was asked for when it rises."""
         starts = self.supply.starts
         self.ready = False
         self.ready_driver.drive(0)
@@ -215,7 +215,7 @@ class Port:
             self.activity.served()
 
     def open(self) -> None:
-        """HostRdy rises after reset."""
+        """Let HostRdy rise after reset."""
         self.ready = True
         self.ready_driver.drive(1)
         self.activity.begin()
@@ -226,7 +226,7 @@ class Port:
         return "a packet" if self.row is None else self.row.name
 
     def _begin_packet(self, code: int) -> None:
-        """A command byte begins a packet."""
+        """Begin a packet with a command byte."""
         if self.bytes:
             self.chip.finding(
                 "odd-byte", f"one byte of a word, {self.bytes[0]:02x}, before command {code:02x}: dropped"
@@ -246,7 +246,7 @@ class Port:
             self._perform()
 
     def _without_row(self, code: int) -> None:
-        """A code that is no command of this part."""
+        """Answer a code that is no command of this part."""
         if code in self.codes.illegal:
             self.chip.finding("illegal-command", f"{code:02x} is no command of the {self.chip.sheet.part}: checksum 0")
             self.silent, self.answer = True, deque([0])
@@ -258,7 +258,7 @@ class Port:
             self._answer([0] * reads)
 
     def _take(self, word: int) -> None:
-        """A word has been written."""
+        """Take a word that has been written."""
         if not self.wanted:
             if not self.silent:
                 self.chip.finding("extra-word", f"{word:04x} behind {self._name}, which takes no more words: dropped")
@@ -273,7 +273,7 @@ class Port:
             self._perform()
 
     def _perform(self) -> None:
-        """The packet is complete: the command acts."""
+        """Perform the command of a complete packet."""
         row = self.row
         assert row is not None
         data = b"".join(word.to_bytes(2, "big") for word in self.words)
@@ -286,5 +286,5 @@ class Port:
         self._answer([value >> 16, value & 0xFFFF] if size == 4 else [value])
 
     def _answer(self, words: list[int]) -> None:
-        """Words to be read, and the checksum behind them."""
+        """Lay out the words to be read, and the checksum behind them."""
         self.answer = deque([*words, checksum(self.code, [*self.words, *words])])

@@ -61,7 +61,7 @@ class Pulses:
         self.axis.on_forget.add(self.forget)
 
     def begin(self) -> None:
-        """Reset is over: cycle 0 is due, and no run."""
+        """Begin at rest: reset is over."""
         self.law: Law | None = None
         self.since, self.cycles, self.landing = 0, 0, False
         self.sign = 1
@@ -69,7 +69,7 @@ class Pulses:
         self.turn = 0  # how often the run has wrapped
         self.rounds = 0  # how often the target has, since a position was declared
         self.lead, self.high = 0, False  # target minus emitted position, and PULSE, at the start of the run
-        self.surplus = 0  # of the lead: what the pulses of this cycle have, but the target no longer
+        self.surplus = 0  # of the lead: issued in this cycle for a target that was declared anew since
         self.curve: Phases | None = None
         self.acceleration = 0
         self.past = [Past(0, 0, 0, 1, None)]
@@ -124,7 +124,7 @@ class Pulses:
             self.past.append(entry)
 
     def forget(self, before: int) -> None:
-        """Nobody asks for the cycles before an instant any more."""
+        """Forget the cycles before an instant, for which nobody asks any more."""
         cycle = self.cycle_clock.begun(before)
         del self.past[: max(bisect_right(self.past, cycle, key=lambda entry: entry.first) - 1, 0)]
 
@@ -175,7 +175,7 @@ class Pulses:
         self.pulse.play(SquareView(self.playing, self.high))
 
     def declare(self, n: int, value: int) -> None:
-        """The target is a whole number of steps from now on; the pulses of cycle n go on."""
+        """Make the target a whole number of steps from now on; the pulses of cycle n go on."""
         state, law = self.state, self.law
         state.target = value * ONE
         self.turn = self.rounds = 0
@@ -190,7 +190,7 @@ class Pulses:
         self.soon(lambda: self._load(n, value))
 
     def _load(self, n: int, value: int) -> None:
-        """The emitted position becomes this, and what has been emitted since cycle n began."""
+        """Set the emitted position to this, and what has been emitted since cycle n began."""
         if self.playing is not None:
             begun = self.playing.begun(self.kernel.now) - self.playing.begun(self.cycle_clock.ps(n))
             value += self.sign * begun

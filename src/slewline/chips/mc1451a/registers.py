@@ -37,7 +37,7 @@ class Profile:
     cause: str = ""  # the command that has updated
 
     def copy(self) -> Profile:
-        """The same values, apart."""
+        """Return the same values, apart."""
         return copy(self)
 
 
@@ -157,7 +157,7 @@ class Registers:
         self.limits_on = True
 
     @property
-    def state(self) -> AxisState:
+    def axis(self) -> AxisState:
         """The registers of the current axis."""
         return self.states[self.current - 1]
 

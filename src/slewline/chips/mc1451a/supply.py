@@ -59,7 +59,7 @@ class Supply:
             self.kernel.settle()
 
     def come(self) -> None:
-        """The supply comes.  RESET says when work begins; a part whose RESET is high begins by itself."""
+        """Come up.  RESET says when work begins; a part whose RESET is high begins by itself."""
         self.powered = True
         self.up_ps = self.fell_ps = self.kernel.now
         self.supplied.clock_runs()
@@ -78,7 +78,7 @@ class Supply:
         self.chip.pin("reset").pulse(0, self.clock.ps(self.reset_ticks))
 
     def _reset_changed(self, net: Net) -> None:
-        """RESET acts behind all timed work of its instant."""
+        """Begin or end a reset, behind all timed work of this instant."""
         if not self.powered:
             return
         if net.value == 0:
@@ -93,7 +93,7 @@ class Supply:
         self._start_in(0)
 
     def request(self) -> None:
-        """RESET as a command: it acts when its packet is over."""
+        """Reset when the packet in work is over: RESET as a command."""
         self.restarting = True
 
     def restarted(self) -> bool:
@@ -105,13 +105,13 @@ class Supply:
         return True
 
     def _clear(self) -> None:
-        """Reset begins."""
+        """Begin a reset."""
         self.starts += 1
         self.restarting = False
         self.supplied.cleared()
 
     def _start_in(self, ticks: int) -> None:
-        """Reset is over so many clocks from now."""
+        """End the reset after a number of clocks."""
         starts = self.starts
 
         def start() -> None:

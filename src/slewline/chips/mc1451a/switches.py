@@ -20,7 +20,7 @@ class LimitSwitches:
         self.begin()
 
     def begin(self) -> None:
-        """Reset is over: the levels of this instant count."""
+        """Begin with the levels of this instant: reset is over."""
         self.levels = {limit: net.level or 0 for limit, net in self.nets.items()}
         self.armed = {limit: True for limit in self.nets}  # has been inactive since it tripped
 

@@ -9,6 +9,15 @@ A displacement chosen once often follows a law for thousands of cycles: a run.  
 nothing is decided, so nothing is worked: `due` is the next cycle that must be.  `sync` says what the registers hold in
 between.  The twin works every cycle, and must come to the same.
 
+Each object knows those above it in this picture, never one below:
+
+    LimitSwitches   Pulses      which switch is active; the run, and what is promised of it
+      Feedback                  what the encoder tells
+        ProfileGenerator        what moves the axis, and the next run toward that
+          Gear                  a run a cycle, as the encoder has it
+            Updates  Horizon    what commands have written; the next cycle that is due
+      Trajectory                makes them, and calls them in the order of a cycle
+
 Positions and displacements are in 1/65536 step.
 """
 
@@ -19,7 +28,7 @@ from .cycle_clock import CycleClock
 from .enc import FilteredInput
 from .feedback import Feedback
 from .gear import Gear
-from .generator import Generator
+from .generator import ProfileGenerator
 from .horizon import Horizon
 from .ideal import departs
 from .pulses import Pulses
@@ -50,14 +59,14 @@ class Trajectory:
         self.pulses = Pulses(chip, state, cycle_clock)
         self.log = self.pulses.axis.log
         self.feedback = Feedback(chip, state, cycle_clock, self.pulses)
-        self.generator = Generator(chip, state, self.pulses)
+        self.generator = ProfileGenerator(chip, state, self.pulses)
         self.gear = Gear(chip, state, self.generator, self.feedback, self.switches)
         self.updates = Updates(chip, state, self.generator, self.feedback, self.switches, self.gear)
         self.horizon = Horizon(state, self.generator, self.feedback, self.gear, self.home)
         self.due = 0
 
     def begin(self) -> None:
-        """Reset is over: cycle 0 is due."""
+        """Begin at rest, with cycle 0 due: reset is over."""
         for each in (self.home, self.switches, self.pulses, self.feedback, self.generator, self.gear):
             each.begin()
         self.due = 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ...core.chip import Chip
 from .feedback import Feedback
 from .gear import Gear
-from .generator import Generator
+from .generator import ProfileGenerator
 from .ideal import begins, departs
 from .registers import (
     COMMAND_ERROR,
@@ -33,7 +33,7 @@ class Updates:
         self,
         chip: Chip,
         state: AxisState,
-        generator: Generator,
+        generator: ProfileGenerator,
         feedback: Feedback,
         switches: LimitSwitches,
         gear: Gear,
@@ -98,7 +98,7 @@ class Updates:
             self.start(taken.cause)
 
     def synchronise(self, n: int) -> None:
-        """The target becomes the actual position; no pulse, and the speed stays."""
+        """Make the target the actual position; no pulse, and the speed stays."""
         if self.feedback.encoder is not None:
             self.feedback.read(n)
             departs(self.chip, self.state, "command", "SYNCH_PRFL")
@@ -107,7 +107,7 @@ class Updates:
             self.generator.fresh = self.state.in_motion
 
     def declare(self, n: int, position: int) -> None:
-        """Both positions are a number of steps from now on, the position error is 0; the pulses of cycle n go on."""
+        """Make both positions a number of steps from now on, and the error 0; the pulses of cycle n go on."""
         self.generator.fresh |= self.pulses.law is not None
         self.pulses.declare(n, position)
         self.feedback.declare(n, position)

@@ -50,7 +50,7 @@ class Filter:
             self.edges[self.since + sheet.FILTER_TICKS] = self.level
 
     def look(self, tick: int) -> dict[int, int]:
-        """What has come to count since the last look, just before a tick."""
+        """Return the filtered edges accepted since the last call, up to but excluding a tick: {tick: level}."""
         self.pass_time(tick - 1)
         edges, self.edges = self.edges, {}
         return edges

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from ....core.chip import Chip
 from ....core.waits import until
+from .. import sheet
 from ..activity import Activity
 from ..interrupt import HostInterrupt
 from ..registers import AxisState, Registers
-from ..sheet import CYCLE_TICKS
 from .axis import Course
 from .inputs import Encoder, Filter
 
@@ -58,14 +58,14 @@ class Stepwise:
 
     def begins(self, cycle: int) -> int:
         """The instant at which a cycle begins."""
-        return self.chip.clock.ps(self.origin + CYCLE_TICKS * cycle)
+        return self.chip.clock.ps(self.origin + sheet.CYCLE_TICKS * cycle)
 
     def catch_up(self) -> None:
         """Work the cycles that have begun by now."""
         while self.running and self.begins(self.begun) <= self.kernel.now:
             self.begun += 1
             for course in self.courses:
-                course.cycle(self.cycle, self.origin + CYCLE_TICKS * self.cycle)
+                course.cycle(self.cycle, self.origin + sheet.CYCLE_TICKS * self.cycle)
             self.interrupt.look()
             self.activity.worked()
 
