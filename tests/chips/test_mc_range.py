@@ -51,6 +51,20 @@ def test_the_actual_position_passes_the_ends_in_silence(part: str) -> None:
         rig.says(reads, "31 > 0300 0331")
 
 
+@with_encoder
+@pytest.mark.parametrize("stepwise", [False, True])
+def test_the_position_error_counts_on_where_the_target_comes_round(part: str, stepwise: bool) -> None:
+    rig = mover(part, options={"stepwise": stepwise})
+    rig.begin("SET_STEP_RATIO 256", f"SET_ACTL_POS {TOP - 10}", "SET_PRFL_VEL", *FULL)
+    for cycles in (5, 15):
+        rig.next(cycles)
+        rig.look()
+    rig.do("UPDATE")  # another run begins beyond the end
+    rig.next(3)
+    target, error = (rig.x.registers[name] for name in ("trgt_pos", "actl_pos_err"))
+    assert target < BOTTOM + 100 and error == -(target - BOTTOM + 11)
+
+
 # -------------------------------------------------------------------------------------------------------------- units
 @each
 @pytest.mark.fact("PMD-RANGE-4")

@@ -6,7 +6,7 @@ import pytest
 from mc import AXES, NS, READY, T1, US, base, each, with_encoder
 from mc_motion import Mover, mover
 
-RESET, SLICE, BUSY_CYCLES = 0x39, 2048, 10
+RESET, GET_STATUS, SLICE, BUSY_CYCLES = 0x39, 0x31, 2048, 10
 WORDS = {  # what everything reads behind a reset, axis by axis
     "1d > 0000 0000 001d": "target position",
     "1e > 0000 0000 001e": "target velocity",
@@ -157,6 +157,17 @@ def test_hostrdy_is_low_for_ten_cycles_behind_the_pin(part: str) -> None:
     rig.bench.run("1 s")
     assert rig.edges("hostrdy", start) == [(start, 0), (start + 1 * US + BUSY_CYCLES * 8192 * 40 * NS, 1)]
     assert rig.codes == []
+
+
+@each
+def test_what_was_asked_for_before_a_reset_is_not_done_behind_it(part: str) -> None:
+    rig = mover(part, "hostrdy")
+    rig.host.write_command(GET_STATUS)
+    start = rig.bench.now_ps + 1 * US
+    rig.drive("reset", 0, at=start)
+    rig.drive("reset", 1, at=start + 1 * US)
+    rig.bench.run("1 s")
+    assert rig.edges("hostrdy", start) == [(start + 1 * US + BUSY_CYCLES * 8192 * 40 * NS, 1)]
 
 
 @each

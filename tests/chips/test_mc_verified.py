@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import slewline
-from slewline.chips.mc1451a import trajectory
+from slewline.chips.mc1451a import generator
 from slewline.chips.mc1451a.profile import Limits, Phases, Run, brake, contour, s_curve, trapezoid
 from slewline.chips.mc1451a.verified import fault_of_curve, fault_of_run
 from slewline.core.curves import PLACES, SCurve
@@ -95,7 +95,7 @@ def chip(**options):
 )
 def test_a_law_that_errs_stops_the_model_before_a_pulse_and_names_axis_and_run(monkeypatch, law, wrong, says):
     host, bench = chip()
-    monkeypatch.setattr(trajectory, law, wrong)
+    monkeypatch.setattr(generator, law, wrong)
     host.command("SET_POS", 20)
     with pytest.raises(PlanError, match=rf"m axis 2, cycle \d+: Run\(.*does not hold together: .*{says}"):
         host.command("UPDATE")

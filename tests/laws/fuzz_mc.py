@@ -85,7 +85,7 @@ class Mad(Misuse):
         rnd, row = self.rnd, self.rnd.choice(self.often)
         self.hand.ready()  # the mode is what the last command has made it
         values = [self.value(arg.low, arg.high) for arg in row.args]
-        if row.name == "SET_ACC" and self.chip.state.mode == 0:
+        if row.name == "SET_ACC" and self.chip.state.axis.mode == 0:
             values = [max(abs(value) - 1, 0) for value in values]
         words, reads = packets.words(row, values), packets.counted(row.reads)
         with self.finds():
@@ -191,7 +191,7 @@ class Mad(Misuse):
         while self.hand.operations < last:
             self.try_out(*self.rnd.choices((*DONE,), (*DONE.values(),)))
         cycles = self.chip.clock.ticks_until(self.bench.now_ps - began) // CYCLE
-        for each in (*self.chip.axes, *self.chip.motion.trajectories):
+        for each in (*self.chip.axes, *(one.pulses for one in self.chip.motion.trajectories)):
             assert len(each.past) <= cycles + 2, "a cycle leaves more behind than one stretch"
         self.recover()
         self.note()
@@ -232,7 +232,7 @@ class Mad(Misuse):
         for axis in self.axes:
             for command in (f"SET_{axis}", *commands):
                 self.do(command)
-        pasts = [each.past for each in (*chip.axes, *chip.motion.trajectories)]
+        pasts = [each.past for each in (*chip.axes, *(one.pulses for one in chip.motion.trajectories))]
         before = [len(past) for past in pasts]
         self.do(f"MULTI_UPDATE {(1 << len(self.axes)) - 1}")
         self.bench.run_until_idle("1 s")

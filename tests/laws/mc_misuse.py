@@ -142,7 +142,7 @@ class Misuse:
         size = 1 << 8 * arg.size
         value = self.rnd.choice((arg.high + 1, size // 2, size - 1, self.rnd.randrange(size))) % size
         written = arg.unpack(arg.pack(value, "big"), "big")
-        backwards = row.name == "SET_ACC" and written < 0 and self.chip.state.mode == 0
+        backwards = row.name == "SET_ACC" and written < 0 and self.chip.state.axis.mode == 0
         with self.finds(*["out-of-range"] * (backwards or not arg.allows(written))):
             self.exchange(row.code, *(value >> 16 * n & 0xFFFF for n in reversed(range(arg.size // 2))))
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slewline.chips.mc1451a.profile import UNIT, Limits, Phases, Run, s_curve, trapezoid
-from slewline.chips.mc1451a.stepwise_profile import SCurve as Twin
+from slewline.chips.mc1451a.twin.profile import SCurve as Twin
 from slewline.core.curves import SCurve
 
 ONE = 1 << 16

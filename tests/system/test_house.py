@@ -9,15 +9,7 @@ from pathlib import Path
 
 SOURCES = Path(__file__).parents[2] / "src"
 
-ANATOMY = (
-    "one chip in several modules that know one another; they become objects with faces of their own in another change"
-)
 CIRCLES = {  # that are there still: modules, and why
-    "chips.mc1451a": (
-        "cycles firmware horizon ideal instructions motion port pulses quantities registers stepwise stepwise_axis "
-        "stepwise_inputs trajectory updates",
-        ANATOMY,
-    ),
     "links": ("control server status", "the control port speaks of the server that has opened it"),
 }
 

@@ -12,23 +12,22 @@ from ...core.quantity import Quantity
 from ...core.timebase import Time, moment
 from ...errors import UsageError
 from .motion import Motion
+from .pulses import RANGE, Pulses
 from .quantities import Acceleration, Forces, Jerk, phases
-from .sheet import CYCLE_TICKS
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from .registers import Registers
-    from .trajectory import Trajectory
-
-RANGE = 1 << 47
+    from ...core.chip import Chip
 
 
 class ChipsetAxis(AxisOfChip):
-    """An axis of a chipset, which can be asked for its cycles."""
+    """An axis of a chipset, which can be asked for its cycles.  `motion` is None where the twin works them."""
 
-    chip: Registers
+    def __init__(self, chip: Chip, number: int, motion: Motion | None) -> None:
+        super().__init__(chip, number)
+        self.motion = motion
 
     def cycles(self, start: Time | None = None, stop: Time | None = None) -> Cycles:
         """Return the cycles since the last reset that begin at start <= t <= stop; all of them by default.
@@ -36,27 +35,26 @@ class ChipsetAxis(AxisOfChip):
         Raises:
             UsageError: for a chipset that works step by step, which keeps no record.
         """
-        chip = self.chip
-        if not isinstance(chip.motion, Motion):
+        motion = self.motion
+        if motion is None:
             raise UsageError(f"{self.name}: with stepwise=True no cycles are kept")
-        chip.motion.catch_up()
+        motion.catch_up()
         now = self.kernel.now
         begin, end = 0 if start is None else moment(start), now if stop is None else min(moment(stop), now)
-        trajectory = chip.motion.trajectories[self.number - 1]
-        if not trajectory.past:  # the supply has just come, or never did: no cycle has begun
-            return cycles_of(trajectory, 0, 0)
-        first = max(-(-(chip.clock.ticks_from(begin) - chip.origin) // CYCLE_TICKS), trajectory.past[0].first)
-        last = (chip.clock.ticks_until(end) - chip.origin) // CYCLE_TICKS
-        return cycles_of(trajectory, first, last + 1)
+        cycle_clock, pulses = motion.cycle_clock, motion.trajectories[self.number - 1].pulses
+        if not pulses.past:  # the supply has just come, or never did: no cycle has begun
+            return cycles_of(pulses, 0, 0)
+        first = max(cycle_clock.begun(begin - 1) + 1, pulses.past[0].first)
+        return cycles_of(pulses, first, cycle_clock.begun(end) + 1)
 
     def quantities(self) -> tuple[Quantity, ...]:
         """Return velocity, position, acceleration, and jerk if there was an S-curve; of an axis whose encoder has
         turned, the actual position as well.  All but the first two only where cycles are kept."""
         found, forces = super().quantities(), self._forces()
         if forces is not None:
-            curved = any(entry.curve for entry in forces.trajectory.past)
+            curved = any(entry.curve for entry in forces.pulses.past)
             found += (Acceleration(forces), Jerk(forces)) if curved else (Acceleration(forces),)
-            found += encoder_of(forces.trajectory)
+            found += encoder_of(forces.motion, self.number)
         return found
 
     def phases(self, start: Time | None = None, stop: Time | None = None) -> list[tuple[int, int, str]]:
@@ -65,16 +63,16 @@ class ChipsetAxis(AxisOfChip):
         return phases(forces, *self._window(start, stop)) if forces is not None else []
 
     def _forces(self) -> Forces | None:
-        motion = self.chip.motion
-        return Forces(motion.trajectories[self.number - 1]) if isinstance(motion, Motion) else None
+        return None if self.motion is None else Forces(self.motion, self.number)
 
 
-def encoder_of(trajectory: Trajectory) -> tuple[Quantity, ...]:
+def encoder_of(motion: Motion, number: int) -> tuple[Quantity, ...]:
     """Return the actual position of an axis, as the filters let its counts through; () if the encoder never turned."""
     import numpy as np
 
-    trajectory.chip.motion.catch_up()
-    encoder, offsets = trajectory.encoder, trajectory.offsets
+    motion.catch_up()
+    feedback = motion.trajectories[number - 1].feedback
+    encoder, offsets = feedback.encoder, feedback.offsets
     if encoder is None or len(encoder.history) < 2:
         return ()
     history, clock = encoder.history, encoder.clock
@@ -87,17 +85,17 @@ def encoder_of(trajectory: Trajectory) -> tuple[Quantity, ...]:
         times = np.union1d(clock.ps_array(ticks), offsets.changes(start, stop)[0])
         return times, values(times)
 
-    return (Staircase(trajectory.kernel, "actual_position", "counts", values, changes, from_zero=False),)
+    return (Staircase(motion.kernel, "actual_position", "counts", values, changes, from_zero=False),)
 
 
-def cycles_of(trajectory: Trajectory, first: int, stop: int) -> Cycles:
-    """Cycles `first` ... `stop` - 1 of an axis."""
+def cycles_of(pulses: Pulses, first: int, stop: int) -> Cycles:
+    """Return the cycles `first` ... `stop` - 1 of an axis."""
     import numpy as np
 
     count = max(stop - first, 0)
     targets, velocities = np.zeros(count, np.int64), np.zeros(count, np.int64)
     phases = np.zeros(count, np.int8)
-    past = trajectory.past
+    past, cycle_clock = pulses.past, pulses.cycle_clock
     for entry, following in zip(past, [*past, None][1:], strict=True):
         a, b = max(entry.first, first), stop if following is None else min(following.first, stop)
         if a >= b:
@@ -111,7 +109,6 @@ def cycles_of(trajectory: Trajectory, first: int, stop: int) -> Cycles:
             if isinstance(entry.law, SCurve):
                 phases[here] = entry.law.phases(cycles)
     numbers = np.arange(first, first + count)
-    clock = trajectory.chip.clock
     targets = (targets + RANGE // 2) % RANGE - RANGE // 2
-    times = clock.ps_array(numbers * CYCLE_TICKS, trajectory.chip.origin)
-    return Cycles(trajectory.chip.crystal_hz / CYCLE_TICKS, numbers, times, targets, velocities, phases)
+    times = cycle_clock.clock.ps_array(numbers * cycle_clock.cycle_ticks, cycle_clock.origin)
+    return Cycles(cycle_clock.per_s, numbers, times, targets, velocities, phases)

@@ -22,9 +22,8 @@ from ...core.pin import Terminal
 from ...core.reading import Reading
 from ...core.timebase import Clock, readable
 from ...core.wave import real_edges
-from .sheet import FILTER_TICKS, TIMES
+from . import sheet
 
-DWELL_TICKS = TIMES["dwell"].ticks  # the shortest state within the specification
 MUCH = 64  # changes; more are worth arrays
 
 
@@ -33,6 +32,7 @@ class FilteredInput:
 
     def __init__(self, pin: Terminal, clock: Clock) -> None:
         self.pin, self.clock = pin, clock
+        self.filter_ticks = sheet.FILTER_TICKS
         self.reading = Reading(pin)
         self.begin()
 
@@ -55,7 +55,7 @@ class FilteredInput:
 
     def changes_before(self, tick: int) -> Sequence[int] | Any:
         """The ticks at which the level behind the filter has changed since the last question, before a tick."""
-        clock = self.clock
+        clock, filter_ticks = self.clock, self.filter_ticks
         if clock.ps(tick) <= self.begun:
             return []  # the first level is not known before the end of its instant
         times, levels = self.reading.edges_until(clock.ps(tick) - 1)
@@ -65,13 +65,13 @@ class FilteredInput:
             return self._passed_many(tick, times, levels)
         ticks = [*self.late[0], *map(clock.ticks_from, times if isinstance(times, list) else times.tolist())]
         levels = [*self.late[1], *levels]
-        passed = bisect_left(ticks, tick - FILTER_TICKS)
+        passed = bisect_left(ticks, tick - filter_ticks)
         self.late, found = (ticks[passed:], levels[passed:]), []
         here, following = self.level, [*ticks[1 : passed + 1], tick]  # what came last has lasted until the question
         for begin, end, shown in zip(ticks[:passed], following, levels, strict=False):
             level = 1 if shown else 0
-            if level != here and end - begin >= FILTER_TICKS:
-                found.append(begin + FILTER_TICKS)
+            if level != here and end - begin >= filter_ticks:
+                found.append(begin + filter_ticks)
                 here = level
         self.level = here
         return found
@@ -84,16 +84,16 @@ class FilteredInput:
         if self.late[0]:
             ticks = np.concatenate((np.array(self.late[0], np.int64), ticks))
             levels = np.concatenate((np.array(self.late[1], bool), levels))
-        passed = int(ticks.searchsorted(tick - FILTER_TICKS))
+        passed = int(ticks.searchsorted(tick - self.filter_ticks))
         self.late = ticks[passed:].tolist(), levels[passed:].tolist()
-        lasting = ticks[1 : passed + 1] - ticks[:passed][: len(ticks) - 1] >= FILTER_TICKS
+        lasting = ticks[1 : passed + 1] - ticks[:passed][: len(ticks) - 1] >= self.filter_ticks
         ticks, levels = ticks[:passed], levels[:passed]
         if not lasting.all():
             lasting = np.concatenate((lasting, [True]))[:passed]  # what came last has lasted until the question
             ticks, levels = ticks[lasting], levels[lasting]
         ticks, levels = real_edges(ticks, levels.view(np.int8), self.level)
         self.level = int(levels[-1]) if len(levels) else self.level
-        return ticks + FILTER_TICKS
+        return ticks + self.filter_ticks
 
 
 class QuadratureCounter:
@@ -106,6 +106,7 @@ class QuadratureCounter:
     def __init__(self, a: Terminal, b: Terminal, clock: Clock, finding: Callable[[str, str], object]) -> None:
         self.a, self.b = FilteredInput(a, clock), FilteredInput(b, clock)
         self.clock, self.finding = clock, finding
+        self.dwell_ticks = sheet.TIMES["dwell"].ticks  # the shortest state within the specification
         self.history = History()  # the counts, by ticks of the chip
         self.begin()
 
@@ -150,10 +151,10 @@ class QuadratureCounter:
         """Work off changes of A and B, one after the other."""
         differ = self._differed_before(a, b)
         of_a = set(a)
-        both = of_a.intersection(b)
+        both, shortest = of_a.intersection(b), self.dwell_ticks
         count, since, ticks, counts = self.counts, self._since, [], []
         for tick in sorted(of_a.union(b)):
-            if since is not None and (tick - since < DWELL_TICKS or self._burst):
+            if since is not None and (tick - since < shortest or self._burst):
                 self._check_states([tick - since], tick)
             since = tick
             if tick in both:
@@ -184,20 +185,20 @@ class QuadratureCounter:
         self.counts = int(counts[-1])
         if self._since is not None:
             lasted = np.concatenate(([ticks[0] - self._since], lasted))
-        if self._burst or lasted.min() < DWELL_TICKS:
-            told = lasted[(lasted < DWELL_TICKS) | (lasted >= 2 * DWELL_TICKS)]
-            turns = np.diff(told < DWELL_TICKS, prepend=self._burst)  # where a burst begins or ends
+        if self._burst or lasted.min() < self.dwell_ticks:
+            told = lasted[(lasted < self.dwell_ticks) | (lasted >= 2 * self.dwell_ticks)]
+            turns = np.diff(told < self.dwell_ticks, prepend=self._burst)  # where a burst begins or ends
             self._check_states(told[turns].tolist(), int(ticks[-1]))
         self._since = int(ticks[-1])
 
     def _check_states(self, lasted: Sequence[int], tick: int) -> None:
-        """How long some states have lasted, the last of them up to a tick: bursts of short ones are reported."""
+        """Report bursts of short states.  `lasted`: how long each was, in clocks; the last one ended at a tick."""
         for state in lasted:
-            if state >= 2 * DWELL_TICKS:
+            if state >= 2 * self.dwell_ticks:
                 self._burst = False
-            elif state < DWELL_TICKS and not self._burst:
+            elif state < self.dwell_ticks and not self._burst:
                 self._burst = True
-                text = f"made a state of {state} clocks, less than {DWELL_TICKS},"
+                text = f"made a state of {state} clocks, less than {self.dwell_ticks},"
                 self.finding("encoder-fast", self._told(text, tick))
 
     def _told(self, what: str, tick: int) -> str:

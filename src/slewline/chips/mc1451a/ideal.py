@@ -12,16 +12,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from math import sqrt
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+from ...core.chip import Chip
 from ...core.ideal import FOREVER, Ideal, IdealPiece, duration
 from ...core.motions import Parameters
+from . import sheet
 from .profile import UNIT, Phases, s_curve
-from .sheet import CYCLE_TICKS
-from .state import GEAR, ONE, S_CURVE, TRAPEZOIDAL, VELOCITY, AxisState
-
-if TYPE_CHECKING:
-    from .registers import Registers
+from .registers import GEAR, ONE, S_CURVE, TRAPEZOIDAL, VELOCITY, AxisState
 
 
 class Made(NamedTuple):
@@ -43,7 +41,7 @@ class Made(NamedTuple):
     @property
     def per_s(self) -> float:
         """Cycles per second."""
-        return self.crystal_hz / CYCLE_TICKS
+        return self.crystal_hz / sheet.CYCLE_TICKS
 
     def parameters(self) -> Parameters:
         """What a picture names: the rates in force, and what else the profile mode takes."""
@@ -76,7 +74,7 @@ class Made(NamedTuple):
         return Ideal(self.start_ps, self.target / ONE, pieces or [IdealPiece(0, 0)])
 
 
-def begins(chip: Registers, state: AxisState, cause: str, start_velocity: int, pulse_range: int) -> None:
+def begins(chip: Chip, state: AxisState, cause: str, start_velocity: int, pulse_range: int) -> None:
     """Keep that a motion of an axis begins now, with what is in force."""
     active, log = state.active, chip.axes[state.number - 1].log
     made = Made(
@@ -97,8 +95,8 @@ def begins(chip: Registers, state: AxisState, cause: str, start_velocity: int, p
     log.expect(made.ideal)
 
 
-def departs(chip: Registers, state: AxisState, kind: str, text: str) -> None:
-    """Something makes the motion of an axis another one than it was to be."""
+def departs(chip: Chip, state: AxisState, kind: str, text: str) -> None:
+    """Note that something makes the motion of an axis another one than it was to be."""
     log = chip.axes[state.number - 1].log
     log.depart()
     log.mark(kind, text)

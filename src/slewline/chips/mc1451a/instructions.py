@@ -6,38 +6,109 @@ row has one, and returns the number to be read, if its row has one.  `self.state
 
 from __future__ import annotations
 
-from ...core.table import Arg
+from typing import Protocol
+
+from ...core.chip import Chip
+from ...core.table import Arg, Row
 from ...language.dialect import spoken_as
 from ...language.packets import Packets
 from . import sheet
+from .activity import Activity
 from .ideal import departs
-from .registers import Registers
-from .state import CAPTURED, GEAR, MOTION_ERROR, ONE, S_CURVE, TRAPEZOIDAL, VELOCITY, saturated, signed
+from .interrupt import HostInterrupt
+from .registers import (
+    CAPTURED,
+    GEAR,
+    MOTION_ERROR,
+    ONE,
+    S_CURVE,
+    TRAPEZOIDAL,
+    VELOCITY,
+    AxisState,
+    Registers,
+    saturated,
+    signed,
+)
+from .supply import Supply
 
 
-class Instructions(Registers):
+class Moves(Protocol):
+    """What works the cycles: motion.py, or its slow twin."""
+
+    @property
+    def cycle(self) -> int:
+        """The present cycle, as of the last `catch_up`."""
+
+    def start(self) -> None:
+        """Begin cycle 0 at this instant: reset is over."""
+
+    def stop(self) -> None:
+        """Make no pulse after this instant: reset, or no supply."""
+
+    def catch_up(self) -> None:
+        """Bring the registers up to this instant, a cycle that begins with it included."""
+
+    def attend(self) -> None:
+        """Look at the registers in the next cycle: a command has written them."""
+
+    def declare(self, state: AxisState, value: int) -> None:
+        """Set the position of an axis, at once and without pulses."""
+
+
+class Instructions:
     """Handlers of all commands."""
 
+    def __init__(
+        self,
+        chip: Chip,
+        registers: Registers,
+        interrupt: HostInterrupt,
+        activity: Activity,
+        supply: Supply,
+        motion: Moves,
+    ) -> None:
+        self.chip, self.registers, self.interrupt = chip, registers, interrupt
+        self.activity, self.supply, self.motion = activity, supply, motion
+        self.limits = [chip.pins[f"{sign}limit{state.number}"] for state in registers.states for sign in ("pos", "neg")]
+        self.homes = [chip.pins[f"home{state.number}"] for state in registers.states]
+        rows = chip.sheet.commands
+        self.handlers = {row.code: getattr(self, row.handler) for row in rows}
+        self.writes = {row.code for row in rows if not row.reads and row.name != "RESET"}  # what a cycle looks at
+
+    def perform(self, row: Row, value: int) -> int | None:
+        """Do what a complete packet says; the registers show the present cycle.  Returns what is to be read."""
+        handler = self.handlers[row.code]
+        found: int | None = handler(value) if row.args else handler()
+        if row.code in self.writes:
+            self.activity.unheeded = True
+            self.motion.attend()
+        return found
+
+    @property
+    def state(self) -> AxisState:
+        """The registers of the current axis."""
+        return self.registers.axis
+
     def within(self, what: Arg, value: int, kept: int) -> int:
-        """The part of a value that a register keeps, with a finding if the value is out of range."""
+        """Return the part of a value that a register keeps, with a finding if the value is out of range."""
         written = what.unpack(what.pack(value, "big"), "big")
         if not what.allows(written):
-            text = f"axis {self.current}: {what.name} {written}; allowed {what.low}..{what.high}: {kept} is kept"
-            self.finding("out-of-range", text)
+            text = f"{what.name} {written}; allowed {what.low}..{what.high}: {kept} is kept"
+            self.chip.finding("out-of-range", f"axis {self.registers.current}: {text}")
         return kept
 
     def unsigned(self, what: Arg, value: int) -> int:
-        """A register without a sign: its top bit is dropped."""
+        """Return what a register without a sign keeps: the top bit is dropped."""
         return self.within(what, value, value & (1 << (8 * what.size - 1)) - 1)
 
     def to_position(self, what: Arg, value: int) -> int:
-        """A position: 31 bits with their sign."""
+        """Return what a position register keeps: 31 bits with their sign."""
         return self.within(what, value, signed(value, 31))
 
     # ---------------------------------------------------------------------------------------------------- axis control
     def select(self, number: int) -> int:
-        """An axis becomes the current one; its status is read."""
-        self.current = number
+        """Make an axis the current one; its status is read."""
+        self.registers.current = number
         return self.state.status
 
     def do_set_1(self) -> int:
@@ -53,7 +124,7 @@ class Instructions(Registers):
         return self.select(4)
 
     def do_set_i(self) -> int:
-        return self.select(self.interrupting or self.current)
+        return self.select(self.interrupt.axis or self.registers.current)
 
     # ----------------------------------------------------------------------------------------------- profile generation
     def do_set_prfl_trap(self) -> None:
@@ -78,7 +149,8 @@ class Instructions(Registers):
         number = self.within(sheet.ACCELERATION, value, signed(value, 32))
         self.state.load("acceleration", number)
         if sheet.ACCELERATION.low <= number < 0 and self.state.mode == TRAPEZOIDAL:
-            self.finding("out-of-range", f"axis {self.current}: acceleration {number} in trapezoidal mode: {-number}")
+            text = f"axis {self.registers.current}: acceleration {number} in trapezoidal mode: {-number}"
+            self.chip.finding("out-of-range", text)
 
     def do_set_jerk(self, value: int) -> None:
         self.state.load("jerk", self.unsigned(sheet.JERK, value))
@@ -161,7 +233,7 @@ class Instructions(Registers):
 
     def do_multi_update(self, mask: int) -> None:
         kept = self.within(sheet.AXES, mask, mask & 0xF)
-        for state in self.states:
+        for state in self.registers.states:
             if kept >> (state.number - 1) & 1:
                 state.take("MULTI_UPDATE")
 
@@ -179,15 +251,14 @@ class Instructions(Registers):
         self.state.mask = self.within(sheet.MASK, mask, mask & 0xFF)
 
     def do_get_intrpt(self) -> int:
-        return self.states[(self.interrupting or self.current) - 1].status
+        return self.registers.states[(self.interrupt.axis or self.registers.current) - 1].status
 
     def do_rst_intrpt(self, mask: int) -> None:
-        if self.interrupting:
-            state = self.states[self.interrupting - 1]
+        if self.interrupt.axis:
+            state = self.registers.states[self.interrupt.axis - 1]
             state.reported |= state.motion_error and not mask & MOTION_ERROR
             state.clear(mask)
-            self.interrupting = 0
-            self.drivers["hostintrpt"].drive(1)
+            self.interrupt.end()
 
     def do_get_intrpt_mask(self) -> int:
         return self.state.mask
@@ -256,33 +327,29 @@ class Instructions(Registers):
     # ---------------------------------------------------------------------------------------------------- miscellaneous
     def do_set_actl_pos(self, value: int) -> None:
         position = self.to_position(sheet.POSITION, value)
-        departs(self, self.state, "command", f"SET_ACTL_POS {position}")
+        departs(self.chip, self.state, "command", f"SET_ACTL_POS {position}")
         self.motion.declare(self.state, position)
 
     def do_set_lmt_sense(self, bits: int) -> None:
-        self.limit_sense = self.within(sheet.SWITCHES, bits, bits & 0xFF)
+        self.registers.limit_sense = self.within(sheet.SWITCHES, bits, bits & 0xFF)
 
     def do_get_lmt_swtch(self) -> int:
-        bits = 0
-        for state in self.states:
-            for offset, name in enumerate(("poslimit", "neglimit")):
-                bits |= (self.pins[f"{name}{state.number}"].level == 1) << (2 * (state.number - 1) + offset)
-        return bits
+        return sum((pin.level == 1) << bit for bit, pin in enumerate(self.limits))
 
     def do_lmts_on(self) -> None:
-        self.limits_on = True
+        self.registers.limits_on = True
 
     def do_lmts_off(self) -> None:
-        self.limits_on = False
+        self.registers.limits_on = False
 
     def do_get_home(self) -> int:
-        return sum((self.pins[f"home{state.number}"].level == 1) << (state.number - 1) for state in self.states)
+        return sum((pin.level == 1) << bit for bit, pin in enumerate(self.homes))
 
     def do_reset(self) -> None:
-        self.restart()
+        self.supply.request()
 
     def do_get_vrsn(self) -> int:
-        return spoken_as(self.sheet, Packets).version
+        return spoken_as(self.chip.sheet, Packets).version
 
     def do_get_time(self) -> int:
         return self.motion.cycle % (1 << 32)

@@ -12,64 +12,64 @@ it, and the last edge of the pulses before it belongs to them.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from functools import partial
 
+from ...core.chip import Chip
 from ...core.net import Net
+from .activity import Activity
+from .cycle_clock import CycleClock
 from .horizon import NEVER
-from .sheet import CYCLE_TICKS
-from .state import POSITIVE_LIMIT, AxisState
+from .interrupt import HostInterrupt
+from .registers import AxisState, Registers
+from .switches import LimitSwitches
 from .trajectory import Trajectory
-
-if TYPE_CHECKING:
-    from .firmware import Chipset
 
 
 class Motion:
     """The trajectory generators of all axes."""
 
-    def __init__(self, chip: Chipset) -> None:
-        self.chip, self.kernel = chip, chip.kernel
+    def __init__(
+        self,
+        chip: Chip,
+        registers: Registers,
+        cycle_clock: CycleClock,
+        interrupt: HostInterrupt,
+        activity: Activity,
+    ) -> None:
+        self.kernel, self.cycle_clock, self.interrupt, self.activity = chip.kernel, cycle_clock, interrupt, activity
         self.running = False
         self.cycle = 0  # the one that has begun last, as far as anybody has asked
         self.calls: list[int] = []  # ticks at which the kernel calls, the next one last
-        self.levels: dict[str, int] = {}  # of the limit inputs
-        self.trajectories = [Trajectory(self, state) for state in chip.states]
+        self.trajectories = [Trajectory(chip, registers, state, cycle_clock) for state in registers.states]
         for trajectory in self.trajectories:
-            n = trajectory.state.number
-            for name in (f"poslimit{n}", f"neglimit{n}"):
-                chip.pins[name].net.watch(lambda net, name=name: self._limit(name, net))  # type: ignore[misc]
+            switches, encoder = trajectory.switches, trajectory.feedback.encoder
+            for limit, net in switches.nets.items():
+                net.watch(partial(self._limit, switches, limit))
             trajectory.home.reading.on_change.add(self.attend_soon)
-            if trajectory.encoder is not None:
-                trajectory.encoder.watch(self.attend_soon)
+            if encoder is not None:
+                encoder.watch(self.attend_soon)
 
     # ------------------------------------------------------------------------------------------------------------ time
-    def tick(self, n: int) -> int:
-        """The tick at which a cycle begins."""
-        return self.chip.origin + n * CYCLE_TICKS
-
     def start(self) -> None:
-        """Reset is over: cycle 0 begins."""
+        """Begin cycle 0 at this instant: reset is over."""
         self.running, self.cycle = True, 0
-        for trajectory, state in zip(self.trajectories, self.chip.states, strict=True):
-            trajectory.begin(state)
-            n = state.number
-            for name in (f"poslimit{n}", f"neglimit{n}"):
-                self.levels[name] = self.chip.pins[name].level or 0
+        for trajectory in self.trajectories:
+            trajectory.begin()
         self._work(0)
         self._schedule()
 
     def stop(self) -> None:
-        """Reset, or no supply: no pulse after this instant."""
+        """Make no pulse after this instant: reset, or no supply."""
         if self.running:
             self.running, self.cycle = False, 0
             for trajectory in self.trajectories:
-                trajectory.end()
+                trajectory.pulses.end()
 
     def catch_up(self) -> None:
         """Show the present cycle in the registers, which an observer is about to read or write."""
         if not self.running:
             return
-        n = (self.chip.clock.ticks_until(self.kernel.now) - self.chip.origin) // CYCLE_TICKS
+        n = self.cycle_clock.begun(self.kernel.now)
         if min(trajectory.due for trajectory in self.trajectories) <= n:
             self._work(n)
             self._schedule()
@@ -79,21 +79,17 @@ class Motion:
                 trajectory.sync(n)
 
     def attend(self) -> None:
-        """Something has been written, or an input has changed: the next cycle is due."""
+        """Make the next cycle due: something has been written, or an input has changed."""
         if self.running:
-            due = max(self.cycle, self._begun()) + 1
+            due = max(self.cycle, self.cycle_clock.begun(self.kernel.now)) + 1
             for trajectory in self.trajectories:
                 trajectory.due = min(trajectory.due, due)
-                trajectory.was_off |= not trajectory.state.motor_on  # even if it is on again in time
             self._schedule()
 
     def attend_soon(self) -> None:
-        """A filtered input is about to change: it may count in the next cycle, or in the one after."""
+        """Make the next cycle due when this round is over: a filtered input is about to change, and may count then."""
         if self.running:
             self.kernel.call_at(self.kernel.now, self.attend)
-
-    def _begun(self) -> int:
-        return (self.chip.clock.ticks_until(self.kernel.now) - self.chip.origin) // CYCLE_TICKS
 
     def _schedule(self) -> None:
         """Be called for the next cycle that is due, or for an earlier one.
@@ -102,10 +98,10 @@ class Motion:
         writes while a motion goes on for hours.
         """
         due = min(trajectory.due for trajectory in self.trajectories)
-        tick = self.tick(due)
+        tick = self.cycle_clock.tick(due)
         if due < NEVER and (not self.calls or tick < self.calls[-1]):
             self.calls.append(tick)
-            self.kernel.call_at(self.chip.clock.ps(tick), self._called)
+            self.kernel.call_at(self.cycle_clock.clock.ps(tick), self._called)
 
     def _called(self) -> None:
         self.calls.pop()
@@ -121,25 +117,17 @@ class Motion:
                 trajectory.work(n)
             else:
                 trajectory.sync(n)
-        self.chip.interrupt()
-        self.chip.worked()
+        self.interrupt.look()
+        self.activity.worked()
 
-    # ---------------------------------------------------------------------------------------------------------- inputs
-    def _limit(self, name: str, net: Net) -> None:
-        """A limit input has changed; the cycle that begins now has not seen it."""
+    def _limit(self, switches: LimitSwitches, limit: int, net: Net) -> None:
+        """Take the new level of a limit input, which the cycle that begins now has not seen."""
         if self.running:
             self.catch_up()
-            self.levels[name] = net.value or 0
+            switches.levels[limit] = net.value or 0
             self.attend()
-
-    def active(self, number: int, limit: int) -> bool:
-        """Is the limit switch of an axis active?"""
-        positive = limit == POSITIVE_LIMIT
-        bit = 2 * (number - 1) + (not positive)
-        level = self.levels[f"{'pos' if positive else 'neg'}limit{number}"]
-        return bool(level ^ self.chip.limit_sense >> bit & 1)
 
     # -------------------------------------------------------------------------------------------------------- commands
     def declare(self, state: AxisState, value: int) -> None:
-        """The present position is this, at once."""
-        self.trajectories[state.number - 1].declare(self.cycle, value)
+        """Set the position of an axis, at once and without pulses."""
+        self.trajectories[state.number - 1].updates.declare(self.cycle, value)

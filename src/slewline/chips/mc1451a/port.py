@@ -14,38 +14,47 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
+from ...core.chip import Chip
 from ...core.net import Net, Wave
 from ...core.table import Row
 from ...language.dialect import spoken_as
 from ...language.packets import Packets, checksum
-from .sheet import TIMES
-
-if TYPE_CHECKING:
-    from .firmware import Chipset
+from .activity import Activity
+from .instructions import Instructions, Moves
+from .supply import Supply
 
 NS = 1000  # picoseconds: what strobes and bus take does not go with the crystal
-ACCESS_PS, LET_GO_PS = (int(TIMES[name].us * 1000) * NS for name in ("read_access", "read_release"))
 SHORTEST_PS, RECOVERY_PS, RELEASE_PS = 50 * NS, 60 * NS, 2000 * NS
 
 
 class Port:
     """HostSlct, HostCmd, HostWrite, HostRead, HostRdy and the host bus."""
 
-    def __init__(self, chip: Chipset) -> None:
-        self.chip, self.kernel, self.clock = chip, chip.kernel, chip.clock
+    def __init__(
+        self,
+        chip: Chip,
+        activity: Activity,
+        supply: Supply,
+        motion: Moves,
+        instructions: Instructions,
+        busy_ticks: int,
+    ) -> None:
+        self.chip, self.kernel, self.clock, self.busy_ticks = chip, chip.kernel, chip.clock, busy_ticks
+        self.activity, self.supply, self.motion, self.instructions = activity, supply, motion, instructions
         self.rows = chip.sheet.commands.by_code
         self.codes = spoken_as(chip.sheet, Packets)
-        self.ready_driver = chip.drivers["hostrdy"]
-        for name, told in (("hostwrite", self._write), ("hostread", self._read), ("hostslct", self._select)):
-            chip.pins[name].net.watch(told)
-        self.generation = 0  # counts resets: what was due before one is not done
+        times = chip.sheet.times
+        self.access_ps, self.let_go_ps = (int(times[name].us * 1000) * NS for name in ("read_access", "read_release"))
+        self.ready_driver, self.bus, self.bus_driver = chip.drivers["hostrdy"], chip.bus, chip.bus_driver
+        names = ("hostslct", "hostcmd", "hostwrite", "hostread")
+        self.slct, self.cmd, self.writes, self.reads = (chip.pins[name].net for name in names)
+        for net, told in ((self.writes, self._write), (self.reads, self._read), (self.slct, self._select)):
+            net.watch(told)
         self.begin()
 
     def begin(self) -> None:
-        """Reset: not ready, no packet."""
-        self.generation += 1
+        """Reset: be not ready, and forget the packet."""
         self.chip.on_command("")
         self.ready = False
         self.bytes: list[int] = []  # first byte of a word that is written
@@ -57,7 +66,7 @@ class Port:
         self.answer: deque[int] = deque([0])  # words to be read
         self.shown = 0  # what the host saw last
         self.half = False  # the first byte of a word has been read
-        self.low_since = {"hostwrite": 0, "hostread": 0}
+        self.fell_at = 0  # HostWrite
         self.rose_at = -RECOVERY_PS
         self.legal = False  # the strobe in progress began well
         self.strobed_at: int | None = None  # the end of the last strobe of an operation
@@ -65,77 +74,76 @@ class Port:
     # --------------------------------------------------------------------------------------------------------- strobes
     @property
     def _selected(self) -> bool:
-        return self.chip.powered and self.chip.pins["hostslct"].level == 0
+        return self.supply.powered and self.slct.level == 0
 
-    def _strobe(self, name: str, other: str) -> bool:
-        """A strobe has begun; is it one?"""
+    def _strobe(self, name: str, other: str, net: Net) -> bool:
+        """Return whether the strobe that begins now is one.  `net` is that of the other strobe."""
         now = self.kernel.now
-        self.low_since[name] = now
-        if self.chip.pins[other].level == 0:
+        if net.level == 0:
             self.chip.finding("strobes", f"{name} and {other} are low together: no transfer")
-            self._show(None, LET_GO_PS)
+            self._show(None, self.let_go_ps)
             return False
         if now - self.rose_at < RECOVERY_PS:
             self.chip.finding("short-recovery", f"{(now - self.rose_at) // NS} ns between two strobes; at least 60 ns")
         return True
 
     def _write(self, net: Net) -> None:
-        """HostWrite: a byte is taken with its rising edge."""
+        """HostWrite: take a byte with its rising edge."""
         if not self._selected:
             self.legal = False
             return
         if net.value == 0:
-            self.legal = self._strobe("hostwrite", "hostread")
+            self.fell_at = self.kernel.now
+            self.legal = self._strobe("hostwrite", "hostread", self.reads)
             return
-        legal, self.legal = self.legal and self.chip.pins["hostread"].level != 0, False
+        legal, self.legal = self.legal and self.reads.level != 0, False
         if not legal:
             return
-        width = self.kernel.now - self.low_since["hostwrite"]
+        width = self.kernel.now - self.fell_at
         if width < SHORTEST_PS:
             self.chip.finding("short-strobe", f"hostwrite low for {width // NS} ns; at least 50 ns")
         self.rose_at = self.kernel.now
-        if self.chip.pins["hostcmd"].level == 1:
-            self.command(self.chip.bus.byte)
+        if self.cmd.level == 1:
+            self.command(self.bus.byte)
         else:
-            self.data(self.chip.bus.byte)
+            self.data(self.bus.byte)
 
     def _read(self, net: Net) -> None:
-        """HostRead: a byte stands on the bus while it is low."""
-        chip = self.chip
+        """HostRead: show a byte on the bus while it is low."""
         if net.value == 0:
-            self.legal = self._selected and self._strobe("hostread", "hostwrite")
-            if self.legal and chip.pins["hostcmd"].level == 1:
-                chip.finding("strobes", "hostread with hostcmd high: no transfer")
+            self.legal = self._selected and self._strobe("hostread", "hostwrite", self.writes)
+            if self.legal and self.cmd.level == 1:
+                self.chip.finding("strobes", "hostread with hostcmd high: no transfer")
                 self.legal = False
             if self.legal:
-                self._show((0xFF, self.read()), ACCESS_PS)
+                self._show((0xFF, self.read()), self.access_ps)
         elif self.legal:
             self.legal = False
-            self._show(None, LET_GO_PS)
+            self._show(None, self.let_go_ps)
             if self._selected:
                 self.rose_at = self.kernel.now
                 self.read_on()
 
     def _show(self, level: tuple[int, int] | None, delay_ps: int) -> None:
-        """Put a byte on the bus, or let go of it, so much later."""
-        now, driver = self.kernel.now, self.chip.bus_driver
+        """Put a byte on the bus, or let go of it, after a delay."""
+        now, driver = self.kernel.now, self.bus_driver
         driver.play(Wave(driver.at(now), (now + delay_ps,), (level,)))
 
     def _select(self, net: Net) -> None:
-        """HostSlct: high within 2 us of the last strobe of an operation; high within a strobe, it ends it as none."""
+        """HostSlct: report a release later than 2 us behind the last strobe; one within a strobe ends it as none."""
         if net.value == 1 and self.legal:
             self.legal = False
-            self._show(None, LET_GO_PS)
+            self._show(None, self.let_go_ps)
         now, since = self.kernel.now, self.strobed_at
         if net.value == 1 and since is not None:
             self.strobed_at = None
-            if now - since > RELEASE_PS and self.chip.powered:
+            if now - since > RELEASE_PS and self.supply.powered:
                 text = f"hostslct stays low for {(now - since) / NS / 1000:g} us behind a transfer; at most 2 us"
                 self.chip.finding("late-release", text)
 
     # -------------------------------------------------------------------------------------------------------- transfers
     def command(self, byte: int) -> None:
-        """A command byte has been written."""
+        """Take a command byte that has been written."""
         if not self.ready:
             self._early(f"command {byte:02x} written")
             return
@@ -144,7 +152,7 @@ class Port:
         self._busy(lambda: self._begin_packet(byte))
 
     def data(self, byte: int) -> None:
-        """A byte of a word has been written, the high one first."""
+        """Take a byte of a word that has been written, the high one first."""
         if not self.ready:
             self._early(f"data {byte:02x} written")
             return
@@ -155,7 +163,7 @@ class Port:
             self._busy(lambda: self._take(word))
 
     def read(self) -> int:
-        """The byte that the host reads, the high one of a word first."""
+        """Return the byte that the host reads, the high one of a word first."""
         if not self.ready:
             self._early("data read")
             return self.shown
@@ -166,7 +174,7 @@ class Port:
         return self.shown
 
     def read_on(self) -> None:
-        """The byte has been read."""
+        """Go on to the next byte: the last one has been read."""
         if not self.ready:
             return
         self.half = not self.half
@@ -181,32 +189,36 @@ class Port:
         self.chip.finding("busy-access", f"{what} while HostRdy is low: without effect")
 
     def _busy(self, then: Callable[[], None]) -> None:
-        """HostRdy falls; what was asked for is done when it rises."""
-        generation = self.generation
+        """Let HostRdy fall, and do what was asked for when it rises."""
+        starts = self.supply.starts
         self.ready = False
         self.ready_driver.drive(0)
         self.strobed_at = self.kernel.now
-        self.chip.idle = False
+        self.activity.serve()
 
         def serve() -> None:
-            if generation == self.generation:
-                self.chip.motion.catch_up()
-                self.ready = True
-                then()
-                if not self.wanted:
-                    self.chip.on_command("")
-                if self.ready:  # unless that was a reset
-                    self.ready_driver.drive(1)
-                    self.chip.refresh_idle()
+            if starts == self.supply.starts:  # no reset has come meanwhile
+                self._serve(then)
 
-        tick = self.clock.ticks_from(self.kernel.now) + self.chip.busy_ticks
+        tick = self.clock.ticks_from(self.kernel.now) + self.busy_ticks
         self.kernel.call_at(self.clock.ps(tick), serve)
 
+    def _serve(self, then: Callable[[], None]) -> None:
+        """Do what was asked for, and let HostRdy rise; behind RESET the supply does that, ten cycles later."""
+        self.motion.catch_up()
+        self.ready = True
+        then()
+        if not self.wanted:
+            self.chip.on_command("")
+        if not self.supply.restarted():
+            self.ready_driver.drive(1)
+            self.activity.served()
+
     def open(self) -> None:
-        """HostRdy rises after reset."""
+        """Let HostRdy rise after reset."""
         self.ready = True
         self.ready_driver.drive(1)
-        self.chip.refresh_idle()
+        self.activity.begin()
 
     # ---------------------------------------------------------------------------------------------------------- packets
     @property
@@ -214,7 +226,7 @@ class Port:
         return "a packet" if self.row is None else self.row.name
 
     def _begin_packet(self, code: int) -> None:
-        """A command byte begins a packet."""
+        """Begin a packet with a command byte."""
         if self.bytes:
             self.chip.finding(
                 "odd-byte", f"one byte of a word, {self.bytes[0]:02x}, before command {code:02x}: dropped"
@@ -234,7 +246,7 @@ class Port:
             self._perform()
 
     def _without_row(self, code: int) -> None:
-        """A code that is no command of this part."""
+        """Answer a code that is no command of this part."""
         if code in self.codes.illegal:
             self.chip.finding("illegal-command", f"{code:02x} is no command of the {self.chip.sheet.part}: checksum 0")
             self.silent, self.answer = True, deque([0])
@@ -246,7 +258,7 @@ class Port:
             self._answer([0] * reads)
 
     def _take(self, word: int) -> None:
-        """A word has been written."""
+        """Take a word that has been written."""
         if not self.wanted:
             if not self.silent:
                 self.chip.finding("extra-word", f"{word:04x} behind {self._name}, which takes no more words: dropped")
@@ -261,14 +273,11 @@ class Port:
             self._perform()
 
     def _perform(self) -> None:
-        """The packet is complete: the command acts."""
+        """Perform the command of a complete packet."""
         row = self.row
         assert row is not None
-        generation = self.generation
         data = b"".join(word.to_bytes(2, "big") for word in self.words)
-        found = self.chip.perform(row, int.from_bytes(data, "big"))
-        if generation != self.generation:
-            return  # a reset has left nothing to be read
+        found = self.instructions.perform(row, int.from_bytes(data, "big"))
         if found is None:
             self._answer([])
             return
@@ -277,5 +286,5 @@ class Port:
         self._answer([value >> 16, value & 0xFFFF] if size == 4 else [value])
 
     def _answer(self, words: list[int]) -> None:
-        """Words to be read, and the checksum behind them."""
+        """Lay out the words to be read, and the checksum behind them."""
         self.answer = deque([*words, checksum(self.code, [*self.words, *words])])

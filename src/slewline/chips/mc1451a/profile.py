@@ -47,13 +47,13 @@ class Limits:
     start: int
 
     def braking(self, speed: int) -> int:
-        """B: the distance of a cycle at this speed and of the braking behind it, one cycle at s included."""
+        """Return B: the distance of a cycle at this speed and of the braking behind it, one cycle at s included."""
         a, s = self.acceleration, self.start
         cycles = -(-(speed - s) // a) if speed > s else 0
         return cycles * speed - a * cycles * (cycles - 1) // 2 + s
 
     def greatest(self, remaining: int) -> int:
-        """The greatest speed of at least s whose B fits into a distance; -1 if none does."""
+        """Return the greatest speed of at least s whose B fits into a distance; -1 if none does."""
         a, s = self.acceleration, self.start
         if remaining < s:
             return -1
@@ -64,7 +64,7 @@ class Limits:
         return max(s + cycles * a, (remaining - s + a * cycles * (cycles + 1) // 2) // (cycles + 1))
 
     def step(self, remaining: int, speed: int) -> tuple[int, bool]:
-        """The displacement of the next cycle, and whether it is the landing.
+        """Return the displacement of the next cycle, and whether it is the landing.
 
         Args:
             remaining: distance to the destination; not positive if that lies behind.
@@ -81,12 +81,12 @@ class Limits:
         return self.slower(speed), False
 
     def slower(self, speed: int) -> int:
-        """The next speed when braking: down to s, then zero."""
+        """Return the next speed when braking: down to s, then zero."""
         return 0 if speed <= self.start else max(speed - self.acceleration, self.start)
 
 
 def trapezoid(limits: Limits, remaining: int, speed: int) -> Run:
-    """The next run of a point-to-point move with linear ramps."""
+    """Return the next run of a point-to-point move with linear ramps."""
     first, landing = limits.step(remaining, speed)
     if landing:
         return Run(1, first, landing=True)
@@ -109,7 +109,7 @@ def trapezoid(limits: Limits, remaining: int, speed: int) -> Run:
 
 
 def expected(limits: Limits, remaining: int, first: int, change: int) -> int:
-    """How long a run may be expected to go on; a guess, which only saves time."""
+    """Return how long a run may be expected to go on; a guess, which only saves time."""
     if change > 0:
         return (limits.velocity - first) // change
     if change < 0:
@@ -118,7 +118,7 @@ def expected(limits: Limits, remaining: int, first: int, change: int) -> int:
 
 
 def holds(same: Callable[[int], bool], guess: int) -> int:
-    """The first i for which something that holds up to there holds no longer; looked for around a guess."""
+    """Return the smallest i with not same(i), by galloping search from a guess; `same` must be monotonic."""
     if guess > 0 and not same(guess - 1):
         low, high = 0, guess - 1
     else:

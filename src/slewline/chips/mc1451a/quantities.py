@@ -21,16 +21,14 @@ from ...core.curves import PLACES, SCurve
 from ...core.quantity import Outline, Quantity
 from ...core.timebase import PS_PER_S
 from .ideal import curve
+from .motion import Motion
 from .profile import UNIT
-from .sheet import CYCLE_TICKS
-from .state import ONE
+from .pulses import Past
+from .registers import ONE
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-    from .pulses import Past
-    from .trajectory import Trajectory
 
 
 class Stretch(NamedTuple):
@@ -45,33 +43,35 @@ class Stretch(NamedTuple):
 class Forces:
     """The acceleration of one axis over its past, up to now."""
 
-    def __init__(self, trajectory: Trajectory) -> None:
-        self.trajectory, self.chip = trajectory, trajectory.chip
-        self.per_s = self.chip.crystal_hz / CYCLE_TICKS
+    def __init__(self, motion: Motion, number: int) -> None:
+        self.motion, self.pulses = motion, motion.trajectories[number - 1].pulses
+        self.cycle_clock = motion.cycle_clock
+        self.per_s = self.cycle_clock.per_s
 
     def ps(self, cycle: int, parts: int = 0) -> int:
         """Return the instant so many parts (2^-PLACES cycle) behind the begin of a cycle."""
+        cycle_clock = self.cycle_clock
         if not parts:
-            return self.chip.clock.ps(self.chip.origin + cycle * CYCLE_TICKS)
-        ticks = (self.chip.origin + cycle * CYCLE_TICKS << PLACES) + parts * CYCLE_TICKS
-        return (ticks * PS_PER_S // self.chip.crystal_hz) >> PLACES
+            return cycle_clock.ps(cycle)
+        ticks = (cycle_clock.tick(cycle) << PLACES) + parts * cycle_clock.cycle_ticks
+        return (ticks * PS_PER_S // cycle_clock.clock.hz) >> PLACES
 
     def cycles(self, start: int, stop: int) -> NDArray[np.int64]:
         """Return when cycles begin at start <= t <= stop (ps), and in which one `start` lies: (n,) int64 ps."""
         import numpy as np
 
-        clock, origin = self.chip.clock, self.chip.origin
-        first, last = ((clock.ticks_until(ps) - origin) // CYCLE_TICKS for ps in (start, stop))
-        return clock.ps_array(np.arange(max(first, 0), last + 1) * CYCLE_TICKS, origin)
+        cycle_clock = self.cycle_clock
+        numbers = np.arange(max(cycle_clock.begun(start), 0), cycle_clock.begun(stop) + 1)
+        return cycle_clock.clock.ps_array(numbers * cycle_clock.cycle_ticks, cycle_clock.origin)
 
     def stretches(self, start: int, stop: int) -> list[Stretch]:
         """Return what begins by `stop` (ps), and what is in force at `start`; ascending, the first before `start`."""
-        self.chip.motion.catch_up()
-        past = self.trajectory.past
+        self.motion.catch_up()
+        past = self.pulses.past
         found = [Stretch(0, 0.0, 0.0)]
         if not past or stop < self.ps(past[0].first):
             return found
-        cycle = (self.chip.clock.ticks_until(start) - self.chip.origin) // CYCLE_TICKS
+        cycle = self.cycle_clock.begun(start)
         first = max(bisect_right(past, cycle, key=lambda entry: entry.first) - 2, 0)
         for entry, before, following in zip(
             past[first:], [None, *past[first:]], [*past[first + 1 :], None], strict=False

@@ -1,87 +1,168 @@
-"""What the host sees of a chipset: its axes, the current one, the interrupting one, and the registers by name."""
+"""The registers of a chipset, as the manual lists them: those of each axis, and the few that all axes share.
+
+An axis has double-buffered registers, registers that act at once, and its status.  Commands write here; what works the
+cycles (motion.py, or the twin) reads them at the start of the next one and writes what it makes of them.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from copy import copy
+from dataclasses import MISSING, dataclass, field, fields
 
-from ...core.axis import Axis
-from ...core.chip import Chip
-from ...core.kernel import Kernel
-from .state import AxisState, saturated
+ONE = 1 << 16  # a step, and a step per cycle, in the 16.16 numbers of the chipset
 
-if TYPE_CHECKING:
-    from .cycles import ChipsetAxis
+TRAPEZOIDAL, VELOCITY, S_CURVE, GEAR = range(4)  # profile modes, as in the mode word
 
-POSITIONS = range(-(1 << 30), 1 << 30)
+MOTION_COMPLETE, WRAPPED, BREAKPOINT, CAPTURED = 1, 2, 4, 8  # event bits of the status word
+MOTION_ERROR, POSITIVE_LIMIT, NEGATIVE_LIMIT, COMMAND_ERROR = 16, 32, 64, 128
+
+LIMIT_NAMES = {POSITIVE_LIMIT: "PosLimit", NEGATIVE_LIMIT: "NegLimit"}
+PROFILE_COMMANDS = ("SET_PRFL_TRAP", "SET_PRFL_VEL", "SET_PRFL_S_CRV", "SET_PRFL_GEAR")  # by profile mode
 
 
-class Moves(Protocol):
-    """What works the cycles: motion.py, or its slow twin."""
+@dataclass(slots=True)
+class Profile:
+    """The registers and actions that are double-buffered, registers in the units of their commands."""
+
+    position: int = 0  # steps
+    velocity: int = 0  # 1/65536 step per cycle
+    acceleration: int = 0  # 1/65536 step per cycle^2, signed
+    max_acceleration: int = 0  # the same, of S-curves
+    jerk: int = 0  # 2^-32 step per cycle^3
+    ratio: int = 0  # 1/65536 step per encoder count, signed
+    loaded: frozenset[str] = frozenset()  # which of these the host has written since the last update
+    stop: bool = False  # actions are done once
+    smooth_stop: bool = False
+    synch_prfl: bool = False
+    cause: str = ""  # the command that has updated
+
+    def copy(self) -> Profile:
+        """Return the same values, apart."""
+        return copy(self)
+
+
+@dataclass(slots=True)
+class AxisState:
+    """One axis.  Distances and speeds are in 1/65536 step, and per cycle."""
+
+    number: int  # 1 to 4
+    buffer: Profile = field(default_factory=Profile)  # written by the host
+    active: Profile = field(default_factory=Profile)  # in force since the last update
+    update: Profile | None = None  # what an update has taken from the buffer; it waits for the next cycle
+    start_velocity: int = 0
+
+    mode: int = TRAPEZOIDAL
+    auto_update: bool = True
+    auto_stop: bool = False
+    high_speed: bool = False
+    motor_on: bool = True
+    was_off: bool = False  # the motor, since the last cycle that was worked
+    held: bool = False  # the motor has been off, and no update was commanded since it is on: nothing starts
+    breakpoint: str = ""  # what is armed: time, pos, neg, actl_pos, actl_neg, mtn_cmplt, ext
+    comparison: int = 0  # of the breakpoint, as written: 32 bits unsigned
+    mask: int = 0  # of interrupts
+    step_ratio: int = 0  # counts per step * 256
+    pos_err: int = 32767  # limit of the position error, in counts
+    capture_home: bool = False
+
+    events: int = 0  # bits 0 to 7 of the status word
+    in_motion: bool = False
+    motion_error: bool = False  # the position error exceeds its limit now
+    reported: bool = False  # RST_INTRPT was to clear this motion error: the host knows of it
+    target: int = 0  # 1/65536 step, -2^46 to 2^46 - 1
+    velocity: int = 0  # displacement of this cycle, signed
+    phase: int = 0  # of an S-curve: 1 to 7; else 0
+    actual: int = 0  # encoder counts
+    error: int = 0  # actual minus converted target, in counts, not limited to 16 bits
+
+    def reset(self) -> None:
+        """Set every register to what a reset makes of it."""
+        for each in fields(self):
+            if each.name != "number":
+                setattr(self, each.name, Profile() if each.default is MISSING else each.default)
 
     @property
-    def cycle(self) -> int:
-        """The present cycle, as of the last `catch_up`."""
+    def status(self) -> int:
+        """The status word."""
+        return (
+            self.events | self.motor_on << 8 | 1 << 9 | self.in_motion << 10 | (self.number - 1) << 12
+        )  # bit 9: the axis is always on
 
-    def start(self) -> None:
-        """Reset is over: cycle 0 begins at this instant."""
+    @property
+    def breakpoint_command(self) -> str:
+        """The command that has set the breakpoint."""
+        return f"SET_{self.breakpoint.upper()}_BRK"
 
-    def stop(self) -> None:
-        """Reset, or no supply: no pulse after this instant."""
+    @property
+    def mode_word(self) -> int:
+        """The mode word."""
+        return (
+            self.auto_stop << 7
+            | self.high_speed << 9
+            | (not self.auto_update) << 10
+            | self.mode << 11
+            | self.phase << 13
+        )
 
-    def catch_up(self) -> None:
-        """Bring the registers up to this instant, a cycle that begins with it included."""
+    def load(self, register: str, value: int) -> None:
+        """Write a double-buffered register, and note that the host did."""
+        setattr(self.buffer, register, value)
+        self.buffer.loaded |= {register}
 
-    def attend(self) -> None:
-        """A command has written registers: the next cycle must look at them."""
+    def take(self, cause: str) -> None:
+        """Take an update, which a command or the breakpoint that it has set causes.
 
-    def declare(self, state: AxisState, value: int) -> None:
-        """SET_ACTL_POS: the position of an axis, at once and without pulses."""
+        What is buffered takes effect with the next cycle, and so do actions since the last one.
+
+        Whether it may start something is decided now, by the motor: behind MTR_ON the axis stays at rest until a move
+        is initiated (pulse generation control), whichever cycle sees that.
+        """
+        self.held = not self.motor_on
+        before, self.update = self.update or Profile(), self.buffer.copy()
+        for action in ("stop", "smooth_stop", "synch_prfl"):
+            setattr(self.update, action, getattr(before, action) or getattr(self.buffer, action))
+            setattr(self.buffer, action, False)
+        self.update.cause = cause
+        self.update.loaded = before.loaded | self.buffer.loaded
+        self.buffer.loaded = frozenset()
+
+    def switch_off(self) -> None:
+        """Switch the motor off, by command or by a stall.  The next cycle ends the motion, even if it is on again."""
+        self.motor_on, self.held = False, True
+        self.was_off = True
+
+    @property
+    def interrupts(self) -> int:
+        """The events that ask for the host."""
+        return self.events & self.mask & ~(MOTION_ERROR if self.reported else 0)
+
+    def clear(self, mask: int) -> None:
+        """Clear the events whose bit in `mask` is 0; a motion error that lasts is not cleared."""
+        self.events &= mask | (MOTION_ERROR if self.motion_error else 0)
 
 
-class Registers(Chip):
-    """The registers of a chipset.  `states` are those of its axes."""
+class Registers:
+    """The axes of a chipset, `states`, of which one is the current one; and what belongs to none of them."""
 
-    motion: Moves
+    def __init__(self, axes: int) -> None:
+        self.states = [AxisState(number) for number in range(1, axes + 1)]
+        self.clear()
 
-    def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
-        super().__init__(kernel, name, crystal_hz, **given)
-        self.encoder = self.sheet.encoder
-        self.axes = tuple(Axis(kernel, POSITIONS, 0) for _ in range(self.sheet.axes))
-        self.origin = 0  # tick at which cycle 0 began
-        self.forget()
-
-    def forget(self) -> None:
-        """Reset: every register as the manual lists it."""
-        self.states = [AxisState(number) for number in range(1, self.sheet.axes + 1)]
+    def clear(self) -> None:
+        """Set every register to what a reset makes of it."""
+        for state in self.states:
+            state.reset()
         self.current = 1
-        self.interrupting = 0  # the axis whose interrupt is pending; 0: none
         self.limit_sense = 0
         self.limits_on = True
 
     @property
-    def state(self) -> AxisState:
+    def axis(self) -> AxisState:
         """The registers of the current axis."""
         return self.states[self.current - 1]
 
-    def restart(self) -> None:
-        """The same as RESET low for a moment."""
-        raise NotImplementedError
-
-    @property
-    def registers(self) -> dict[str, int]:
-        """The registers of axis 1, named after the commands that write and read them."""
-        return self.registers_of(1)
-
-    def axis(self, number: int) -> ChipsetAxis:
-        """Axis 1, 2 ... of the chipset."""
-        from .cycles import ChipsetAxis
-
-        super().axis(number)
-        return ChipsetAxis(self, number)
-
-    def registers_of(self, number: int) -> dict[str, int]:
-        """The registers of an axis."""
-        self.motion.catch_up()
+    def by_name(self, number: int, cycle: int) -> dict[str, int]:
+        """Return the registers of an axis in a cycle, named after the commands that write and read them."""
         state = self.states[number - 1]
         buffer = state.buffer
         return {
@@ -103,5 +184,16 @@ class Registers(Chip):
             "capt": 0,
             "status": state.status,
             "mode": state.mode_word,
-            "time": self.motion.cycle % (1 << 32),
+            "time": cycle % (1 << 32),
         }
+
+
+def signed(value: int, bits: int) -> int:
+    """Return a number of `bits` bits in two's complement."""
+    half = 1 << (bits - 1)
+    return (value + half) % (2 * half) - half
+
+
+def saturated(error: int) -> int:
+    """Return a position error as it is reported, in 16 bits."""
+    return max(-32768, min(error, 32767))

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ...core.timebase import Clock
-from ...core.train import Train
-from . import sheet
-from .state import ONE
+from ....core.timebase import Clock
+from ....core.train import Train
+from .. import sheet
+from ..registers import ONE
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-CYCLE = sheet.CYCLE_TICKS
 
 
 class OneCycle(Train):
@@ -22,11 +20,11 @@ class OneCycle(Train):
     def __init__(self, clock: Clock, origin: int, steps: list[int], displaced: int) -> None:
         super().__init__(clock, origin)
         self.ticks = [tick - origin for tick in steps]
-        self.steps, self.length = len(steps), CYCLE
-        self.speed = displaced / ONE * clock.hz / CYCLE
+        self.steps, self.length = len(steps), sheet.CYCLE_TICKS
+        self.speed = displaced / ONE * clock.hz / self.length
 
     def begin(self, k: int) -> int:
-        return self.origin + (self.ticks[k] if k < self.steps else CYCLE)
+        return self.origin + (self.ticks[k] if k < self.steps else self.length)
 
     def begun_by(self, tick: int) -> int:
         return sum(at <= tick - self.origin for at in self.ticks)
@@ -48,4 +46,4 @@ class OneCycle(Train):
         return 1
 
     def rests(self, until: int) -> int:
-        return min(max(self.clock.ticks_from(until - 1) - self.origin, 0), CYCLE)
+        return min(max(self.clock.ticks_from(until - 1) - self.origin, 0), self.length)

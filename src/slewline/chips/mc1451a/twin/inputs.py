@@ -8,14 +8,11 @@ seen  ___________/‾‾‾‾‾‾‾‾‾‾‾‾\_______    a look sees wh
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
-from ...core.net import Net
-from . import sheet
-from .state import NEGATIVE_LIMIT, POSITIVE_LIMIT, AxisState
-
-if TYPE_CHECKING:
-    from .firmware import Chipset
+from ....core.chip import Chip
+from ....core.net import Net
+from .. import sheet
+from ..registers import NEGATIVE_LIMIT, POSITIVE_LIMIT, AxisState, Registers
 
 DWELL = 20  # clocks of an encoder state at 1.25 Mcounts/s
 LIMITS = {1: POSITIVE_LIMIT, -1: NEGATIVE_LIMIT}  # events of the switches, by direction
@@ -25,7 +22,7 @@ FORWARD = ((0, 0), (1, 0), (1, 1), (0, 1))  # the encoder's A and B in positive 
 class Filter:
     """An input behind its filter: a level counts when it has lasted for three clocks of 160 ns."""
 
-    def __init__(self, chip: Chipset, name: str) -> None:
+    def __init__(self, chip: Chip, name: str) -> None:
         self.chip, self.name = chip, name
         chip.pins[name].net.watch(self.change)
         self.begin()
@@ -53,7 +50,7 @@ class Filter:
             self.edges[self.since + sheet.FILTER_TICKS] = self.level
 
     def look(self, tick: int) -> dict[int, int]:
-        """What has come to count since the last look, just before a tick."""
+        """Return the filtered edges accepted since the last call, up to but excluding a tick: {tick: level}."""
         self.pass_time(tick - 1)
         edges, self.edges = self.edges, {}
         return edges
@@ -62,7 +59,7 @@ class Filter:
 class Encoder:
     """A quadrature encoder behind its filters: four counts a period, up when A is ahead of B."""
 
-    def __init__(self, chip: Chipset, number: int) -> None:
+    def __init__(self, chip: Chip, number: int) -> None:
         self.chip, self.number = chip, number
         self.a, self.b = Filter(chip, f"quada{number}"), Filter(chip, f"quadb{number}")
         self.begin()
@@ -101,21 +98,21 @@ class Encoder:
 class Switches:
     """The limit switches of an axis.  They are looked at once in a cycle; directions are 1 and -1."""
 
-    def __init__(self, chip: Chipset, state: AxisState) -> None:
-        self.chip, self.state = chip, state
+    def __init__(self, chip: Chip, registers: Registers, state: AxisState) -> None:
+        self.chip, self.registers, self.state = chip, registers, state
         self.armed = {1: True, -1: True}  # the next active level trips
 
     @property
     def flagged(self) -> bool:
         """Does the event of a switch bar the axis?"""
-        return bool(self.chip.limits_on and self.state.events & (POSITIVE_LIMIT | NEGATIVE_LIMIT))
+        return bool(self.registers.limits_on and self.state.events & (POSITIVE_LIMIT | NEGATIVE_LIMIT))
 
     def active(self, way: int) -> bool:
         """Is the switch sensed, and active?"""
         number = self.state.number
         level = int(self.chip.pins[f"{'pos' if way > 0 else 'neg'}limit{number}"].net.level or 0)
-        low = self.chip.limit_sense >> (2 * (number - 1) + (way < 0)) & 1
-        return self.chip.limits_on and level != low
+        low = self.registers.limit_sense >> (2 * (number - 1) + (way < 0)) & 1
+        return self.registers.limits_on and level != low
 
     def tripped(self) -> Iterator[int]:
         """Which switch becomes active; while one of them is in charge, the other one is not looked at."""

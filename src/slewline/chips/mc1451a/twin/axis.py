@@ -12,13 +12,13 @@ whole one behind it.  `lead` is how far the target is ahead of the steps made so
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
-from ...core.net import Wave
-from ...core.train import Playing
-from . import sheet
-from .ideal import begins, departs
-from .state import (
+from ....core.chip import Chip
+from ....core.net import Wave
+from ....core.train import Playing
+from .. import sheet
+from ..ideal import begins, departs
+from ..registers import (
     BREAKPOINT,
     COMMAND_ERROR,
     GEAR,
@@ -32,15 +32,12 @@ from .state import (
     WRAPPED,
     AxisState,
     Profile,
+    Registers,
 )  # fmt: skip
-from .stepwise_cycle import OneCycle
-from .stepwise_inputs import LIMITS, Encoder, Filter, Switches
-from .stepwise_profile import SCurve, braked, contour, sign, trapezoid
+from .cycle import OneCycle
+from .inputs import LIMITS, Encoder, Filter, Switches
+from .profile import SCurve, braked, contour, sign, trapezoid
 
-if TYPE_CHECKING:
-    from .stepwise import Stepwise
-
-CYCLE = sheet.CYCLE_TICKS
 REPORTED = range(-32768, 32768)  # position errors
 
 
@@ -53,9 +50,11 @@ def signed(number: int, bits: int) -> int:
 class Course:
     """One axis, cycle by cycle."""
 
-    def __init__(self, motion: Stepwise, state: AxisState, home: Filter, encoder: Encoder | None) -> None:
-        self.motion, self.chip, self.state = motion, motion.chip, state
-        self.home, self.encoder, self.switches = home, encoder, Switches(motion.chip, state)
+    def __init__(
+        self, chip: Chip, registers: Registers, state: AxisState, home: Filter, encoder: Encoder | None
+    ) -> None:
+        self.chip, self.state = chip, state
+        self.home, self.encoder, self.switches = home, encoder, Switches(chip, registers, state)
         self.axis = self.chip.axes[state.number - 1]
         # what the last cycle has seen of the settings, and what has become of them since
         self.mode, self.high_speed = state.mode, state.high_speed
@@ -78,8 +77,8 @@ class Course:
         # position error, in 1/256 count, and whole steps of the target that it does not count yet
         self.error = self.gone = 0
 
-    def cycle(self, tick: int) -> None:
-        """Everything that is decided at the start of a cycle."""
+    def cycle(self, number: int, tick: int) -> None:
+        """Decide everything that is decided at the start of a cycle, which begins at a tick."""
         self.arrive()
         self.see_settings()
         if self.state.update is not None:
@@ -88,7 +87,7 @@ class Course:
         self.choose_velocity()
         self.make_pulses(tick)
         self.compare_positions(tick)
-        self.test_breakpoint(tick)
+        self.test_breakpoint(number, tick)
         self.show()
 
     def event(self, bit: int) -> None:
@@ -378,7 +377,7 @@ class Course:
         half = 1  # half steps from the last step made
         while (distance := half * ONE // 2 - way * self.lead) <= abs(velocity):
             level = half % 2
-            at = tick + max(-(-distance * CYCLE // (abs(velocity) or 1)), 0)
+            at = tick + max(-(-distance * sheet.CYCLE_TICKS // (abs(velocity) or 1)), 0)
             if level != self.pulse:
                 edges.append((at, level))
                 self.pulse = level
@@ -425,14 +424,14 @@ class Course:
         self.error += 256 * moved
 
     # -------------------------------------------------------------------------------------------------- 6: breakpoint
-    def test_breakpoint(self, tick: int) -> None:
+    def test_breakpoint(self, number: int, tick: int) -> None:
         """A breakpoint whose condition is met is over, and an update waits for the next cycle."""
         state = self.state
         value = signed(state.comparison, 32)
         self.home.look(tick)
         met = {
             "": False,
-            "time": self.motion.cycle % (1 << 32) == state.comparison,
+            "time": number % (1 << 32) == state.comparison,
             "pos": state.target >> 16 >= value,
             "neg": state.target >> 16 <= value,
             "actl_pos": state.actual >= value,

@@ -1,34 +1,33 @@
 """The chipset's motion, one cycle at a time: the oracle of the fast path, slow and obvious.
 
 The fast path computes blocks of cycles ahead.  This twin works each cycle when it begins, one axis after the other
-(stepwise_axis.py), and looks at the pins then; it watches HOME and the encoder edge by edge (stepwise_inputs.py).
+(axis.py), and looks at the pins then; it watches HOME and the encoder edge by edge (inputs.py).
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from ...core.waits import until
-from .sheet import CYCLE_TICKS
-from .state import AxisState
-from .stepwise_axis import Course
-from .stepwise_inputs import Encoder, Filter
-
-if TYPE_CHECKING:
-    from .firmware import Chipset
+from ....core.chip import Chip
+from ....core.waits import until
+from .. import sheet
+from ..activity import Activity
+from ..interrupt import HostInterrupt
+from ..registers import AxisState, Registers
+from .axis import Course
+from .inputs import Encoder, Filter
 
 
 class Stepwise:
     """Works every cycle of all axes."""
 
-    def __init__(self, chip: Chipset) -> None:
-        self.chip, self.kernel = chip, chip.kernel
+    def __init__(self, chip: Chip, registers: Registers, interrupt: HostInterrupt, activity: Activity) -> None:
+        self.chip, self.kernel, self.registers = chip, chip.kernel, registers
+        self.interrupt, self.activity = interrupt, activity
         self.running = False
         self.origin = 0  # tick at which cycle 0 began
         self.begun = 0  # cycles since then, the present one included
         numbers = range(1, len(chip.axes) + 1)
         self.homes = [Filter(chip, f"home{number}") for number in numbers]
-        self.encoders = [Encoder(chip, number) if chip.encoder else None for number in numbers]
+        self.encoders = [Encoder(chip, number) if chip.sheet.encoder else None for number in numbers]
         self.courses: list[Course] = []
 
     def start(self) -> None:
@@ -39,8 +38,8 @@ class Stepwise:
             if encoder is not None:
                 encoder.begin()
         self.courses = [
-            Course(self, state, home, encoder)
-            for state, home, encoder in zip(self.chip.states, self.homes, self.encoders, strict=True)
+            Course(self.chip, self.registers, state, home, encoder)
+            for state, home, encoder in zip(self.registers.states, self.homes, self.encoders, strict=True)
         ]
         self.running = True
         self.task = self.kernel.spawn(self.run(), f"{self.chip.name}: cycles")
@@ -59,16 +58,16 @@ class Stepwise:
 
     def begins(self, cycle: int) -> int:
         """The instant at which a cycle begins."""
-        return self.chip.clock.ps(self.origin + CYCLE_TICKS * cycle)
+        return self.chip.clock.ps(self.origin + sheet.CYCLE_TICKS * cycle)
 
     def catch_up(self) -> None:
         """Work the cycles that have begun by now."""
         while self.running and self.begins(self.begun) <= self.kernel.now:
             self.begun += 1
             for course in self.courses:
-                course.cycle(self.origin + CYCLE_TICKS * self.cycle)
-            self.chip.interrupt()
-            self.chip.worked()
+                course.cycle(self.cycle, self.origin + sheet.CYCLE_TICKS * self.cycle)
+            self.interrupt.look()
+            self.activity.worked()
 
     def attend(self) -> None:
         """A command has written something: a motor that was off ends its motion, even if it is on again in time."""
@@ -78,7 +77,7 @@ class Stepwise:
     def declare(self, state: AxisState, value: int) -> None:
         """The position becomes this, without a step; an axis in motion to a destination goes on to it from there."""
         self.courses[state.number - 1].relocate(value)
-        if self.chip.encoder:
+        if self.chip.sheet.encoder:
             state.actual = value
 
     def stop(self) -> None:

@@ -1,0 +1,67 @@
+"""What a chipset has in work: a packet, motions, a breakpoint that waits for a time."""
+
+from __future__ import annotations
+
+from ...core.chip import Chip
+from .registers import Registers
+
+
+class Activity:
+    """Keeps `idle` and `waiting` of the chip."""
+
+    def __init__(self, chip: Chip, registers: Registers) -> None:
+        self.chip, self.registers = chip, registers
+        self.waiting = ""  # what `waiting` says
+        self.unheeded = False  # a command has written what no cycle has seen yet
+        self.clear()
+
+    def clear(self) -> None:
+        """Reset: let no command come yet."""
+        self.started = False
+        self.serving = True  # HostRdy is low
+        self.waiting = ""
+        self.chip.idle = False
+
+    def begin(self) -> None:
+        """Note that the first command may come."""
+        self.started, self.serving = True, False
+        self.refresh()
+
+    def serve(self) -> None:
+        """Note that a command or a word of the host is in work."""
+        self.serving, self.chip.idle = True, False
+
+    def served(self) -> None:
+        """Note that it has been worked off."""
+        self.serving = False
+        self.refresh()
+
+    def worked(self) -> None:
+        """Note that a cycle has been worked: what commands had written by then has been seen."""
+        self.unheeded = any(state.update is not None for state in self.registers.states)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Note what has begun or ended.  An axis whose breakpoint waits for a time is not idle."""
+        states, chip = self.registers.states, self.chip
+        busy = self.unheeded or self.serving
+        chip.idle = not busy and not any(state.in_motion or state.breakpoint == "time" for state in states)
+        if self.started and (awaited := self.awaited()) != self.waiting:
+            self.waiting = awaited
+            chip.waits(awaited)
+
+    def awaited(self) -> str:
+        """Return what the chipset waits for when reset is over."""
+        states = self.registers.states
+        moving = [state.number for state in states if state.in_motion]
+        if moving:
+            return f"the motion of {'axis' if len(moving) == 1 else 'axes'} {', '.join(map(str, moving))}"
+        for state in states:
+            if state.breakpoint == "time":
+                return f"time {state.comparison}, the breakpoint of axis {state.number}"
+        return "a command"
+
+    @property
+    def armed(self) -> bool:
+        """Does an axis have a breakpoint, which an input may meet at any time?"""
+        return any(state.breakpoint for state in self.registers.states)

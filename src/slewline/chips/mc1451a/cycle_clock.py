@@ -1,0 +1,30 @@
+"""When the cycles of a chipset begin: one after the other, without a gap, from the end of reset on."""
+
+from __future__ import annotations
+
+from ...core.timebase import Clock
+
+
+class CycleClock:
+    """Counts cycles.  `origin` is the tick of the crystal at which cycle 0 begins, or will."""
+
+    def __init__(self, clock: Clock, cycle_ticks: int) -> None:
+        self.clock, self.cycle_ticks = clock, cycle_ticks
+        self.origin = 0
+
+    @property
+    def per_s(self) -> float:
+        """Cycles per second."""
+        return self.clock.hz / self.cycle_ticks
+
+    def tick(self, n: int) -> int:
+        """Return the tick at which a cycle begins."""
+        return self.origin + n * self.cycle_ticks
+
+    def ps(self, n: int) -> int:
+        """Return the instant at which a cycle begins."""
+        return self.clock.ps(self.origin + n * self.cycle_ticks)
+
+    def begun(self, ps: int) -> int:
+        """Return the last cycle that has begun by an instant; below 0 before cycle 0."""
+        return (self.clock.ticks_until(ps) - self.origin) // self.cycle_ticks

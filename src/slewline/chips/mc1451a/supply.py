@@ -1,0 +1,127 @@
+r"""The supply and the three ways to a reset: the supply comes, RESET falls, RESET as a command.
+
+RESET    ‾‾\____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾       1 us at least; RESET as a command does the same at once
+cycle            |  0  |  1  | ...  |  9  | 10  |           327.68 us each, from the end of reset on
+HostRdy  ‾‾\______________________________/‾‾‾‾‾‾‾‾‾‾       after ten cycles
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from ...core.chip import Chip
+from ...core.net import Net
+from ...core.timebase import readable
+from .cycle_clock import CycleClock
+
+
+class Supplied(Protocol):
+    """What the supply and RESET act upon."""
+
+    def cleared(self) -> None:
+        """Reset has begun: no packet, no motion; registers and outputs as the manual lists them."""
+
+    def begin(self) -> None:
+        """Reset is over: cycle 0 begins."""
+
+    def open(self) -> None:
+        """The first command may come."""
+
+    def clock_runs(self) -> None:
+        """The supply has come, and CLKOUT with it."""
+
+    def released(self) -> None:
+        """The supply has gone: no output is driven."""
+
+
+class Supply:
+    """The supply and RESET.  `starts` counts resets: what was due before one is not done."""
+
+    def __init__(
+        self, chip: Chip, cycles: CycleClock, supplied: Supplied, ready_ticks: int, power_up_reset_ps: int
+    ) -> None:
+        self.chip, self.kernel, self.clock, self.cycles = chip, chip.kernel, chip.clock, cycles
+        self.supplied, self.ready_ticks, self.power_up_reset_ps = supplied, ready_ticks, power_up_reset_ps
+        self.reset_ticks = chip.sheet.times["reset"].ticks
+        self.net = chip.pins["reset"].net
+        self.powered = False
+        self.starts = 0
+        self.restarting = False  # RESET is the command in work
+        self.up_ps = self.fell_ps = 0  # the supply came, RESET fell
+        self.net.watch(self._reset_changed)
+
+    # ---------------------------------------------------------------------------------------------------------- supply
+    def switch(self, on: bool) -> None:
+        """Switch the supply."""
+        if on != self.powered:
+            self.chip.switched(on)
+            self.kernel.call_at(self.kernel.now, self.come if on else self._go)
+            self.kernel.settle()
+
+    def come(self) -> None:
+        """Come up.  RESET says when work begins; a part whose RESET is high begins by itself."""
+        self.powered = True
+        self.up_ps = self.fell_ps = self.kernel.now
+        self.supplied.clock_runs()
+        self._clear()
+        if self.net.level != 0:
+            self._start_in(self.reset_ticks)
+
+    def _go(self) -> None:
+        self._clear()
+        self.powered = False
+        self.supplied.released()
+
+    # ----------------------------------------------------------------------------------------------------------- reset
+    def pulse(self) -> None:
+        """Pull RESET low for 1 us."""
+        self.chip.pin("reset").pulse(0, self.clock.ps(self.reset_ticks))
+
+    def _reset_changed(self, net: Net) -> None:
+        """Begin or end a reset, behind all timed work of this instant."""
+        if not self.powered:
+            return
+        if net.value == 0:
+            self.fell_ps = self.kernel.now
+            self._clear()
+            return
+        width, since = self.kernel.now - self.fell_ps, self.kernel.now - self.up_ps
+        if width < (least := self.clock.ps(self.reset_ticks)):
+            self.chip.finding("short-reset", f"RESET low for {readable(width)}; at least {readable(least)}")
+        if self.fell_ps == self.up_ps and since < self.power_up_reset_ps:
+            self.chip.finding("early-reset", f"RESET ends {readable(since)} after the supply came; at least 250 ms")
+        self._start_in(0)
+
+    def request(self) -> None:
+        """Reset when the packet in work is over: RESET as a command."""
+        self.restarting = True
+
+    def restarted(self) -> bool:
+        """Begin anew if RESET was the command whose packet is over now; return whether it was."""
+        if not self.restarting:
+            return False
+        self._clear()
+        self._start_in(0)
+        return True
+
+    def _clear(self) -> None:
+        """Begin a reset."""
+        self.starts += 1
+        self.restarting = False
+        self.supplied.cleared()
+
+    def _start_in(self, ticks: int) -> None:
+        """End the reset after a number of clocks."""
+        starts = self.starts
+
+        def start() -> None:
+            if starts == self.starts:
+                self.supplied.begin()
+
+        def ready() -> None:
+            if starts == self.starts:
+                self.supplied.open()
+
+        self.cycles.origin = origin = self.clock.ticks_from(self.kernel.now) + ticks
+        self.kernel.call_at(self.clock.ps(origin), start)
+        self.kernel.call_at(self.clock.ps(origin + self.ready_ticks), ready)
