@@ -90,9 +90,7 @@ ALLOWED = {  # by key, or by type
 
 
 class Served(NamedTuple):
-    """A port that is asked for: the number of its table, chips, kind of port, where, whether it has our framing, and
-    over which channel of the chips.
-    """
+    """A port that is asked for: number of its table, chips, kind, where, with our framing?, over which channel."""
 
     number: int
     chips: list[Chip]
