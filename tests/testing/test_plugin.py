@@ -108,7 +108,7 @@ import sys
 
 def test_it():
     ours = {name for name in sys.modules if name.startswith("slewline")}
-    assert ours == {"slewline", "slewline.version", "slewline.testing", "slewline.testing.plugin"}
+    assert ours == {"slewline", "slewline.lazy", "slewline.version", "slewline.testing", "slewline.testing.plugin"}
     assert "numpy" not in sys.modules
 """
     run(code, alone=True).assert_outcomes(passed=1)
