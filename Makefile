@@ -9,6 +9,10 @@ help:
 demo: run-env ## Set up what the demo needs, and run it
 	@.venv/bin/slewline demo
 
+# Tests start Python some hundred times: keep what it has compiled, in build/, whatever the environment says of it.
+test test-long: export PYTHONDONTWRITEBYTECODE :=
+test test-long: export PYTHONPYCACHEPREFIX := $(CURDIR)/build/bytecode
+
 test: dev-env ## Run the tests, except the long ones
 	.venv/bin/python -m pytest -n 2
 

@@ -12,17 +12,49 @@ import slewline.build
 
 
 def loaded(statement: str) -> set[str]:
-    """The modules of slewline that a statement loads."""
-    code = f"import sys; {statement}; print(*(name for name in sys.modules if name.startswith('slewline')))"
+    """The modules that a statement loads."""
+    code = f"import sys; before = {{*sys.modules}}; {statement}; print(*{{*sys.modules}} - before)"
     return set(subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.split())
+
+
+def ours(modules: set[str]) -> set[str]:
+    """Those of slewline."""
+    return {name for name in modules if name.startswith("slewline")}
 
 
 def test_what_is_asked_for_is_loaded_and_nothing_else() -> None:
     light = {"slewline", "slewline.lazy", "slewline.version"}
-    assert loaded("import slewline") == light
-    assert loaded("import slewline.build") == {*light, "slewline.build"}
+    assert ours(loaded("import slewline")) == light
+    assert ours(loaded("import slewline.build")) == {*light, "slewline.build"}
     assert "slewline.core.table" in (sheet := loaded("from slewline.build import Row, Sheet"))
     assert not sheet & {"slewline.core.chip", "slewline.parts", "slewline.chips", "slewline.bench"}
+
+
+def within(modules: set[str], *layers: str) -> set[str]:
+    """The modules of some layers."""
+    return {name for name in modules if name.startswith(tuple(f"slewline.{layer}." for layer in layers))}
+
+
+def test_an_empty_bench_loads_no_chip_no_language_no_host_and_nothing_that_draws() -> None:
+    empty = loaded("import slewline; slewline.Bench()")
+    assert within(empty, "chips", "language", "parts", "record", "links") == {"slewline.parts.part"}
+    asked = {"by_name", "bench", "curves", "drawing", "furnishing", "motions", "recording", "timing", "wiring"}
+    assert within(empty, "bench") == {f"slewline.bench.{name}" for name in asked}
+    assert not within(empty, "core") & {f"slewline.core.{name}" for name in ("deviation", "ideal", "serial", "shaft")}
+    assert not empty & {"difflib", "json", "numpy", "pathlib", "textwrap"}
+
+
+@pytest.mark.parametrize(
+    ("part", "host", "speech"),
+    [("cy525", "host", "letters"), ("gs-c200", "rs232", "lines"), ("mc1451a", "packet_host", "packets")],
+)
+def test_a_chip_brings_its_own_language_and_its_own_host(part: str, host: str, speech: str) -> None:
+    furnished = loaded(f"import slewline; bench = slewline.Bench(); bench.host(bench.add({part!r}))")
+    hosts = {"slewline.parts.host", "slewline.parts.rs232", "slewline.parts.packet_host"}
+    assert furnished & hosts == {f"slewline.parts.{host}"}
+    spoken = {"slewline.language.letters", "slewline.language.lines", "slewline.language.packets"}
+    assert furnished & spoken == {f"slewline.language.{speech}"}
+    assert not within(furnished, "record")
 
 
 @pytest.mark.parametrize("face", [slewline, slewline.build])

@@ -1,7 +1,14 @@
 """The bench: the one place that joins chips, parts and recorders."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..lazy import lazily
 from .bench import Bench
-from .replaying import replay
+
+if TYPE_CHECKING:
+    from .replaying import replay
 
 __all__ = ["Bench", "load", "replay"]
 
@@ -22,3 +29,6 @@ def load(path: str, *, anywhere: bool = False, allow_code: bool = False, **optio
     from .file import load_bench
 
     return load_bench(path, anywhere=anywhere, allow_code=allow_code, **options)
+
+
+__getattr__, __dir__ = lazily(globals(), {"bench.replaying": ("replay",)})

@@ -14,7 +14,7 @@ from ..errors import UnknownName, UsageError
 from ..parts.part import Part
 from .curves import Chosen, chosen
 from .motions import first_step, moving_from_to
-from .recording import FilePath, Recording
+from .recording import Recording
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from ..record.figures import Contents
     from ..record.panels import Track
     from ..record.traces import Trace
+    from .recording import FilePath
 
 AROUND = 20  # so much of the motion is shown before and after it: 1/20
 TOLD = 3  # values of a parameter that are told, of motions in which it differs

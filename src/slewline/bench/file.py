@@ -90,10 +90,7 @@ ALLOWED = {  # by key, or by type
 
 
 class Served(NamedTuple):
-    """A port that is asked for.
-
-    It has the number of its table, chips, kind of port, where, whether it has our framing, over which channel.
-    """
+    """A port that is asked for: number of its table, chips, kind, where, with our framing?, over which channel."""
 
     number: int
     chips: list[Chip]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from random import Random
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from ..chips import CATALOGUE as CHIPS
 from ..chips import chip_class, sheet_of
@@ -14,30 +14,27 @@ from ..core.hook import Hook
 from ..core.kernel import Kernel
 from ..core.net import Bus, Net
 from ..core.pin import Terminal
-from ..core.serial import Straps
-from ..core.table import Sheet
 from ..core.timebase import Time, hertz, picoseconds
 from ..errors import UnknownName, UsageError, WiringError
-from ..language.lines import KEPT
 from ..parts import CATALOGUE as PARTS
 from ..parts import make_part, part_class
-from ..parts.computer import Computer
-from ..parts.connection import Connection
-from ..parts.host import Host
-from ..parts.packet_host import PacketHost
 from ..parts.part import Part
-from ..parts.rs232 import SerialHost
 from .by_name import adds, hosts, makes
 from .drawing import Drawing
-from .journal import Journal
 from .wiring import as_needed, in_role, joints
 
 if TYPE_CHECKING:
     from os import PathLike
 
     from ..core.shaft import Shaft
+    from ..core.table import Sheet
+    from ..parts.computer import Computer
+    from ..parts.connection import Connection
+    from ..parts.host import Host
+    from ..parts.packet_host import PacketHost
+    from ..parts.rs232 import SerialHost
+    from .journal import Journal
 
-H = TypeVar("H", Host, PacketHost)
 HOSTS: Mapping[type[Channel], str] = {  # the method that furnishes the host of a channel
     BusHandshake: "_bus_host",
     SerialLine: "_serial_host",
@@ -63,8 +60,11 @@ class Furnished(Drawing):
         self.parts = {}
         self.outside = self.kernel.outside
         self.outside.let_pass = self._wait_for
-        self.journal = Journal(journal, self.kernel, seed) if journal is not None else None
-        if self.journal is not None:
+        self.journal: Journal | None = None
+        if journal is not None:
+            from .journal import Journal
+
+            self.journal = Journal(journal, self.kernel, seed)
             self.outside.write = self.journal.write
         self._fresh: list[Chip | Part] = []  # what has been put on the bench since time passed last
         self.on_finding: Hook[[Finding]] = Hook()  # of any chip or part
@@ -288,25 +288,29 @@ class Furnished(Drawing):
 
     def _bus_host(
         self, chips: Sequence[Chip], channel: Channel, name: str | None, delay: Time, asked: dict[str, str], **_: None
-    ) -> Host:
+    ) -> Computer:
         """A host on a bus, which its chips share."""
+        from ..parts.host import Host
+
         return self._on_bus(Host, chips, channel, name, delay, asked)
 
     def _packet_host(
         self, chips: Sequence[Chip], channel: Channel, name: str | None, delay: Time, asked: dict[str, str], **_: None
-    ) -> PacketHost:
+    ) -> Computer:
         """A host that sends packets over a bus, which its chips share."""
+        from ..parts.packet_host import PacketHost
+
         return self._on_bus(PacketHost, chips, channel, name, delay, asked)
 
     def _on_bus(
         self,
-        kind: type[H],
+        kind: type[Host | PacketHost],
         chips: Sequence[Chip],
         channel: Channel,
         name: str | None,
         delay: Time,
         asked: dict[str, str],
-    ) -> H:
+    ) -> Computer:
         name, delay_ps = self._new_name(name, "host"), picoseconds(delay)
         for chip in chips[1:]:
             chips[0].bus.join(chip.bus)
@@ -327,6 +331,8 @@ class Furnished(Drawing):
         line: Part | None = None,
     ) -> SerialHost:
         """A host on an RS-232 line, wired to every module on it."""
+        from ..parts.rs232 import SerialHost
+
         if picoseconds(delay):
             raise UsageError(f"host: delay {delay!r}; on a serial line let the host's program pause")
         for other in self.parts.values():
@@ -438,8 +444,13 @@ class Furnished(Drawing):
 
 def connection(chip: Chip, channel: Channel) -> Connection:
     """Return what a host is handed of a chip that it reaches over a channel."""
+    from ..parts.connection import Connection
+
     straps = getattr(chip, "straps", None)
     if straps is None and isinstance(channel, SerialLine):
+        from ..core.serial import Straps
+        from ..language.lines import KEPT
+
         straps = Straps(channel, chip.pins, kept=KEPT)
     return Connection(
         name=chip.name,

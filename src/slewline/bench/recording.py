@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.chip import Chip, OneAxis
@@ -12,11 +11,13 @@ from ..core.kernel import Kernel
 from ..core.net import Bus, Net
 from ..core.pin import Terminal
 from ..core.timebase import Time, moment, picoseconds
-from ..errors import NotRecorded, UnknownName
+from ..errors import NotRecorded, UnknownName, UsageError
 from ..parts.part import Part
 from .curves import attached, quantity_of
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import numpy as np
     from numpy.typing import NDArray
 
@@ -25,7 +26,8 @@ if TYPE_CHECKING:
     from ..record.vcd import VcdStream
     from ..record.vcd_sources import Buses
 
-FilePath = str | Path
+    FilePath = str | Path
+
 SLICE_PS = 100_000_000_000  # while a VCD file is streamed, time passes in slices of 100 ms
 
 
@@ -164,6 +166,25 @@ class Recording:
         if (wire := self._probe(name)) is not self._net(name) and self._net(name) in self.recorded.values():
             return wire
         raise NotRecorded(f"{name} is not recorded; call bench.record({name!r}) before time passes")
+
+    def _full_name(self, name: str) -> str:
+        """Return the full name of a recorded pin; the owner may be missing where only one has such a pin.
+
+        Raises:
+            UsageError: several have.
+            NotRecorded: it is not recorded.
+        """
+        if not isinstance(name, str) or "." in name or not name:
+            self._chosen([name])
+            return name
+        found = [full for full in self._chosen(None) if full.partition(".")[2] == name]
+        if len(found) > 1:
+            raise UsageError(f"pin {name!r}: there are {' and '.join(found)}; write one of them")
+        if not found:
+            owners = list(self.chips)
+            full = f"{owners[0]}.{name}" if len(owners) == 1 else name
+            self._chosen([full])  # says what is wrong
+        return found[0]
 
     def edges(
         self, pin: str, start: Time | None = None, stop: Time | None = None

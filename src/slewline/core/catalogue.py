@@ -12,7 +12,6 @@ allowed (`allow_code`).  What the user has installed is allowed everywhere.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from difflib import get_close_matches
 from importlib import import_module
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
@@ -126,6 +125,8 @@ class Catalogue(Generic[T]):
 
     def unknown(self, name: object) -> UnknownName:
         """Return the error that nothing has a name, with the names there are."""
+        from difflib import get_close_matches
+
         names, remedy = self.names(), ""
         if near := get_close_matches(self.spelled(str(name)), names, 1):
             remedy = f"; did you mean {near[0]}?"

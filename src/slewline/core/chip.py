@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import UnknownName, UsageError
 from .axis import Axis, Steps
-from .deviation import Deviation, deviation
 from .hook import Hook
 from .kernel import Kernel, Task
 from .motions import Mark, MotionEnd, MotionStart, Parameters
@@ -28,6 +27,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from .deviation import Deviation
     from .program import ProgramRow
 
 
@@ -212,6 +212,8 @@ class OneAxis:
         Raises:
             UsageError: the motion has no ideal.
         """
+        from .deviation import deviation
+
         if motion.ideal is None:
             raise UsageError(f"{self.name}: the motion {motion.text} at {readable(motion.time_ps)} has no ideal")
         return deviation(self.motor, motion.ideal)

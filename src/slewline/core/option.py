@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from fractions import Fraction
 from numbers import Integral
 from types import MappingProxyType
@@ -246,6 +245,8 @@ def checked(owner: str, rows: Iterable[Option], given: Mapping[str, Any]) -> dic
     known = {row.name: row for row in rows}
     for name in given:
         if name not in known:
+            from difflib import get_close_matches
+
             near = get_close_matches(str(name), known, 1)
             hint = f"; did you mean {near[0]}?" if near else ""
             raise UsageError(f"{owner}: no option {name!r}; its options: {', '.join(known) or 'none'}{hint}")
