@@ -12,6 +12,7 @@ from collections.abc import Awaitable, Callable, Sequence
 from typing import TYPE_CHECKING
 
 from ..core.net import Driver, Net
+from ..core.outside import from_outside
 from ..core.pin import Condition, GotCondition
 from ..core.waits import first_of, level, until
 from ..errors import UsageError
@@ -243,6 +244,7 @@ class Host(Computer):
         return int.from_bytes(data, "big")
 
     # ------------------------------------------------------------------------ the queue, which is what a journal keeps
+    @from_outside
     def write(self, chip: str, data: Sequence[int]) -> None:
         """Queue bytes for a chip."""
         port, data = served(self.name, self.ports, chip), bytes(data)
@@ -250,12 +252,14 @@ class Host(Computer):
         if data:
             self.work(f"sends to {chip}", lambda: self.send_now(port, data))
 
+    @from_outside
     def start(self, chip: str) -> Errand[None]:
         """Queue the start of the program of a chip."""
         port = served(self.name, self.ports, chip)
         self.input("start", chip)
         return self.errand(f"starts the program of {chip}", lambda: self.start_now(port))
 
+    @from_outside
     def interject(self, chip: str, commands: Sequence[str]) -> Errand[list[tuple[int, bytes]]]:
         """Queue commands to the running program of a chip."""
         port = served(self.name, self.ports, chip)
@@ -263,6 +267,7 @@ class Host(Computer):
         text = f"live commands {', '.join(commands)} to {chip}"
         return self.errand(text, lambda: self.live_now(port, commands))
 
+    @from_outside
     def read_group(self, chip: str, group: int, number: int | None, live: bool | None) -> Errand[bytes]:
         """Queue the read-out of a verify group of a chip."""
         port = served(self.name, self.ports, chip)
@@ -270,12 +275,14 @@ class Host(Computer):
         text = f"reads verify group {group} of {chip}"
         return self.errand(text, lambda: self.verify_now(port, group, number, live))
 
+    @from_outside
     def request_rate(self, chip: str, rate: int) -> Errand[None]:
         """Queue the request of a chip for another rate."""
         port = served(self.name, self.ports, chip)
         self.input("request_rate", chip, rate)
         return self.errand(f"requests rate {rate} of {chip}", lambda: self.rate_now(port, rate))
 
+    @from_outside
     def request_position(self, chip: str) -> Errand[int]:
         """Queue a look at the position of a chip that moves."""
         port = served(self.name, self.ports, chip)

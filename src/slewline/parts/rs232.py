@@ -15,6 +15,7 @@ from ..core.hook import Hook
 from ..core.kernel import Kernel, Task
 from ..core.net import Driver, Net
 from ..core.option import Option
+from ..core.outside import from_outside
 from ..core.pin import Condition, GotCondition
 from ..core.serial import BAUD, RS232, TTL, Character, Receiver, Straps, Word, bit_clock, transmit, word_options
 from ..core.waits import first_of, until
@@ -71,6 +72,7 @@ class SerialPort(Worker):
         if self.receiver is not None:
             self.receiver.clock, self.receiver.word = self.clock, self.word
 
+    @from_outside
     def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
         """Change rate and format from the next character on; a journal keeps it."""
         self.set_line(baud, Word(bits, parity, stop))
@@ -80,6 +82,7 @@ class SerialPort(Worker):
         self.kernel.spawn(self._receive(), f"{self.name} receives")
 
     # ------------------------------------------------------------------------------------------------------ sending
+    @from_outside
     def write(self, data: str | bytes, fault: str = "") -> None:
         """Queue characters; they go out one behind the other.
 
@@ -95,6 +98,7 @@ class SerialPort(Worker):
         if self.outgoing and (self.sender is None or not self.sender.alive):
             self.sender = self.kernel.spawn(self._send(), f"{self.name} sends")
 
+    @from_outside
     def drop(self) -> None:
         """Forget what is to be sent, except what is on the line already."""
         self.input("drop")
@@ -105,6 +109,7 @@ class SerialPort(Worker):
         while len(self.outgoing) > 1:
             self.outgoing.pop()
 
+    @from_outside
     def space(self, on: bool) -> None:
         """Begin or end a break: space on the line for longer than a character; nothing is to be sent meanwhile."""
         self.input("space", on)
@@ -294,6 +299,7 @@ class SerialHost(SerialPort, Computer):
                 f"{error}\n  {self.name} speaks {self.baud} baud, {self.chip.name} listens at {heard}"
             ) from None
 
+    @from_outside
     def give_up(self) -> None:
         """Take back the last command, which was not answered in time."""
         self.input("give_up")

@@ -8,6 +8,7 @@ from typing import Any
 from ...core.axis import Axis
 from ...core.kernel import Kernel, Task
 from ...core.net import Driver
+from ...core.outside import from_outside
 from ...core.program import ProgramRow
 from ...core.serial import Straps
 from ...core.store import Memory, Store
@@ -116,6 +117,7 @@ class State(LineChip):
     def eeprom_fault(self, on: bool) -> None:
         self.fail_eeprom(on)
 
+    @from_outside
     def fail_eeprom(self, on: bool = True) -> None:
         """Let programming the EEPROM fail (E6), or no more; an input, which a journal repeats.
 
