@@ -20,7 +20,8 @@ from ..core.pin import Condition, GotCondition
 from ..core.serial import BAUD, RS232, TTL, Character, Receiver, Straps, Word, bit_clock, transmit, word_options
 from ..core.waits import first_of, until
 from ..errors import ChecksumError, Timeout, UsageError
-from ..language.lines import checksum, framed
+from ..language.dialect import spoken_as
+from ..language.lines import Lines, checksum, framed
 from .computer import Computer
 from .worker import Data, Worker, as_bytes
 
@@ -251,7 +252,7 @@ class SerialHost(SerialPort, Computer):
     def ask(self, command: str, timeout: Time = "5 s") -> str:
         """Send a command, wait for the answer, and return it without checksum and carriage return.
 
-        The listing of Q comes as its lines, "\\r" between them.
+        A program that is listed comes as its lines, "\\r" between them.
 
         Raises:
             ChecksumError: the answer has a wrong checksum, or a character of it came with a fault.
@@ -285,7 +286,11 @@ class SerialHost(SerialPort, Computer):
     def _answered(self, command: str) -> bool:
         if not self.answers:
             return False
-        return command != "Q" or self.answers[-1].startswith(("END", "B", "E1", "E2", "E4"))
+        sheet = self.chip.sheet
+        if command not in [row.form for row in sheet.acting("list")]:
+            return True
+        last = self.answers[-1][:-1] if self.checked else self.answers[-1]
+        return last in spoken_as(sheet, Lines).answers  # a line of the program is no answer
 
     def _let_pass(self, met: Callable[[], bool], what: str, timeout: Time) -> None:
         try:
