@@ -1,6 +1,6 @@
 """What chips and parts of one's own are built with, in one place that stays where it is.
 
-from slewline.build import Arg, LineChip, Pin, Port, Row, Sheet, Table      a chip: its sheet, and what it does
+from slewline.build import Arg, LineChip, Lines, Pin, Row, Sheet, Table     a chip: its sheet, and what it does
 from slewline.build import Option, Part, edge, until                        a part beside it
 from slewline.build import assemble, lint, listing, sheet_of                programs
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from .core.hook import Hook
     from .core.net import Bus, Driver, Net
     from .core.option import Option
+    from .core.outside import from_outside
     from .core.pin import Condition, Terminal
     from .core.plan import Leg, Plan, plan
     from .core.program import ProgramRow
@@ -52,6 +53,7 @@ _FROM = {
     "core.hook": ("Hook",),
     "core.net": ("Bus", "Driver", "Net"),
     "core.option": ("Option",),
+    "core.outside": ("from_outside",),
     "core.pin": ("Condition", "Terminal"),
     "core.plan": ("Leg", "Plan", "plan"),
     "core.program": ("ProgramRow",),
@@ -121,6 +123,7 @@ __all__ = [
     "checks_of",
     "edge",
     "first_of",
+    "from_outside",
     "gated",
     "inverted",
     "level",

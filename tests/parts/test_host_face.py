@@ -17,6 +17,7 @@ from slewline.core.chip import Chip
 from slewline.core.kernel import Kernel
 from slewline.core.net import Bus, Driver, Net
 from slewline.core.pin import Terminal
+from slewline.core.table import Table
 from slewline.core.timebase import Time
 from slewline.core.waits import level
 from slewline.links.chipset_host import ChipsetHost
@@ -306,3 +307,38 @@ def test_what_a_part_has_no_pins_for_is_refused_at_once(call, text):
     with pytest.raises(slewline.UsageError, match=text):
         call(host)
     assert host.idle
+
+
+def test_a_host_asks_the_sheet_which_answer_has_several_lines():
+    ours = chip_class("gs-c200s")
+
+    class Other(ours):
+        """A module that knows the same command, but does not list its program by it."""
+
+        sheet = replace(
+            ours.sheet,
+            commands=Table(*(replace(row, role=row.role * (row.role != "list")) for row in ours.sheet.commands)),
+        )
+
+    for cls, listed in ((ours, "D5\rD6\rEND"), (Other, "D5")):
+        bench = slewline.Bench()
+        host = bench.host(bench.add(cls, straps=STRAPS))
+        for line in ("Po", "D5", "D6", "Px"):
+            assert host.ask(line) == "Y"
+        assert host.ask("Q") == listed
+
+
+def test_a_host_asks_the_sheet_for_the_letter_that_points_at_a_group():
+    ours = chip_class("cy525")
+    rows = (replace(row, form="Y", head="Y") if row.role == "read" else row for row in ours.sheet.commands)
+
+    class Other(ours):
+        """A chip in which another letter points at a group."""
+
+        sheet = replace(ours.sheet, commands=Table(*rows))
+
+    bench = slewline.Bench()
+    host = bench.host(bench.add(Other, number=300))
+    assert host.verify(3)[:2] == host.ask("Y 3")[:2] == bytes([1, 44])
+    with pytest.raises(slewline.UsageError, match="'V 3' is not answered; ask 'Y 0', 'Y 1'"):
+        host.ask("V 3")

@@ -1,4 +1,7 @@
-"""The house knows no chip by name, but where chips are listed, shown, or wired as a manual draws them."""
+"""No file names a chip but those of the chip's own folder, and a few that are listed with their reason.
+
+Chips are listed in one place, shown in a demo, and wired as manuals draw them; docstrings show how one is added.
+"""
 
 from __future__ import annotations
 
@@ -16,13 +19,24 @@ from slewline.chips import PARTS
 HOUSE = Path(__file__).parents[2] / "src/slewline"
 FAMILIES = ("cy5[0-9]{2}", "cy5xx", "gs[-_]?c", "gs[-_]?d200", "gsc", "mc1[0-9]{3}a?", "mc1x51")
 NAMED = re.compile("|".join([*map(re.escape, PARTS), *FAMILIES]), re.IGNORECASE)
-WHOLE = ("core", "language")  # not even in a comment
-CODE = ("bench", "links", "cli")  # in no name and no text; docstrings may show how a part is added
-ALLOWED = {
+OWN = re.compile(r"chips/(?!cy5xx/)\w+/")  # a folder of a chip, or of several that have one data sheet
+FAMILY = "chips/cy5xx/"  # names its family, and no chip of it
+WHOLE = ("core/", "language/")  # not even in a docstring or a comment
+ALLOWED = {  # files, and why they name chips
+    "chips/__init__.py": "the list of chips",
+    "chips/cy5xx/letters.py": "which letters the chips of the family exchange",
+    "parts/__init__.py": "the list of parts: application circuits, and drivers that manuals sell a chip with",
+    "parts/gsd200.py": "a driver module, a part with this name",
+    "parts/gsc_circuits.py": "application circuits of one manual",
+    "cli/weld.cy525": "the demo: a program for it",
+    "cli/weld.toml": "the demo: the bench file of it",
     "cli/demo.py": "the demo: a machine of one manual",
-    "cli/commands.py": "the help of an option gives an example",
+    "cli/commands.py": "the help of an option gives an example, and that of the demo says what it shows",
     "cli/serve.py": "a message gives an example",
     "bench/furnishing.py": "a message gives an example",
+    "bench/by_name.pyi": "the generated list of what has which type",
+    "testing/plugin.py": "fixtures that are named after their modules",
+    "testing/protocol_slewline.py": "a message gives an example",
 }
 
 
@@ -37,30 +51,56 @@ def docstrings(tree: ast.AST) -> set[int]:
     }
 
 
-def named(path: Path, whole: bool) -> Iterator[tuple[int, str]]:
-    """Where a source file names a chip: line and text; in docstrings and comments only if `whole`."""
-    source = path.read_text("utf-8")
+def named(source: str, whole: bool, family: str = "") -> Iterator[tuple[int, str]]:
+    """Where a source names a chip: line and text; in docstrings and comments only if `whole`; not `family`."""
     said = docstrings(ast.parse(source))
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         spoken = token.type == tokenize.COMMENT or (token.type == tokenize.STRING and token.start[0] in said)
-        if (whole or not spoken) and NAMED.search(token.string):
+        found = {word.lower() for word in NAMED.findall(token.string)} - {family}
+        if (whole or not spoken) and found:
             yield token.start[0], token.string[:60]
 
 
-FILES = [(folder, path) for folder in (*WHOLE, *CODE) for path in sorted((HOUSE / folder).rglob("*.py"))]
+def names_in(path: Path) -> list[tuple[int, str]]:
+    """Where a file of the house names a chip: in its name (line 0), and in what it holds."""
+    place = path.relative_to(HOUSE).as_posix()
+    found = [(0, path.name)] if NAMED.search(path.name) else []
+    if path.suffix in (".py", ".pyi"):
+        found += named(
+            path.read_text("utf-8"), place.startswith(WHOLE), FAMILY.split("/")[1] * place.startswith(FAMILY)
+        )
+    else:
+        found += [(1, text) for text in NAMED.findall(path.read_text("utf-8"))]
+    return found
 
 
-@pytest.mark.parametrize(("folder", "path"), FILES, ids=[str(path.relative_to(HOUSE)) for _, path in FILES])
-def test_no_file_names_a_chip(folder, path):
-    found = list(named(path, folder in WHOLE))
-    if str(path.relative_to(HOUSE)) in ALLOWED:
+PLACES = [
+    place
+    for path in sorted(HOUSE.rglob("*"))
+    if path.is_file() and "__pycache__" not in path.parts and not OWN.match(place := path.relative_to(HOUSE).as_posix())
+]
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_no_file_names_a_chip(place):
+    found = names_in(HOUSE / place)
+    if place in ALLOWED:
         assert found, "it names none any more: take it off the list"
     else:
         assert not found
 
 
-def test_the_search_finds_names(tmp_path):
-    file = tmp_path / "one.py"
-    file.write_text('"""About the CY525."""\nx = is_cy525  # GS-C200\ny = f"a {x} of MC1451A"\nz = "cyan gsm mc"\n')
-    assert [line for line, _ in named(file, whole=False)] == [2, 3]
-    assert [line for line, _ in named(file, whole=True)] == [1, 2, 2, 3]
+def test_every_folder_of_the_house_is_looked_at_but_those_of_chips():
+    folders = {place.split("/")[0] for place in PLACES if "/" in place}
+    assert folders == {path.name for path in HOUSE.iterdir() if path.is_dir() and path.name != "__pycache__"}
+    assert ALLOWED.keys() <= set(PLACES)
+    owners = {path.name for path in (HOUSE / "chips").iterdir() if OWN.match(f"chips/{path.name}/")} - {"__pycache__"}
+    assert owners == {chip.folder for chip in PARTS.values()}
+
+
+def test_the_search_finds_names():
+    lines = '"""About the CY525."""', "x = is_cy525  # GS-C200", 'y = f"{x} of MC1451A"', 'z = "cyan gsm mc"', "Cy5xx"
+    source = "\n".join(lines)
+    assert [line for line, _ in named(source, whole=False)] == [2, 3, 5]
+    assert [line for line, _ in named(source, whole=True)] == [1, 2, 2, 3, 5]
+    assert [line for line, _ in named(source, whole=False, family="cy5xx")] == [2, 3]

@@ -1,7 +1,7 @@
 """Playing a journal again: its entries are read, checked against the laws of today, and done at their instants.
 
-`journal.py` says what stands in it.  A journal comes from anybody: it names no module, whose import would run its code,
-unless that is allowed (`allow_code`).
+`journal.py` says what stands in it.  A journal may come from anybody: it calls methods that are declared as inputs, and
+names no module, whose import would run its code, unless that is allowed (`allow_code`).
 """
 
 from __future__ import annotations
@@ -13,10 +13,13 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..chips import chip_class
+from ..core.outside import input_of
 from ..core.store import Memory
 from ..core.timebase import Time, moment
 from ..errors import BenchFileError, OtherLaws, TornJournal, UsageError
 from ..parts import part_class
+from ..parts.computer import Computer
+from ..parts.host import Host
 from ..version import __version__
 from .bench import Bench
 from .journal import VERSION
@@ -25,6 +28,9 @@ from .text import read_file
 if TYPE_CHECKING:
     from ..core.chip import Chip
     from ..parts.part import Part
+
+STRANGE = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)  # what comes of entries of no sense
+CALLS = ("change_rate", "live", "read_position", "run_program", "verify")  # of a host on a bus, in journals of 0.1.0
 
 
 def entries(path: str | PathLike[str]) -> list[dict[str, Any]]:
@@ -136,7 +142,7 @@ def replay(
                 if entry["t"] > bench.now_ps:
                     bench.run_to(f"{entry['t']} ps")
                 apply(bench, entry, classes)
-        except (KeyError, TypeError, ValueError) as error:
+        except STRANGE as error:
             raise BenchFileError(f"journal {path}, line {number}: {error}") from error
     if prepare is not None:
         prepare(bench)
@@ -191,7 +197,7 @@ def apply(bench: Bench, entry: dict[str, Any], classes: Named) -> None:
     elif do == "part":
         bench.part(classes.parts[entry["kind"]], entry["name"], entry.get("to"), entry.get("on"), **entry["options"])
     elif do == "input":
-        getattr(bench[entry["part"]], entry["verb"])(*entry["args"])
+        input_of(bench[entry["part"]], entry["verb"])(*entry["args"])
     elif do == "wire":
         bench.wire(entry["a"], entry["b"], entry["invert"])
     elif do == "drive":
@@ -203,13 +209,16 @@ def apply(bench: Bench, entry: dict[str, Any], classes: Named) -> None:
         if entry["to"] >= bench.now_ps:
             bench.run_to(f"{entry['to']} ps")
     elif "host" in entry:
-        tell(bench, bench[entry["host"]], do, entry["args"])
+        tell(bench, entry["host"], do, entry["args"])
     else:
         raise BenchFileError(f"unknown entry {do!r}")
 
 
-def tell(bench: Bench, host: Any, do: str, args: list[Any]) -> None:
-    """Tell a host again what it was told."""
+def tell(bench: Bench, name: str, do: str, args: list[Any]) -> None:
+    """Tell a host again what it was told: a script, or, as up to 0.1.0, everything else."""
+    host: Any = bench[name]
+    if not isinstance(host, Computer):
+        raise BenchFileError(f"{name} is no host")
     if do == "send":
         chip, data = args
         host.to(chip).send(bytes.fromhex(data))
@@ -217,6 +226,8 @@ def tell(bench: Bench, host: Any, do: str, args: list[Any]) -> None:
         getattr(host, do)()
     elif do == "call":
         verb, chip, *more = args
+        if not isinstance(host, Host) or verb not in CALLS:
+            raise BenchFileError(f"{name}: {verb!r} is no call; allowed {', '.join(CALLS)}")
         with bench.outside.queued():  # the journal itself says how time passed
             getattr(host.to(chip), verb)(*more)
     elif do == "script":

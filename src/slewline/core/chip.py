@@ -17,6 +17,7 @@ from .kernel import Kernel, Task
 from .motions import Mark, MotionEnd, MotionStart, Parameters
 from .net import Bus, Driver, Net
 from .option import checked
+from .outside import input_of
 from .pin import Condition, Terminal
 from .quantity import Position, Quantity, Velocity
 from .table import Sheet
@@ -448,7 +449,12 @@ class Chip(OneAxis):
         self.on_finding(found)
 
     def input(self, verb: str, *args: Any) -> None:
-        """Report to the outside that a user has called one of the chip's methods, as plain data."""
+        """Report to the outside that a user has called one of the chip's methods, as plain data.
+
+        Raises:
+            UsageError: the method is not declared by @from_outside.
+        """
+        input_of(self, verb)
         self.kernel.outside.tell("input", part=self.name, verb=verb, args=list(args))
 
     def switched(self, on: bool) -> None:

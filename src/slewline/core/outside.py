@@ -4,20 +4,49 @@
     outside.wait(met, "an answer", "5 s")             a call of a host lets time pass until it is over
     with outside.nested(): ...                        what follows from an input that was told: a line of a script
     with outside.queued(): ...                        calls of hosts only queue; their caller lets time pass
+    @from_outside                                     a method by which a user tells a chip or a part something
 
-There is one of it on every kernel, so that a pin or a part finds it with or without a bench.
+There is one of it on every kernel, so that a pin or a part finds it with or without a bench.  A journal may come from
+anybody: it calls no methods but those that are declared.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeVar
 
+from ..errors import UsageError
 from .hook import Hook
 from .timebase import Time
 
 LetPass = Callable[[Callable[[], bool], str, Time], None]
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def from_outside(method: F) -> F:
+    """Declare that a user tells a chip or a part something by this method, which reports that (`input`)."""
+    vars(method)["from_outside"] = True
+    return method
+
+
+def input_of(owner: Any, verb: str) -> Callable[..., Any]:
+    """Return the method of a chip or a part by which a user tells it something; who overrides such a one need not say.
+
+    Raises:
+        UsageError: none that is declared has this name; the message lists those there are.
+    """
+    if not any(_declared(vars(cls).get(verb)) for cls in type(owner).__mro__):
+        named = sorted({name for cls in type(owner).__mro__ for name, value in vars(cls).items() if _declared(value)})
+        raise UsageError(
+            f"{owner.name}: {verb!r} is no input; allowed {', '.join(named) or 'none'}; "
+            "a method of your own is declared by @from_outside"
+        )
+    return getattr(owner, verb)  # type: ignore[no-any-return]
+
+
+def _declared(value: object) -> bool:
+    return getattr(value, "__dict__", {}).get("from_outside") is True
 
 
 class Outside:

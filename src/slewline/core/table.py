@@ -84,6 +84,7 @@ ROW_ROLES: Mapping[str, str] = MappingProxyType(  # a command that ...
         "loop": "repeats a part of the program so many times",
         "mark": "stands where such a repetition begins",
         "read": "says what is to be read back",
+        "list": "asks for the program, in as many lines as it takes",
         "state": "asks whether the part is busy",
     }
 )

@@ -9,6 +9,7 @@ from collections.abc import Awaitable, Callable
 from typing import Any, Generic, TypeVar
 
 from ..core.kernel import Kernel
+from ..core.outside import from_outside
 from ..core.timebase import Time
 from ..errors import SlewlineError, Timeout, UsageError
 from .worker import Worker
@@ -69,6 +70,7 @@ class Caller(Worker):
             raise errand.failure
         return errand.answer
 
+    @from_outside
     def give_up(self) -> None:
         """Take back the last errand, which took too long; what comes after it can go on."""
         self.input("give_up")

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Self
 
 from ..core.hook import Hook
 from ..core.kernel import Kernel
+from ..core.outside import from_outside
 from .caller import Caller
 from .part import served
 from .worker import Data
@@ -93,6 +94,7 @@ class Computer(Caller):
         raise NotImplementedError
 
     # ---------------------------------------------------------------------------------------------------------- queue
+    @from_outside
     def drop(self) -> None:
         """Forget what is queued; what has begun to go out is not cut in two: the chip gets the rest of it."""
         if not self.begun:
@@ -101,6 +103,7 @@ class Computer(Caller):
         self.input("drop")
         self.take_back(1, "drop()")
 
+    @from_outside
     def clear(self) -> None:
         """Forget what is queued, and let go of the lines: the host's program has been started anew."""
         self.input("clear")

@@ -13,6 +13,7 @@ from types import MappingProxyType
 from ..core.kernel import Kernel
 from ..core.net import Net
 from ..core.option import Option
+from ..core.outside import from_outside
 from ..core.timebase import Clock, hertz
 from ..core.waits import first_of, until
 from ..errors import UsageError
@@ -77,6 +78,7 @@ class Host8080(Processor8080):
         self.drivers["port"].drive((0xFF, byte & 0x7F))
         self.drivers["request"].drive(byte >> 7)
 
+    @from_outside
     def send(self, string: Data) -> None:
         """Queue a string with the stopper FF at its end."""
         data = self.before_stopper(string)
@@ -170,6 +172,7 @@ class Ppi8255(Processor8080):
         self.drivers["a"].drive(None if self.selected else (0xFF, self.latched))
 
     # --------------------------------------------------------------------------------------------- what a user asks for
+    @from_outside
     def out(self, port: int, value: int) -> None:
         """Queue an OUT: a port and a value, such as 0xEF and 0x0B for STEP INHIBIT high."""
         self._checked(port, value)
@@ -180,12 +183,14 @@ class Ppi8255(Processor8080):
 
         self.work(f"OUT {port:#04x}, {value:#04x}", action)
 
+    @from_outside
     def sendparallel(self, buffer: Data) -> None:
         """Queue the bytes in front of the stopper FF (fig. 11.6)."""
         data = self.before_stopper(buffer)
         self.input("sendparallel", data + bytes([STOPPER]))
         self._queue(data)
 
+    @from_outside
     def sendchar(self, data: Data) -> None:
         """Queue bytes that may be FF themselves: the inner routine of SENDPARALLEL."""
         data = as_bytes(self.name, data)
@@ -196,6 +201,7 @@ class Ppi8255(Processor8080):
         for byte in data:
             self.work(f"SENDCHAR {byte:#04x}", lambda byte=byte: self._sendchar(byte))  # type: ignore[misc]
 
+    @from_outside
     def rcvbyte(self, number: int) -> None:
         """Queue a read-out of verify bytes, V already sent (fig. 6.1); they are appended to `received`."""
         self.input("rcvbyte", number)

@@ -20,6 +20,7 @@ from ..core.clocking import Even, Still
 from ..core.counter import Channel, Code, Scale
 from ..core.kernel import Kernel
 from ..core.option import Option
+from ..core.outside import from_outside
 from ..core.shaft import Geared, Shaft
 from ..core.timebase import Time, picoseconds
 from ..errors import UsageError
@@ -55,6 +56,7 @@ class Counts(Sensor):
         """The count that the outputs show; neither A nor B is high at 0."""
         return self._counter.at(self.kernel.seen)
 
+    @from_outside
     def push(self, counts: int) -> None:
         """Turn the shaft by hand, so many counts forward (less than 0: back), one every 2 us."""
         self._check(counts)
@@ -159,18 +161,21 @@ class Encoder(Counts):
             self._motor.rewired()
         super().rewired()
 
+    @from_outside
     def block(self) -> None:
         """Block the shaft: it stands still, steps are lost."""
         self.input("block")
         self.shaft.block()
         self.kernel.settle()
 
+    @from_outside
     def free(self) -> None:
         """Free the shaft: it follows again, from where it is."""
         self.input("free")
         self.shaft.free()
         self.kernel.settle()
 
+    @from_outside
     def slip(self, counts: int) -> None:
         """Let the shaft slip: it does not follow the next steps, so many counts long, whatever their direction."""
         self._check(counts)
@@ -200,6 +205,7 @@ class Quadrature(Counts):
         """Start to watch the pins: the part is wired, and time is about to pass."""
         pass
 
+    @from_outside
     def run(self, rate: int) -> None:
         """Turn at so many counts/s from now on, less than 0: backwards; 0: stop."""
         self._check(rate)

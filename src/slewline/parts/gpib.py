@@ -17,6 +17,7 @@ from types import MappingProxyType
 from ..core.kernel import Kernel
 from ..core.net import Net
 from ..core.option import Option
+from ..core.outside import from_outside
 from ..core.waits import level, until
 from .part import Part
 from .worker import Data, Worker, as_bytes
@@ -105,18 +106,21 @@ class GpibTalker(Worker):
     def _requested(self, net: Net) -> None:
         self.requests += net.level == 0
 
+    @from_outside
     def send(self, data: Data) -> None:
         """Queue bytes for whoever listens."""
         data = as_bytes(self.name, data)
         self.input("send", data)
         self.work(f"sends {data!r}", lambda: self._talk(data))
 
+    @from_outside
     def command(self, data: Data) -> None:
         """Queue bytes that go out with ATN low: addresses and interface messages."""
         data = as_bytes(self.name, data)
         self.input("command", data)
         self.work(f"commands {data.hex(' ')}", lambda: self._command(data))
 
+    @from_outside
     def clear(self) -> None:
         """Queue an interface clear: IFC low for 100 us."""
         self.input("clear")

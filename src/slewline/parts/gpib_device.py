@@ -14,6 +14,7 @@ from types import MappingProxyType
 from ..core.kernel import Kernel, Task
 from ..core.net import Net
 from ..core.option import Option
+from ..core.outside import from_outside
 from ..core.waits import first_of, level, until
 from .gpib import HANDSHAKE, REACTION_PS, SETTLING_PS, US, GpibTalker, add_bus_lines, pull
 from .part import Part
@@ -182,6 +183,7 @@ class GpibController(GpibTalker):
         self.send(data)
         self.command([UNLISTEN])
 
+    @from_outside
     def read(self, address: int, number: int) -> None:
         """Queue a read-out: so many bytes of what a device has to say."""
         self.input("read", address, number)
@@ -193,6 +195,7 @@ class GpibController(GpibTalker):
 
         self.work(f"reads {number} bytes from {address}", action)
 
+    @from_outside
     def poll(self, address: int) -> None:
         """Queue a serial poll of one device."""
         self.input("poll", address)

@@ -12,6 +12,7 @@ from collections.abc import Awaitable, Callable, Sequence
 from typing import TYPE_CHECKING
 
 from ..core.net import Driver, Net
+from ..core.outside import from_outside
 from ..core.pin import Condition, GotCondition
 from ..core.waits import first_of, level, until
 from ..errors import UsageError
@@ -89,10 +90,17 @@ class Port:
         return 2 if group == 0 and self.mode.level == 0 else self.sheet.verify_bytes[group]
 
     def group_of(self, command: str) -> int | None:
-        """The verify group that a command points at; None: it is no V, or there is no such group."""
-        match = re.fullmatch(r"V *([0-9]+) *", command)
-        group = int(match[1]) if match else -1
-        return group if group in self.sheet.verify_bytes else None
+        """The verify group that a command points at; None: it points at none, or there is no such group."""
+        for row in self.sheet.acting("read"):
+            match = re.fullmatch(rf"{re.escape(row.form)} *([0-9]+) *", command)
+            if match and int(match[1]) in self.sheet.verify_bytes:
+                return int(match[1])
+        return None
+
+    def pointing_at(self, group: int) -> str:
+        """The command that points at a verify group."""
+        (row,) = self.sheet.acting("read")
+        return f"{row.form} {group}"
 
 
 class Host(Computer):
@@ -183,12 +191,12 @@ class Host(Computer):
             raise UsageError(f"{self.name}: the program of {port.chip} runs and takes no command; {remedy}")
 
     async def live_now(self, port: Port, commands: Sequence[str], number: int | None = None) -> list[tuple[int, bytes]]:
-        """Give commands through PROG/LIVE, each V followed by its read-out; return (group, bytes) of each."""
+        """Give commands through PROG/LIVE, read out what they point at; return (group, bytes) of each read-out."""
         port.prog.drive(0)
         await self._between_instructions(port)
         last, found = commands[-1], []
         if port.group_of(last) is None:
-            commands = commands[:-1]  # else V twice: the chip is left by one more command, and V changes nothing
+            commands = commands[:-1]  # else twice: the chip is left by one more command, and this one changes nothing
         for command in commands:
             await self.send_now(port, port.text(command))
             group = port.group_of(command)
@@ -210,14 +218,14 @@ class Host(Computer):
                 return
 
     async def verify_now(self, port: Port, group: int, number: int | None = None, live: bool | None = False) -> bytes:
-        """Send V and read the group; `live` as with `verify`."""
+        """Point at a group and read it; `live` as with `verify`."""
         if live is None:
             await level(port.ready, 1)
             live = port.running.level == 0
         if live:
-            return (await self.live_now(port, [f"V {group}"], number))[0][1]
+            return (await self.live_now(port, [port.pointing_at(group)], number))[0][1]
         await self.command_mode(port, f"verify({group}, live=True) reads through PROG/LIVE")
-        await self.send_now(port, port.text(f"V {group}"))
+        await self.send_now(port, port.text(port.pointing_at(group)))
         return await self.fetch(port, port.group_size(group) if number is None else number)
 
     async def rate_now(self, port: Port, rate: int) -> None:
@@ -243,6 +251,7 @@ class Host(Computer):
         return int.from_bytes(data, "big")
 
     # ------------------------------------------------------------------------ the queue, which is what a journal keeps
+    @from_outside
     def write(self, chip: str, data: Sequence[int]) -> None:
         """Queue bytes for a chip."""
         port, data = served(self.name, self.ports, chip), bytes(data)
@@ -250,12 +259,14 @@ class Host(Computer):
         if data:
             self.work(f"sends to {chip}", lambda: self.send_now(port, data))
 
+    @from_outside
     def start(self, chip: str) -> Errand[None]:
         """Queue the start of the program of a chip."""
         port = served(self.name, self.ports, chip)
         self.input("start", chip)
         return self.errand(f"starts the program of {chip}", lambda: self.start_now(port))
 
+    @from_outside
     def interject(self, chip: str, commands: Sequence[str]) -> Errand[list[tuple[int, bytes]]]:
         """Queue commands to the running program of a chip."""
         port = served(self.name, self.ports, chip)
@@ -263,6 +274,7 @@ class Host(Computer):
         text = f"live commands {', '.join(commands)} to {chip}"
         return self.errand(text, lambda: self.live_now(port, commands))
 
+    @from_outside
     def read_group(self, chip: str, group: int, number: int | None, live: bool | None) -> Errand[bytes]:
         """Queue the read-out of a verify group of a chip."""
         port = served(self.name, self.ports, chip)
@@ -270,12 +282,14 @@ class Host(Computer):
         text = f"reads verify group {group} of {chip}"
         return self.errand(text, lambda: self.verify_now(port, group, number, live))
 
+    @from_outside
     def request_rate(self, chip: str, rate: int) -> Errand[None]:
         """Queue the request of a chip for another rate."""
         port = served(self.name, self.ports, chip)
         self.input("request_rate", chip, rate)
         return self.errand(f"requests rate {rate} of {chip}", lambda: self.rate_now(port, rate))
 
+    @from_outside
     def request_position(self, chip: str) -> Errand[int]:
         """Queue a look at the position of a chip that moves."""
         port = served(self.name, self.ports, chip)
@@ -292,7 +306,7 @@ class Host(Computer):
         """
         group = self.port.group_of(command) if isinstance(command, str) else None
         if group is None:
-            groups = ", ".join(f"'V {number}'" for number in self.port.sheet.verify_bytes)
+            groups = ", ".join(repr(self.port.pointing_at(number)) for number in self.port.sheet.verify_bytes)
             answered = f"ask {groups}, and send() the rest" if groups else NO_READ_OUT
             raise UsageError(f"{self.name}: {command!r} is not answered; {answered}")
         return self.verify(group, timeout=timeout)

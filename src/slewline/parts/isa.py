@@ -20,6 +20,7 @@ from typing import Any
 from ..core.kernel import Kernel
 from ..core.net import Net
 from ..core.option import Option
+from ..core.outside import from_outside
 from ..core.timebase import Time, picoseconds
 from ..core.waits import first_of, until
 from ..errors import UsageError
@@ -91,6 +92,7 @@ class Isa(Caller):
         byte: int = self.answer_of(self.cycle(port), timeout)
         return byte
 
+    @from_outside
     def cycle(self, port: int, byte: int | None = None) -> Errand[Any]:
         """Queue a bus cycle: a write, or without a byte a read."""
         for number, most in ((port, 0xFFFF), (byte or 0, 0xFF)):
@@ -101,6 +103,7 @@ class Isa(Caller):
             return self.errand(f"in {port:#x}", lambda: self.read(port))
         return self.errand(f"out {port:#x}, {byte:#04x}", lambda: self.write(port, byte))
 
+    @from_outside
     def ready(self, limit: Time = "1 s") -> Errand[None]:
         """Queue a wait until HostRdy is high, for so long at most: what a loop of polls is to a program."""
         ps = picoseconds(limit)

@@ -13,6 +13,7 @@ from types import MappingProxyType
 
 from ..core.kernel import Kernel
 from ..core.option import Option
+from ..core.outside import from_outside
 from ..core.timebase import Time, picoseconds
 from ..core.waits import first_of, until
 from .worker import Data, Worker, as_bytes
@@ -35,6 +36,7 @@ class Keyboard(Worker):
         self.add_pin("ready", "in", "READY of the chip", pull=1)
         self.add_pin("request", "out", "I/O REQUEST", initial=1)
 
+    @from_outside
     def type(self, keys: Data) -> None:
         r"""Press one key after the other; "\r" is RETURN."""
         data = as_bytes(self.name, keys)

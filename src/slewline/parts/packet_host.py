@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ..core.outside import from_outside
 from ..core.pin import Condition, GotCondition
 from ..core.timebase import Time, picoseconds
 from ..core.waits import until
@@ -211,6 +212,7 @@ class PacketHost(Computer):
         return number.to_bytes(size, "big")
 
     # ------------------------------------------------------------------------ the queue, which is what a journal keeps
+    @from_outside
     def perform(
         self, chip: str, axis: int, code: int, words: Sequence[int], reads: int, checked: bool
     ) -> Errand[tuple[int, ...]]:
@@ -223,6 +225,7 @@ class PacketHost(Computer):
         self.input("perform", chip, axis, code, list(words), reads, checked)
         return self.errand(f"{packet.spelled(port.sheet)} to {chip}", lambda: self.exchange(port, packet, axis))
 
+    @from_outside
     def strobe(
         self, chip: str, data: Sequence[int], command: bool, low_ps: int, gap_ps: int, ready: bool
     ) -> Errand[None]:
@@ -240,12 +243,14 @@ class PacketHost(Computer):
 
         return self.errand(f"{data.hex()} to {chip}", action)
 
+    @from_outside
     def sample(self, chip: str, number: int, low_ps: int, gap_ps: int, ready: bool) -> Errand[bytes]:
         """Queue a read operation."""
         port = served(self.name, self.ports, chip)
         self.input("sample", chip, number, low_ps, gap_ps, ready)
         return self.errand(f"a word from {chip}", lambda: self.read(port, number, Strobes(low_ps, gap_ps, ready)))
 
+    @from_outside
     def poll(self, chip: str, axis: int, bit: str, every_ps: int) -> Errand[int]:
         """Queue questions for the status word until a bit is as it should be."""
         port = served(self.name, self.ports, chip)

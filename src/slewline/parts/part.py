@@ -4,7 +4,8 @@
 `bench.part(..., to=...)` joins them, on the part's option `axis`, if it has one; those in `optional` stay open where no
 pin has that role.  Pins of parts have roles themselves, so that a part attaches to a part.
 
-What a user tells a part (a text, a key) goes through `input`, so that a journal can repeat it; `verbs` are the methods
+What a user tells a part (a text, a key) comes by a method declared by `@from_outside`, which reports it to `input`, so
+that a journal can repeat it; `verbs` are the methods
 by which a run script tells it something, with a whole number or nothing.  `options` are the rows of what its
 constructor takes: it gets all of them, checked.
 """
@@ -23,6 +24,7 @@ from ..core.hook import Hook
 from ..core.kernel import Kernel
 from ..core.net import Bus, Driver, Net
 from ..core.option import Option
+from ..core.outside import input_of
 from ..core.pin import Terminal
 from ..core.table import Pin
 from ..errors import UnknownName
@@ -126,7 +128,12 @@ class Part:
         return self.pins[name].net.byte  # type: ignore[attr-defined,no-any-return]
 
     def input(self, verb: str, *args: Any) -> None:
-        """Report to the outside that a user has called one of the part's methods, as plain data."""
+        """Report to the outside that a user has called one of the part's methods, as plain data.
+
+        Raises:
+            UsageError: the method is not declared by @from_outside.
+        """
+        input_of(self, verb)
         plain = [list(arg) if isinstance(arg, bytes) else arg for arg in args]
         self.kernel.outside.tell("input", part=self.name, verb=verb, args=plain)
 

@@ -15,11 +15,13 @@ from ..core.hook import Hook
 from ..core.kernel import Kernel, Task
 from ..core.net import Driver, Net
 from ..core.option import Option
+from ..core.outside import from_outside
 from ..core.pin import Condition, GotCondition
 from ..core.serial import BAUD, RS232, TTL, Character, Receiver, Straps, Word, bit_clock, transmit, word_options
 from ..core.waits import first_of, until
 from ..errors import ChecksumError, Timeout, UsageError
-from ..language.lines import checksum, framed
+from ..language.dialect import spoken_as
+from ..language.lines import Lines, checksum, framed
 from .computer import Computer
 from .worker import Data, Worker, as_bytes
 
@@ -71,6 +73,7 @@ class SerialPort(Worker):
         if self.receiver is not None:
             self.receiver.clock, self.receiver.word = self.clock, self.word
 
+    @from_outside
     def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
         """Change rate and format from the next character on; a journal keeps it."""
         self.set_line(baud, Word(bits, parity, stop))
@@ -80,6 +83,7 @@ class SerialPort(Worker):
         self.kernel.spawn(self._receive(), f"{self.name} receives")
 
     # ------------------------------------------------------------------------------------------------------ sending
+    @from_outside
     def write(self, data: str | bytes, fault: str = "") -> None:
         """Queue characters; they go out one behind the other.
 
@@ -95,6 +99,7 @@ class SerialPort(Worker):
         if self.outgoing and (self.sender is None or not self.sender.alive):
             self.sender = self.kernel.spawn(self._send(), f"{self.name} sends")
 
+    @from_outside
     def drop(self) -> None:
         """Forget what is to be sent, except what is on the line already."""
         self.input("drop")
@@ -105,6 +110,7 @@ class SerialPort(Worker):
         while len(self.outgoing) > 1:
             self.outgoing.pop()
 
+    @from_outside
     def space(self, on: bool) -> None:
         """Begin or end a break: space on the line for longer than a character; nothing is to be sent meanwhile."""
         self.input("space", on)
@@ -246,7 +252,7 @@ class SerialHost(SerialPort, Computer):
     def ask(self, command: str, timeout: Time = "5 s") -> str:
         """Send a command, wait for the answer, and return it without checksum and carriage return.
 
-        The listing of Q comes as its lines, "\\r" between them.
+        A program that is listed comes as its lines, "\\r" between them.
 
         Raises:
             ChecksumError: the answer has a wrong checksum, or a character of it came with a fault.
@@ -280,7 +286,11 @@ class SerialHost(SerialPort, Computer):
     def _answered(self, command: str) -> bool:
         if not self.answers:
             return False
-        return command != "Q" or self.answers[-1].startswith(("END", "B", "E1", "E2", "E4"))
+        sheet = self.chip.sheet
+        if command not in [row.form for row in sheet.acting("list")]:
+            return True
+        last = self.answers[-1][:-1] if self.checked else self.answers[-1]
+        return last in spoken_as(sheet, Lines).answers  # a line of the program is no answer
 
     def _let_pass(self, met: Callable[[], bool], what: str, timeout: Time) -> None:
         try:
@@ -294,6 +304,7 @@ class SerialHost(SerialPort, Computer):
                 f"{error}\n  {self.name} speaks {self.baud} baud, {self.chip.name} listens at {heard}"
             ) from None
 
+    @from_outside
     def give_up(self) -> None:
         """Take back the last command, which was not answered in time."""
         self.input("give_up")

@@ -18,6 +18,7 @@ from types import MappingProxyType
 
 from ..core.kernel import Kernel
 from ..core.net import Driver, Net
+from ..core.outside import from_outside
 from ..core.pin import Terminal
 from ..core.serial import BAUD, OVERSAMPLING, RS232, Word, bit_clock, word_options
 from ..core.timebase import Clock, Time, picoseconds
@@ -116,6 +117,7 @@ class Rs232Line(Part):
             raise UsageError(f"{self.name}: way {name!r}; allowed {', '.join(WAYS)}")
         return self.ways[name]
 
+    @from_outside
     def plan(self, way: str, kind: str, count: int = 1, chance: float = 1, seed: int = 0, after: int = 0) -> None:
         """Plan what is to happen to characters that are still to begin; plans queue up.
 
@@ -131,12 +133,14 @@ class Rs232Line(Part):
         self.way(way).noise.plan(kind, count, chance, seed, after)
         self.input("plan", way, kind, count, chance, seed, after)
 
+    @from_outside
     def send_break(self, way: str, duration: Time) -> None:
         """Hold a direction at space from now on, for a time."""
         now, ps = self.kernel.now, picoseconds(duration)
         self.input("send_break", way, f"{ps} ps")
         self.way(way).bend(now, now + ps, SPACE)
 
+    @from_outside
     def clear(self) -> None:
         """No more faults than those of the characters that have begun."""
         self.input("clear")

@@ -17,6 +17,7 @@ from types import MappingProxyType
 
 from ..core.kernel import Kernel
 from ..core.option import Option
+from ..core.outside import from_outside
 from ..core.serial import BAUD, OVERSAMPLING, TTL, Character, Receiver, Word, bit_clock, transmit, word_options
 from ..core.timebase import Clock, Time, picoseconds
 from ..core.waits import until
@@ -56,6 +57,7 @@ class SerialSender(Worker):
         self.gap_ps = picoseconds(gap)
         self.add_pin("txd", "out", "serial data, TTL level", initial=1, role="computer_out", active=0)
 
+    @from_outside
     def send(self, data: Data) -> None:
         """Queue characters; they go out one behind the other."""
         data = as_bytes(self.name, data)
@@ -63,6 +65,7 @@ class SerialSender(Worker):
         for byte in data:
             self.work(f"sends {byte:#04x}", lambda byte=byte: self._character(byte))  # type: ignore[misc]
 
+    @from_outside
     def pause(self, time: Time) -> None:
         """Queue a pause: the host gives the chip time."""
         ps = picoseconds(time)

@@ -21,7 +21,7 @@ from ..chips import CATALOGUE, sheet_of
 from ..core import channel
 from ..core.chip import Chip
 from ..core.net import Net
-from ..core.option import Option, read
+from ..core.option import Option, checked, read
 from ..core.timebase import PS_PER_S
 from ..errors import UnknownName, UsageError
 from ..links.line import SerialLine
@@ -225,4 +225,8 @@ def settings(part: str, query: Mapping[str, str]) -> dict[str, Any]:
     straps = {key: STRAP.read(text) for key, text in query.items() if key in inputs}
     own = {row.name for row in OWN}
     rows = [*OWN, *(row for row in sheet.options if row.name not in own)]  # what both have is ours: a store is a file
-    return {"straps": straps, **read(rows, ((key, text) for key, text in query.items() if key not in inputs))}
+    rest = {key: text for key, text in query.items() if key not in inputs}
+    known = {row.name for row in rows}
+    if unknown := {key: text for key, text in rest.items() if key.partition(".")[0] not in known}:
+        checked(part, sheet.options, unknown)  # which refuses it here: it may be the name of an argument
+    return {"straps": straps, **read(rows, rest.items())}

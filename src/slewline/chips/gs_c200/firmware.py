@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ...core.axis import Axis
 from ...core.kernel import Kernel
 from ...core.net import Driver
+from ...core.outside import from_outside
 from ...core.serial import Straps
 from ...core.store import Memory, Store
 from ...core.table import Sheet
@@ -283,6 +284,7 @@ class GsC(LineChip):
     def eeprom_fault(self, on: bool) -> None:
         self.fail_eeprom(on)
 
+    @from_outside
     def fail_eeprom(self, on: bool = True) -> None:
         """Let programming the EEPROM fail (E6), or no more; an input, which a journal repeats.
 

@@ -121,7 +121,7 @@ ROWS = (
     _stored("L0", "LOOP_START", (), "begin of what a loop repeats", room=2, head="L", code=ord("l"), tail=("0", "o"), role="mark"),
     _stored("L", "LOOP", (Arg("passes", 1, 1, 255),), "repeat from the loop start, so many passes in all", room=2, flow="nl", role="loop"),
     _immediate("M", "MEMORIZE", "program to EEPROM", when="ip"),
-    _immediate("Q", "QUERY", "list the program", when="ip"),
+    _immediate("Q", "QUERY", "list the program", when="ip", role="list"),
     _stored("R", "RAMP", (Arg("ramp", 3, 1, 999, unit="steps"),), "length of both ramps", room=4),
     _stored("S", "START_STOP", (SPEED,), "start-stop speed", room=4),
     _stored("T", "TOP_SPEED", (SPEED,), "slew speed", room=4),

@@ -1,0 +1,283 @@
+"""Bench files, journals, URLs and the files beside them may come from anybody: they run no code of their own."""
+
+from __future__ import annotations
+
+import ast
+import json
+import sys
+from pathlib import Path
+
+import pytest
+import serial
+
+import slewline
+import slewline.testing  # pySerial knows slewline:// from now on
+from slewline.build import Part, from_outside
+from slewline.chips import PARTS, chip_class
+from slewline.core.outside import input_of
+from slewline.errors import BenchFileError, SlewlineError, UsageError
+from slewline.links.store import FileStore, packed
+from slewline.parts import KINDS, part_class
+
+SOURCES = Path(__file__).parents[2] / "src/slewline"
+HEAD = {"do": "journal", "t": 0, "version": 1, "seed": 0}
+ADD = {"do": "add", "t": 0, "part": "cy525", "behaviour": slewline.Bench().add("cy525").sheet.behaviour, "name": "x"}
+ADD |= {"crystal_hz": None, "straps": {}, "bare": False, "options": {}}
+HOST = {"do": "host", "t": 0, "name": "pc", "chips": ["x"], "delay_ps": 0}
+MOTOR = {"do": "part", "t": 0, "kind": "motor", "name": "m", "to": None, "options": {}}
+
+
+def told(part, verb, *args):
+    return {"do": "input", "t": 0, "part": part, "verb": verb, "args": args}
+
+
+def called(host, do, *args):
+    return {"do": do, "t": 0, "host": host, "args": args}
+
+
+def replayed(*entries):
+    Path("j.jsonl").write_text("\n".join(json.dumps(entry) for entry in (HEAD, *entries)) + "\n")
+    return slewline.replay("j.jsonl")
+
+
+@pytest.fixture(autouse=True)
+def mark(tmp_path, monkeypatch):
+    """A folder with a module `evil` that leaves a file when its code runs; the file."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    mark = tmp_path / "it-ran"
+    code = f"open({str(mark)!r}, 'w').close()\n"
+    (tmp_path / "evil.py").write_text(code)
+    (tmp_path / "evils").mkdir()
+    for name in ("__init__", "x", "cy525"):
+        (tmp_path / f"evils/{name}.py").write_text(code)
+    yield mark
+    assert not mark.exists()
+    for name in [name for name in sys.modules if name.split(".")[0] in ("evil", "evils")]:
+        del sys.modules[name]
+        pytest.fail(f"{name} was imported")
+
+
+# --------------------------------------------------------------------------------------------- a journal calls inputs
+@pytest.mark.parametrize(
+    ("part", "verb", "args"),
+    [
+        ("pc", "send", ["A 0\r"]),  # the face of a host; what reports is `write`
+        ("pc", "do", [None]),
+        ("pc", "work", ["text", None]),
+        ("pc", "__init__", [None, "pc", []]),
+        ("pc", "__setattr__", ["name", "x"]),
+        ("pc", "__class__", []),
+        ("pc", "errand", ["text", "evil"]),
+        ("m", "take_pin", ["a", "b"]),
+        ("m", "finding", ["code", "text"]),
+        ("x", "reset", []),
+        ("x", "power", [False]),
+        ("x", "start", []),
+        ("x", "fail_eeprom", [True]),  # of another chip
+        ("x", "from_outside", []),
+        ("x", "", []),
+        ("x", None, []),
+        ("x", ["reset"], []),
+    ],
+)
+def test_a_journal_calls_no_method_but_inputs(part, verb, args):
+    with pytest.raises(BenchFileError, match=r"journal j.jsonl, line 5: ") as error:
+        replayed(ADD, HOST, MOTOR, told(part, verb, *args))
+    assert "is no input; allowed " in str(error.value) or "unhashable" in str(error.value)
+
+
+def test_an_attribute_of_a_bench_is_no_part():
+    for name in ("kernel", "outside", "__class__", "random"):
+        with pytest.raises(BenchFileError, match=f"has no .*{name}"):
+            replayed(ADD, told(name, "write", "x"))
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [
+        called("pc", "call", "do", "x", "evil"),
+        called("pc", "call", "__init__", "x"),
+        called("pc", "call", "to", "x"),
+        called("pc", "call", "rest", "x"),
+        called("m", "call", "verify", "x"),
+        called("m", "clear"),
+        called("x", "drop"),
+        called("pc", "rest"),
+        called("pc", "eval", "1"),
+        {"do": "evil:X", "t": 0},
+        {"do": "power", "t": 0, "chip": "m", "on": True},
+        {"do": "connect", "t": 0, "part": "pc", "chips": ["x"]},
+    ],
+    ids=lambda entry: f"{entry['do']} {entry.get('args', '')}",
+)
+def test_what_journals_of_before_call_is_a_list_too(entry):
+    with pytest.raises(BenchFileError, match=r"journal j.jsonl, line 5: "):
+        replayed(ADD, HOST, MOTOR, entry)
+
+
+def test_what_a_list_of_inputs_allows_is_replayed():
+    bench = replayed(ADD, HOST, told("pc", "write", "x", [ord("A"), ord("\r")]), called("pc", "call", "verify", "x", 0))
+    assert not bench["pc"].idle
+
+
+def test_every_chip_and_part_declares_the_methods_that_report():
+    declared = set()
+    for path in SOURCES.rglob("*.py"):
+        for cls in ast.walk(ast.parse(path.read_text("utf-8"))):
+            for function in cls.body if isinstance(cls, ast.ClassDef) else ():
+                verbs = {
+                    ast.literal_eval(call.args[0])
+                    for call in ast.walk(function)
+                    if isinstance(call, ast.Call) and ast.unparse(call.func) == "self.input"
+                }
+                if verbs:
+                    assert verbs == {function.name}, path
+                    assert [ast.unparse(one) for one in function.decorator_list] == ["from_outside"], path
+                    declared.add((cls.name, function.name))
+    assert len(declared) > 30
+    for cls in [*map(part_class, KINDS), *map(chip_class, PARTS)]:
+        for verb in {verb for name, verb in declared if name in [base.__name__ for base in cls.__mro__]}:
+            assert callable(input_of(object.__new__(cls), verb))
+
+
+class Bell(Part):
+    """A part of one's own."""
+
+    rung = 0
+
+    @from_outside
+    def ring(self, times: int) -> None:
+        """Ring."""
+        self.input("ring", times)
+        self.rung += times
+
+    def knock(self) -> None:
+        """Report what is not declared."""
+        self.input("knock")
+
+
+class LoudBell(Bell):
+    """It need not declare again what it inherits."""
+
+    def ring(self, times: int) -> None:
+        """Ring louder."""
+        self.input("ring", times)
+        self.rung += 2 * times
+
+
+def test_a_part_of_ones_own_declares_its_inputs():
+    bench = slewline.Bench(journal="j.jsonl")
+    bench.part(LoudBell, "bell").ring(2)
+    again = slewline.replay("j.jsonl", allow_code=True)
+    assert bench["bell"].rung == again["bell"].rung == 4
+    with pytest.raises(UsageError, match=r"bell: 'knock' is no input; allowed ring; .* declared by @from_outside"):
+        bench["bell"].knock()
+
+
+# ------------------------------------------------------------------------------------- names, options, files of a bench
+NAMES = (
+    "evil:X", "evils.x:X", "evils.cy525:Cy525", "evil:", ":evil", "evil", "evils.x", "evil:X:Y", " evil:X", "evil :X",
+    "evil/x:X", "../evil:X", "./evil.py:X", "evil.py", "evil\n:X", "slewline.cli.main:main", "os:system",
+    "builtins:exec", "slewline.chips.cy525:Cy525",
+    "..evil:X", "CY525:evil", "cy525\x00evil:X", "cy525.evil", "entry_points", "",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", NAMES, ids=repr)
+def test_no_name_of_a_file_a_journal_or_a_url_imports(name):
+    text = json.dumps(name)
+    for table in (f"[[chip]]\npart = {text}\n", f"[[part]]\nkind = {text}\n"):
+        Path("b.toml").write_text(table)
+        with pytest.raises(SlewlineError):
+            slewline.load("b.toml")
+    with pytest.raises(BenchFileError):
+        replayed(ADD | {"part": name})
+    with pytest.raises(BenchFileError):
+        replayed(MOTOR | {"kind": name})
+    with pytest.raises((SlewlineError, ValueError)):
+        serial.serial_for_url(f"slewline://{name}")
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        '[[chip]]\npart = ["evil:X"]\n',
+        '[[chip]]\npart = {module = "evil"}\n',
+        '[[chip]]\npart = "cy525"\nclass = "evil:X"\n',
+        '[[chip]]\npart = "cy525"\noptions = {store = "evil:X"}\n',
+        '[[chip]]\npart = "gs-c200"\noptions = {store = "/etc/passwd"}\n',
+        '[[chip]]\npart = "gs-c200"\noptions = {store = "evil.py"}\n',
+        '[[chip]]\npart = "gs-c200"\noptions = {law = "evil:X"}\n',
+        '[[chip]]\npart = "gs-c200"\noptions = {kernel = "evil:X"}\n',
+        '[[chip]]\npart = "cy525"\nallow_code = true\n',
+        '[bench]\nallow_code = true\n[[chip]]\npart = "evil:X"\n',
+        '[[part]]\nkind = "inverter"\nto = "evil:X"\n',
+        '[[part]]\nkind = "inverter"\nto = ["evil:X"]\n',
+        '[[part]]\nkind = "switch"\non = "evil:X"\n',
+        '[[part]]\nkind = "inverter"\nallow_code = true\n',
+        '[[part]]\nkind = "prom"\ndata = {file = "evil.py"}\n',
+        '[[chip]]\npart = "cy525"\n[[host]]\nover = "evil:X"\nscript = "A 0"\n',
+        '[[chip]]\npart = "cy525"\n[[host]]\nname = "evil:X"\nscript = "A 0"\n',
+        '[[chip]]\npart = "cy525"\n[[host]]\nscript = "@evil"\n',
+        '[[chip]]\npart = "cy525"\n[[host]]\nscript = "@tell evil:X ring"\n',
+        '[[chip]]\npart = "cy525"\n[[part]]\nkind = "encoder"\nname = "e"\n[[host]]\nscript = "@tell e __init__"\n',
+        '[[chip]]\npart = "cy525"\n[[part]]\nkind = "encoder"\nname = "e"\n[[host]]\nscript = "@tell e power"\n',
+        '[[chip]]\npart = "cy525"\n[[host]]\nscript = "@include evil.py"\n',
+        '[[chip]]\npart = "cy525"\n[[host]]\nfile = "/etc/hostname"\n',
+        '[[chip]]\npart = "cy525"\n[[wire]]\nfrom = "x.__class__"\nto = "x.abort"\n',
+    ],
+)
+def test_no_key_of_a_bench_file_imports_opens_or_calls(table):
+    Path("b.toml").write_text(table)
+    with pytest.raises(SlewlineError):
+        slewline.load("b.toml")
+
+
+@pytest.mark.parametrize(
+    "query",
+    [
+        *(
+            "journal=it-ran",
+            "stores=evil:X",
+            "law=evil:X",
+            "module=evil",
+            "entry=evil:X",
+            "allow_code=1",
+            "kernel=evil:X",
+        ),
+        *("prepare=evil:X", "part=evil:X", "straps=evil:X", "self=evil:X", "bare=1", "store=none/x", "store=evils"),
+    ],
+)
+def test_no_query_of_a_url_imports(query):
+    with pytest.raises(ValueError, match=query.partition("=")[0]):
+        serial.serial_for_url(f"slewline://gs-c200?{query}", 9600, timeout=1)
+
+
+def test_a_store_of_a_url_overwrites_nothing_but_memories():
+    before = Path("evil.py").read_bytes()
+    with serial.serial_for_url("slewline://gs-c200?store=evil.py", 9600, timeout=2) as port:
+        for line in (b"P\r", b"E\r", b"M\r"):
+            port.write(line)
+            port.read_until(b"\r")
+    assert Path("evil.py").read_bytes() == before
+
+
+def test_no_option_of_a_journal_imports_or_opens(mark):
+    for options in ({"store": str(mark)}, {"store": {"evil": 1}}, {"store": [300]}, {"law": "evil:X"}, {"name": "y"}):
+        with pytest.raises(BenchFileError):
+            replayed(ADD | {"part": "gs-c200", "behaviour": chip_class("gs-c200").sheet.behaviour, "options": options})
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"cos\nsystem\n(S'touch it-ran'\ntR.", b"evil:X", b"#!/bin/sh\ntouch it-ran\n"],
+    ids=["pickle", "name", "sh"],
+)
+def test_a_state_file_is_no_code_whatever_it_holds(content):
+    state = Path("x.eeprom")
+    state.write_bytes(content)
+    with pytest.raises(SlewlineError, match=r"x.eeprom: is no memory of slewline"):
+        FileStore(state).read()
+    state.write_bytes(packed(content))  # and where it is one, it is what it is
+    assert FileStore(state).read() == content
