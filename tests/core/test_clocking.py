@@ -60,10 +60,11 @@ def bounded(promise, random: Random, last: int) -> None:
 
 @pytest.mark.parametrize("kind", [step_view, square_view, wave])
 @pytest.mark.parametrize("how", ["itself", "walked", "walked early"])
-def test_edges_are_counted_found_and_listed_as_the_promise_shows_them(kind, how, monkeypatch):
+@pytest.mark.parametrize("seeds", [range(25), pytest.param(range(25, 125), marks=pytest.mark.long)], ids=len)
+def test_edges_are_counted_found_and_listed_as_the_promise_shows_them(kind, how, seeds, monkeypatch):
     monkeypatch.setattr(clocking, "BLOCK", 8)
     monkeypatch.setattr(clocking, "FIRST_PS", 2_000_000)
-    for seed in range(60):
+    for seed in seeds:
         random = Random(seed)
         promise, level = kind(random), random.randrange(2)
         last = max([int(ps) for ps in promise.edges(0, END)[0]], default=0)
