@@ -87,7 +87,7 @@ class Step:
         return words[0] if self.directs and words else ""
 
     def problem(self, code: str, found: str, remedy: str = "") -> Problem:
-        """What is wrong with this line."""
+        """Return what is wrong with this line, as a problem in its place."""
         return Problem(self.line, self.column, min(len(self.text), SHOWN), code, "error", found, remedy=remedy)
 
 
@@ -154,15 +154,15 @@ class Stage:
         return self.host
 
     def port(self, chip: Chip) -> Port:
-        """What the host has on the bus of a chip."""
+        """Return what the host has on the bus of a chip."""
         return self.bus_host.ports[chip.name]
 
     def packet_port(self, chip: Chip) -> PacketPort:
-        """What the host has on the host port of a chip."""
+        """Return what the host has on the host port of a chip."""
         return self.packet_host.ports[chip.name]
 
     def axis(self, chip: Chip) -> Axis:
-        """The axis that the host speaks of: the current one, where there are several."""
+        """Return the axis that the host speaks of: the current one, where there are several."""
         return chip.axes[self.speech.axis(self, chip) - 1]
 
     def tell(self, text: str) -> None:
@@ -185,7 +185,7 @@ class Stage:
         return self.kernel.outside.nested()
 
     def terminal(self, name: str, chip: Chip) -> Terminal:
-        """A pin by its short or full name."""
+        """Return a pin by its short or full name."""
         return self.scene.pin(name if "." in name else f"{chip.name}.{name}")
 
     def put(self, terminal: Terminal, value: int | None, at: int | None = None) -> None:
@@ -267,7 +267,7 @@ class OverPort(Speech):
         return exchanging(body)
 
     async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
-        """A command byte, and words behind it."""
+        """Send a command byte, and words behind it."""
         port = stage.packet_port(chip)
         for part, is_command in operations(data):
             await port.write(part, is_command, USUAL)
@@ -300,7 +300,7 @@ async def _taken(stage: Stage, chip: Chip) -> None:
 
 
 def asking(text: str) -> Queue:
-    """A line over a serial line, and its answer."""
+    """Return how a line is sent over a serial line, and its answer told."""
 
     async def ask(stage: Stage, chip: Chip) -> None:
         stage.tell(f"{text} -> {meaning(await answers(stage, chip, text), chip.sheet)}")
@@ -309,7 +309,7 @@ def asking(text: str) -> Queue:
 
 
 async def answers(stage: Stage, chip: Chip, line: str | bytes) -> list[str]:
-    """What a module answers."""
+    """Send a line, and return what the module answers."""
     return await stage.line_host.to(chip.name).exchange(line)
 
 
@@ -322,7 +322,7 @@ def meaning(found: Sequence[str], sheet: Sheet) -> str:
 
 
 def exchanging(text: str) -> Queue:
-    """A command as a packet, and what it returns."""
+    """Return how a command is sent as a packet, and what it returns told."""
 
     async def exchange(stage: Stage, chip: Chip) -> None:
         host, port, command = (
@@ -342,7 +342,7 @@ def exchanging(text: str) -> Queue:
 
 
 def returned(sheet: Sheet, arg: Arg, value: int) -> str:
-    """A number that a chipset returned: words of bits in hexadecimal, with the names of those that are 1."""
+    """Return in words what a chipset returned: words of bits in hexadecimal, with the names of those that are 1."""
     dialect = spoken_as(sheet, packets.Packets)
     bits = {"status": dialect.status, "mode": dialect.mode}.get(arg.name, ())
     if arg.unit and not arg.unit.startswith("bits"):

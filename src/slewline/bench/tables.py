@@ -104,7 +104,7 @@ class Tables(Table, frozen=True):
 
 
 def keys_of(place: Place) -> tuple[str, ...]:
-    """The keys that a table may have."""
+    """Return the keys that a table may have."""
     tables: dict[Any, type[Table]] = {
         "bench": BenchTable,
         "chip": ChipTable,

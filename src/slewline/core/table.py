@@ -126,7 +126,7 @@ class Pin:
             object.__setattr__(self, "sense", self.active)
 
     def plays(self, role: str, axis: int = 1) -> bool:
-        """Has the pin a role, on an axis if it is the role of one?"""
+        """Return whether the pin has a role, on an axis if it is the role of one."""
         return self.role == role and (self.axis == axis or role not in AXIS_ROLES)
 
 
@@ -167,19 +167,19 @@ class Arg:
         return dict(self.alias).get(number, number % self.modulus)
 
     def allows(self, value: int) -> bool:
-        """Is the value within the range?"""
+        """Return whether a value is within the range."""
         return self.low <= value <= self.high and (self.zero or value != 0)
 
     def pack(self, value: int, order: Order = "little") -> bytes:
-        """The value as bytes, a negative one in two's complement."""
+        """Return a value as `size` bytes, a negative one in two's complement."""
         return (value % self.modulus).to_bytes(self.size, order)
 
     def unpack(self, data: bytes, order: Order = "little") -> int:
-        """The value from its bytes; bytes that are missing count as 0."""
+        """Return the value of bytes; bytes that are missing count as 0."""
         return int.from_bytes(data.ljust(self.size, b"\0"), order, signed=self.low < 0)
 
     def spell(self, value: int) -> str:
-        """The value as it is written: no leading zeros, the sign where one belongs."""
+        """Return a value as it is written: no leading zeros, the sign where one belongs."""
         if self.sign == "alone":
             return "+" if value > 0 else "-"
         return f"{value:+d}" if self.sign != "no" else str(value)
@@ -387,7 +387,7 @@ class Table(Sequence[Row]):
         return iter(self.rows)
 
     def named(self, name: str) -> Row:
-        """The row of a command by its name, for example "LOOP"."""
+        """Return the row of a command by its name, for example "LOOP"; KeyError: there is none."""
         for row in self.rows:
             if row.name == name.upper():
                 return row
@@ -410,7 +410,7 @@ class Bits:
         return (1 << self.width) - 1 << self.low
 
     def of(self, word: int) -> int:
-        """The field's value in a word."""
+        """Return the field's value in a word."""
         return ((word & self.mask) >> self.low) + self.first
 
 
@@ -505,7 +505,7 @@ class Sheet:
         return next((pin for pin in self.pins if pin.plays(role, axis)), None)
 
     def pin(self, name: str) -> Pin:
-        """The pin of this name."""
+        """Return the pin of this name; KeyError: there is none."""
         for pin in self.pins:
             if pin.name == name:
                 return pin

@@ -83,7 +83,7 @@ class PacketHost(Computer):
         return GotCondition(self.name, self.received, words)
 
     def axis(self, number: int) -> AxisView:
-        """A view whose commands are for one axis: it becomes the current one first, unless it is."""
+        """Return a view whose commands are for one axis: it becomes the current one first, unless it is."""
         self._check_axis(number)
         return AxisView(self, number)
 
@@ -265,7 +265,7 @@ class PacketHost(Computer):
         self.begun = True
 
     async def exchange(self, port: PacketPort, packet: Packet, axis: int = UNKNOWN) -> tuple[int, ...]:
-        """A packet, now: the words that are read, without the checksum."""
+        """Send a packet, now; return the words that are read, without the checksum."""
         if axis not in (UNKNOWN, port.axis):
             await self.exchange(port, packet_of(packets.row(port.sheet, f"SET_{axis}")))
         await self.begin(port, USUAL)
@@ -289,7 +289,7 @@ class PacketHost(Computer):
             raise ChecksumError(f"{self.name}: {wrong}")
 
     async def read(self, port: PacketPort, number: int, how: Strobes) -> bytes:
-        """A read operation, now; a word is kept."""
+        """Read, now; a word is kept."""
         data = await port.read(number, how)
         if number == 2:
             self.received.append(int.from_bytes(data, "big"))

@@ -118,7 +118,7 @@ class SerialPort(Worker):
         self.kernel.settle()
 
     async def before_sending(self) -> None:
-        """What a computer waits for before it begins to send."""
+        """Wait for what a computer waits for before it begins to send."""
 
     async def _send(self) -> None:
         driver = self.drivers["txd"]
@@ -152,7 +152,7 @@ class SerialPort(Worker):
             self.take(await receiver.character())
 
     def take(self, character: Character) -> None:
-        """A character has come in."""
+        """Receive a character."""
         self.received.append(character.byte)
         self.faulty += not character.good
         self.on_character(character)
@@ -242,7 +242,7 @@ class SerialHost(SerialPort, Computer):
         self.write(data)
 
     def framed(self, command: str) -> bytes:
-        """A command as it goes over the wire: address, checksum and carriage return added."""
+        """Return a command as it goes over the wire: address, checksum and carriage return added."""
         if not isinstance(command, str) or not command.isascii():
             raise UsageError(f"{self.name}: command {command!r}; expected text such as 'V1'")
         if "\r" in command:
@@ -268,7 +268,7 @@ class SerialHost(SerialPort, Computer):
         return "\r".join(self.stripped(line) for line in self.answers)
 
     async def exchange(self, command: str | bytes) -> list[str]:
-        """The same in a task: the answers; none, if the line is silent for longer than any answer takes.
+        """Send a command in a task; return its answers: none, if the line is silent for longer than any answer takes.
 
         Args:
             command: text is framed; bytes go out as they are.
@@ -324,7 +324,7 @@ class SerialHost(SerialPort, Computer):
         self.drivers["txd"].drive(self.mark)
 
     def stripped(self, line: str) -> str:
-        """An answer without its checksum."""
+        """Return an answer without its checksum."""
         if not self.checked or not line:
             return line
         text, found = line[:-1], ord(line[-1])

@@ -42,7 +42,7 @@ class Way:
         self.characters = 0
 
     def changed(self, net: Net) -> None:
-        """An edge came: perhaps a character begins; what comes goes on."""
+        """Pass an edge on; a character may begin with it."""
         now = self.kernel.now
         if net.level == SPACE and now >= self.free_ps:
             self.characters += 1
@@ -142,7 +142,7 @@ class Rs232Line(Part):
 
     @from_outside
     def clear(self) -> None:
-        """No more faults than those of the characters that have begun."""
+        """Plan no more faults; characters that have begun keep theirs."""
         self.input("clear")
         for way in self.ways.values():
             way.noise.clear()

@@ -39,7 +39,7 @@ class Worker(Part):
         self.begun = False  # has the first piece of work begun to show? the part says so itself, where it matters
 
     def net(self, name: str) -> Net:
-        """The net on a pin."""
+        """Return the net on a pin."""
         return self.pins[name].net
 
     def work(self, text: str, action: Callable[[], Awaitable[None]]) -> None:
