@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from .lazy import lazily
 
 if TYPE_CHECKING:
-    from .chips import checks_of, sheet_of
+    from .chips import checks_of, chip_class, sheet_of
     from .chips.line import Line, LineChip
     from .core.axis import Axis
     from .core.channel import BusHandshake, HostPort, SerialLine
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from .parts.sensors import Sensor
 
 _FROM = {
-    "chips": ("checks_of", "sheet_of"),
+    "chips": ("checks_of", "chip_class", "sheet_of"),
     "chips.line": ("Line", "LineChip"),
     "core.axis": ("Axis",),
     "core.channel": ("BusHandshake", "HostPort", "SerialLine"),
@@ -121,6 +121,7 @@ __all__ = [
     "Timing",
     "assemble",
     "checks_of",
+    "chip_class",
     "edge",
     "first_of",
     "from_outside",
