@@ -18,7 +18,6 @@ CIRCLES = {  # that are there still: modules, and why
         "stepwise_inputs trajectory updates",
         ANATOMY,
     ),
-    "links": ("control server status", "the control port speaks of the server that has opened it"),
 }
 
 
