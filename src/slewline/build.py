@@ -18,9 +18,10 @@ if TYPE_CHECKING:
     from .chips.line import Line, LineChip
     from .core.axis import Axis
     from .core.channel import BusHandshake, HostPort, SerialLine
-    from .core.chip import Chip, Finding, OneAxis
+    from .core.chip import Chip, Finding
     from .core.hook import Hook
     from .core.net import Bus, Driver, Net
+    from .core.one_axis import OneAxis
     from .core.option import Option
     from .core.outside import from_outside
     from .core.pin import Condition, Terminal
@@ -49,7 +50,8 @@ _FROM = {
     "chips.line": ("Line", "LineChip"),
     "core.axis": ("Axis",),
     "core.channel": ("BusHandshake", "HostPort", "SerialLine"),
-    "core.chip": ("Chip", "Finding", "OneAxis"),
+    "core.chip": ("Chip", "Finding"),
+    "core.one_axis": ("OneAxis",),
     "core.hook": ("Hook",),
     "core.net": ("Bus", "Driver", "Net"),
     "core.option": ("Option",),

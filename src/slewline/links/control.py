@@ -32,8 +32,9 @@ from .stream import Stream
 from .tcp import Listener, is_loopback, parse_address
 
 if TYPE_CHECKING:
-    from ..core.chip import Chip, OneAxis
+    from ..core.chip import Chip
     from ..core.net import Net
+    from ..core.one_axis import OneAxis
 
 LONGEST = 1 << 16  # bytes of a request
 QUEUE = 1 << 24  # bytes of replies

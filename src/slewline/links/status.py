@@ -10,7 +10,8 @@ from .pace import Pace, Paced
 
 if TYPE_CHECKING:
     from ..bench import Bench
-    from ..core.chip import Chip, Finding, OneAxis
+    from ..core.chip import Chip, Finding
+    from ..core.one_axis import OneAxis
     from .loop import Loop
 
 SHOWN_FINDINGS = 20
