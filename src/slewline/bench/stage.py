@@ -64,8 +64,11 @@ class Scene(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A line of a script.  `queue` puts it into the queue of a host; the bench must have what `pin` and `to` name, and
-    `fits` raises what is wrong with it for the chip that is spoken to."""
+    """A line of a script.
+
+    `queue` puts it into the queue of a host; the bench must have what `pin` and `to` name, and `fits` raises what is
+    wrong with it for the chip that is spoken to.
+    """
 
     line: int
     column: int
@@ -109,8 +112,10 @@ class Script:
 
 
 class Stage:
-    """A host that plays a script on a bench.  `step` is the line that is being queued, `directed` says whether a
-    directive follows it."""
+    """A host that plays a script on a bench.
+
+    `step` is the line that is being queued, `directed` says whether a directive follows it.
+    """
 
     def __init__(self, scene: Scene, host: Computer, script: Script) -> None:
         self.scene, self.host, self.script = scene, host, script
@@ -180,8 +185,10 @@ class Stage:
         await edge(self.bell.net)
 
     def nested(self) -> AbstractContextManager[None]:
-        """Tell nothing of what is done in here: whoever hears of inputs has heard of the whole script.  Calls of the
-        host only queue."""
+        """Tell nothing of what is done in here: whoever hears of inputs has heard of the whole script.
+
+        Calls of the host only queue.
+        """
         return self.kernel.outside.nested()
 
     def terminal(self, name: str, chip: Chip) -> Terminal:
@@ -230,6 +237,8 @@ class OverBus(Speech):
     """A command goes out when the chip is READY, as text or in binary form, as the chip takes it then."""
 
     def command(self, body: str) -> Queue:
+        """Return how a command is queued: as text or in binary form, as the chip takes it when its turn comes."""
+
         async def send(stage: Stage, chip: Chip) -> None:
             port = stage.port(chip)
             await level(port.ready, 1)
@@ -241,9 +250,11 @@ class OverBus(Speech):
         return sending(send)
 
     def send(self, data: bytes, act: Act) -> Queue:
+        """Return how an act is queued that sends bytes."""
         return sending(act)
 
     async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
+        """Send bytes by the handshake."""
         await stage.bus_host.send_now(stage.port(chip), data)
 
 
@@ -251,9 +262,11 @@ class OverLine(Speech):
     """A command is a line that is answered."""
 
     def command(self, body: str) -> Queue:
+        """Return how a line is sent, and its answer told."""
         return asking(body)
 
     async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
+        """Send bytes as they are, and tell what the module answers if a line ends with them."""
         if data.endswith(b"\r"):
             stage.tell(f"-> {meaning(await answers(stage, chip, data), chip.sheet)}")
         else:
@@ -264,6 +277,7 @@ class OverPort(Speech):
     """A command is a packet, and the host waits for what it returns."""
 
     def command(self, body: str) -> Queue:
+        """Return how a command is sent as a packet, and what it returns told."""
         return exchanging(body)
 
     async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
@@ -276,6 +290,7 @@ class OverPort(Speech):
         port.note_update(data[0])
 
     def axis(self, stage: Stage, chip: Chip) -> int:
+        """Return the number of the current axis, as far as the host knows it."""
         return stage.packet_port(chip).axis or 1
 
 

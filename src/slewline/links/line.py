@@ -125,6 +125,7 @@ class SerialLine(Line):
         port.on_character.add(self._character)
 
     def feed(self, data: bytes) -> None:
+        """Send bytes to the chip, with the faults that are planned."""
         if not self.to_chip.plans:
             self.port.write(data)
             return
@@ -134,6 +135,7 @@ class SerialLine(Line):
                 self.port.write(bytes([passed]), fault)
 
     def room(self) -> int:
+        """Return how many bytes may come now; with none, `resume` is called once half of them have gone out."""
         port = self.port
         room = BACKLOG - port.backlog
         if room <= 0:
@@ -142,9 +144,11 @@ class SerialLine(Line):
         return room
 
     def sent(self) -> bool:
+        """Return whether every character has gone out."""
         return not self.port.outgoing
 
     def quiet(self) -> bool:
+        """Return whether every character has gone out, and nothing is on its way back."""
         if self.port.outgoing or self.coming:
             return False
         return not any(chip.answering for chip in self.chips)

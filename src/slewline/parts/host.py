@@ -136,6 +136,7 @@ class Host(Computer):
         self.work(f"something of its own with {port.chip}", lambda: action(port))
 
     def rest(self) -> None:
+        """Put the lines of every chip to rest."""
         for port in self.ports.values():
             port.rest()
 
@@ -298,7 +299,7 @@ class Host(Computer):
 
     # -------------------------------------------------------------------------------------- calls that let time pass
     def ask(self, command: str, timeout: Time = "5 s") -> bytes:
-        """Send V and the number of a group, and return the bytes of the group: ask("V 3") is verify(3).
+        """Send V and the number of a group, and return the bytes of the group, as `verify` does.
 
         Raises:
             UsageError: another command, which is not answered; or a program runs.

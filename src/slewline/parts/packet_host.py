@@ -93,6 +93,7 @@ class PacketHost(Computer):
             raise UsageError(f"{self.name}: axis {number!r}; {self.port.chip} ({self.port.sheet.part}) has 1..{axes}")
 
     def rest(self) -> None:
+        """Put the lines of every chip to rest."""
         for port in self.ports.values():
             port.rest()
 
@@ -126,7 +127,7 @@ class PacketHost(Computer):
         return self.command(name, axis=axis, timeout=timeout)  # type: ignore[return-value]
 
     def ask(self, command: str, timeout: Time = "5 s", axis: int = UNKNOWN) -> int:
-        """Send a command as a line of a script has it, and return the number that it reads: ask("GET_STATUS").
+        """Send a command as a line of a script has it, and return the number that it reads, as of "GET_STATUS".
 
         Raises:
             UsageError: no command, or one that returns nothing.

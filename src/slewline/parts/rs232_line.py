@@ -1,4 +1,4 @@
-"""An RS-232 line with faults, between the connector of a host and that of a module, or of several.
+r"""An RS-232 line with faults, between the connector of a host and that of a module, or of several.
 
 host   txd --> host_txd | line | txd --> rxd   module
        rxd <-- host_rxd |      | rxd <-- txd
@@ -6,7 +6,7 @@ host   txd --> host_txd | line | txd --> rxd   module
 Edges pass without delay.  The line counts characters, so it must know their rate and format; a fault bends the level of
 some bits of one character:
 
-    mark   ‾‾‾‾\\_____/  d0 |  d1 | ... |  dn | parity | stop | stop ‾‾‾‾‾
+    mark   ‾‾‾‾\_____/  d0 |  d1 | ... |  dn | parity | stop | stop ‾‾‾‾‾
                |<------------------- lost: mark -------------------->|
                           garbled: one inverted   ^        ^ framing: space
                                                   parity: inverted
@@ -107,6 +107,7 @@ class Rs232Line(Part):
         }
 
     def rewired(self) -> None:
+        """Start to watch both sides."""
         for way in self.ways.values():
             way.source.net.watch(way.changed)
             way.changed(way.source.net)

@@ -61,10 +61,12 @@ class Worker(Part):
 
     @property
     def idle(self) -> bool:
+        """Nothing is queued."""
         return not self.queue
 
     @property
     def waiting(self) -> str:
+        """The piece of work that is under way, in words, and since when."""
         if not self.queue:
             return super().waiting
         return f"{self.name}: {self.queue[0][0]}, {len(self.queue)} in the queue, since {readable(self.since)}"
