@@ -35,7 +35,7 @@ from slewline.bench.wiring import joints
 from slewline.chips import PARTS, listed, quirks_of, ramps_of, sheet_of
 from slewline.cli.commands import cli
 from slewline.core.chip import Chip
-from slewline.core.table import ROLES
+from slewline.core.roles import ROLES
 from slewline.errors import WiringError
 from slewline.language.describe import describe, option_table, table
 from slewline.language.lines import usage

@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING
 from .lazy import lazily
 
 if TYPE_CHECKING:
-    from .chips import checks_of, sheet_of
+    from .chips import checks_of, chip_class, sheet_of
     from .chips.line import Line, LineChip
     from .core.axis import Axis
     from .core.channel import BusHandshake, HostPort, SerialLine
-    from .core.chip import Chip, Finding, OneAxis
+    from .core.chip import Chip, Finding
     from .core.hook import Hook
     from .core.net import Bus, Driver, Net
+    from .core.one_axis import OneAxis
     from .core.option import Option
     from .core.outside import from_outside
     from .core.pin import Condition, Terminal
@@ -45,11 +46,12 @@ if TYPE_CHECKING:
     from .parts.sensors import Sensor
 
 _FROM = {
-    "chips": ("checks_of", "sheet_of"),
+    "chips": ("checks_of", "chip_class", "sheet_of"),
     "chips.line": ("Line", "LineChip"),
     "core.axis": ("Axis",),
     "core.channel": ("BusHandshake", "HostPort", "SerialLine"),
-    "core.chip": ("Chip", "Finding", "OneAxis"),
+    "core.chip": ("Chip", "Finding"),
+    "core.one_axis": ("OneAxis",),
     "core.hook": ("Hook",),
     "core.net": ("Bus", "Driver", "Net"),
     "core.option": ("Option",),
@@ -121,6 +123,7 @@ __all__ = [
     "Timing",
     "assemble",
     "checks_of",
+    "chip_class",
     "edge",
     "first_of",
     "from_outside",

@@ -9,7 +9,8 @@ import pytest
 import slewline
 from slewline.bench.wiring import met
 from slewline.chips import PARTS, chip_class, sheet_of
-from slewline.core.table import AXIS_ROLES, ROLES, Pin
+from slewline.core.roles import AXIS_ROLES, ROLES
+from slewline.core.table import Pin
 from slewline.errors import SheetError, SlewlineError, UnknownName, UsageError, WiringError
 from slewline.parts.part import Part
 

@@ -11,7 +11,8 @@ import pytest
 import slewline
 from slewline import build
 from slewline.core.axis import Steps
-from slewline.core.chip import Chip, Finding, OneAxis
+from slewline.core.chip import Chip, Finding
+from slewline.core.one_axis import OneAxis
 from slewline.core.pin import Terminal
 from slewline.parts.host import Host
 from slewline.parts.packet_host import PacketHost

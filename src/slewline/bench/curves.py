@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from ..core.chip import Chip, OneAxis
+from ..core.chip import Chip
+from ..core.one_axis import OneAxis
 from ..core.quantity import Quantity
 from ..errors import UnknownName
 from ..parts.part import Part

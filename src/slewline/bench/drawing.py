@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ..core.axis import Steps
-from ..core.chip import Chip, OneAxis
+from ..core.chip import Chip
 from ..core.motions import Mark
+from ..core.one_axis import OneAxis
 from ..core.timebase import Time, moment, readable
 from ..errors import UnknownName, UsageError
 from ..parts.part import Part

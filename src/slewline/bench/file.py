@@ -102,7 +102,7 @@ class Served(NamedTuple):
 
 # -------------------------------------------------------------------------------------------------------------- reading
 def load_bench(path: str | PathLike[str], *, anywhere: bool = False, allow_code: bool = False, **options: Any) -> Bench:
-    """A bench from a bench file, furnished, its scripts queued.
+    """Return the bench of a bench file, furnished, its scripts queued.
 
     Args:
         anywhere: the file may name files outside its own folder.
@@ -133,13 +133,13 @@ class BenchFile:
 
     # -------------------------------------------------------------------------------------------------- what is wrong
     def error(self, place: Place, says: str) -> BenchFileError:
-        """An error with file, line and key."""
+        """Return an error with file, line and key."""
         line = self.line_of(place)
         at = f"{self.path}, line {line}" if line else str(self.path)
         return BenchFileError(f"{at}: {_named(place)}{': ' if place else ''}{says}")
 
     def line_of(self, place: Place) -> int | None:
-        """The line of a key, or of its table; None where the text is written in another way."""
+        """Return the line of a key, or of its table; None where the text is written in another way."""
         if not place:
             return None
         many = len(place) > 1 and isinstance(place[1], int)
@@ -157,7 +157,7 @@ class BenchFile:
         return found
 
     def explained(self, message: str) -> BenchFileError:
-        """What msgspec found, in our words."""
+        """Return what msgspec found as an error in our words."""
         says, _, path = message.partition(" - at `")
         place = [int(index) if index else key for key, index in re.findall(r"\.(\w+)|\[(\d+)\]", path)]
         unknown = re.match(r"Object contains unknown field `(.*)`", says)
@@ -178,7 +178,7 @@ class BenchFile:
         return self.error(place, f"found {found!r}; allowed {allowed}")
 
     def value(self, place: Place) -> Any:
-        """What stands at a place."""
+        """Return what stands at a place."""
         value: Any = self.data
         for part in place:
             value = value[part]
@@ -196,7 +196,7 @@ class BenchFile:
 
     # ------------------------------------------------------------------------------------------------------- furnishing
     def load(self, prepare: Callable[[Bench], object] | None = None, **options: Any) -> Bench:
-        """A bench furnished as the file says, its scripts queued.
+        """Return a bench furnished as the file says, its scripts queued.
 
         Args:
             prepare: called with the furnished bench, before the scripts are queued.
@@ -228,7 +228,7 @@ class BenchFile:
                 picoseconds(0 if time is None else time)
 
     def scripts(self) -> list[Script]:
-        """The scripts of all hosts."""
+        """Return the scripts of all hosts."""
         found = []
         for number, host in enumerate(self.tables.host):
             if host.file is not None and host.script is not None:
@@ -243,7 +243,7 @@ class BenchFile:
         return found
 
     def beside(self, name: str) -> Path:
-        """A file that this one names: in its folder or below, wherever links lead."""
+        """Return the path of a file that this one names: in its folder or below, wherever links lead."""
         folder = self.path.parent
         path = folder / name
         if not self.anywhere and not path.resolve().is_relative_to(folder.resolve()):
@@ -282,7 +282,7 @@ class BenchFile:
         return found
 
     def chips_of(self, bench: Bench, key: str, number: int, names: list[str]) -> list[Chip]:
-        """The chips that a table names; the only one, if it names none."""
+        """Return the chips that a table names; the only one, if it names none."""
         names = names or (list(bench.chips) if len(bench.chips) == 1 else [])
         if not names:
             raise self.error((key, number), f'which chip? chips = ["{next(iter(bench.chips), "x")}"]')
@@ -293,7 +293,7 @@ class BenchFile:
         return [bench.chips[name] for name in names]
 
     def served(self, bench: Bench) -> list[Served]:
-        """What [[serve]] tables ask for."""
+        """Return what [[serve]] tables ask for."""
         found: list[Served] = []
         taken = [
             (name, channel_over(bench.chips[name], host.over))

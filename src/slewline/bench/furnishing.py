@@ -479,7 +479,7 @@ def channel_over(chip: Chip, over: str | None) -> Channel:
 
 
 def crystal_for(sheet: Sheet, crystal: str | int) -> int:
-    """A crystal that a part can be fitted with, in hertz.
+    """Return a crystal that a part can be fitted with, in hertz.
 
     Raises:
         UsageError: the part has none to choose, or it is far outside the sheet's range.

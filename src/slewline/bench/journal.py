@@ -83,7 +83,7 @@ class Journal:
         return f"journal {self.path}: {error.strerror or error}; give a file that can be written"
 
     def close(self) -> None:
-        """No more entries."""
+        """Close the file; no more entries are written."""
         closed(self.file)
 
 
@@ -103,7 +103,7 @@ def closed(file: TextIO) -> None:
 
 
 def replaced(path: str | PathLike[str]) -> bool:
-    """Will a journal that is written here replace another one?
+    """Return whether a journal that is written here will replace another one.
 
     Raises:
         BenchFileError: a file with something else stands there, which is not to be lost; or a FIFO.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..core.chip import OneAxis
+from ..core.one_axis import OneAxis
 
 
 def moving_from_to(axis: OneAxis, start: int, stop: int) -> tuple[int, int] | None:

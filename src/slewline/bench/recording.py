@@ -6,9 +6,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from ..core.chip import Chip, OneAxis
+from ..core.chip import Chip
 from ..core.kernel import Kernel
 from ..core.net import Bus, Net
+from ..core.one_axis import OneAxis
 from ..core.pin import Terminal
 from ..core.timebase import Time, moment, picoseconds
 from ..errors import NotRecorded, UnknownName, UsageError

@@ -88,7 +88,7 @@ def named(path: str | PathLike[str], found: Iterable[dict[str, Any]], allow_code
 
 
 def differing(found: Iterable[dict[str, Any]], classes: Named) -> str:
-    """Which parts of a journal behaved by other laws than here; empty: none."""
+    """Return in words which parts of a journal behaved by other laws than here; "": none."""
     added = {entry["part"]: entry.get("behaviour", 1) for entry in found if entry["do"] == "add"}
     here = {part: cls.sheet.behaviour for part, cls in classes.chips.items()}
     different = [part for part in here if here[part] != added[part]]

@@ -64,8 +64,11 @@ class Scene(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A line of a script.  `queue` puts it into the queue of a host; the bench must have what `pin` and `to` name, and
-    `fits` raises what is wrong with it for the chip that is spoken to."""
+    """A line of a script.
+
+    `queue` puts it into the queue of a host; the bench must have what `pin` and `to` name, and `fits` raises what is
+    wrong with it for the chip that is spoken to.
+    """
 
     line: int
     column: int
@@ -87,7 +90,7 @@ class Step:
         return words[0] if self.directs and words else ""
 
     def problem(self, code: str, found: str, remedy: str = "") -> Problem:
-        """What is wrong with this line."""
+        """Return what is wrong with this line, as a problem in its place."""
         return Problem(self.line, self.column, min(len(self.text), SHOWN), code, "error", found, remedy=remedy)
 
 
@@ -109,8 +112,10 @@ class Script:
 
 
 class Stage:
-    """A host that plays a script on a bench.  `step` is the line that is being queued, `directed` says whether a
-    directive follows it."""
+    """A host that plays a script on a bench.
+
+    `step` is the line that is being queued, `directed` says whether a directive follows it.
+    """
 
     def __init__(self, scene: Scene, host: Computer, script: Script) -> None:
         self.scene, self.host, self.script = scene, host, script
@@ -154,15 +159,15 @@ class Stage:
         return self.host
 
     def port(self, chip: Chip) -> Port:
-        """What the host has on the bus of a chip."""
+        """Return what the host has on the bus of a chip."""
         return self.bus_host.ports[chip.name]
 
     def packet_port(self, chip: Chip) -> PacketPort:
-        """What the host has on the host port of a chip."""
+        """Return what the host has on the host port of a chip."""
         return self.packet_host.ports[chip.name]
 
     def axis(self, chip: Chip) -> Axis:
-        """The axis that the host speaks of: the current one, where there are several."""
+        """Return the axis that the host speaks of: the current one, where there are several."""
         return chip.axes[self.speech.axis(self, chip) - 1]
 
     def tell(self, text: str) -> None:
@@ -180,12 +185,14 @@ class Stage:
         await edge(self.bell.net)
 
     def nested(self) -> AbstractContextManager[None]:
-        """Tell nothing of what is done in here: whoever hears of inputs has heard of the whole script.  Calls of the
-        host only queue."""
+        """Tell nothing of what is done in here: whoever hears of inputs has heard of the whole script.
+
+        Calls of the host only queue.
+        """
         return self.kernel.outside.nested()
 
     def terminal(self, name: str, chip: Chip) -> Terminal:
-        """A pin by its short or full name."""
+        """Return a pin by its short or full name."""
         return self.scene.pin(name if "." in name else f"{chip.name}.{name}")
 
     def put(self, terminal: Terminal, value: int | None, at: int | None = None) -> None:
@@ -230,6 +237,8 @@ class OverBus(Speech):
     """A command goes out when the chip is READY, as text or in binary form, as the chip takes it then."""
 
     def command(self, body: str) -> Queue:
+        """Return how a command is queued: as text or in binary form, as the chip takes it when its turn comes."""
+
         async def send(stage: Stage, chip: Chip) -> None:
             port = stage.port(chip)
             await level(port.ready, 1)
@@ -241,9 +250,11 @@ class OverBus(Speech):
         return sending(send)
 
     def send(self, data: bytes, act: Act) -> Queue:
+        """Return how an act is queued that sends bytes."""
         return sending(act)
 
     async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
+        """Send bytes by the handshake."""
         await stage.bus_host.send_now(stage.port(chip), data)
 
 
@@ -251,9 +262,11 @@ class OverLine(Speech):
     """A command is a line that is answered."""
 
     def command(self, body: str) -> Queue:
+        """Return how a line is sent, and its answer told."""
         return asking(body)
 
     async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
+        """Send bytes as they are, and tell what the module answers if a line ends with them."""
         if data.endswith(b"\r"):
             stage.tell(f"-> {meaning(await answers(stage, chip, data), chip.sheet)}")
         else:
@@ -264,10 +277,11 @@ class OverPort(Speech):
     """A command is a packet, and the host waits for what it returns."""
 
     def command(self, body: str) -> Queue:
+        """Return how a command is sent as a packet, and what it returns told."""
         return exchanging(body)
 
     async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
-        """A command byte, and words behind it."""
+        """Send a command byte, and words behind it."""
         port = stage.packet_port(chip)
         for part, is_command in operations(data):
             await port.write(part, is_command, USUAL)
@@ -276,6 +290,7 @@ class OverPort(Speech):
         port.note_update(data[0])
 
     def axis(self, stage: Stage, chip: Chip) -> int:
+        """Return the number of the current axis, as far as the host knows it."""
         return stage.packet_port(chip).axis or 1
 
 
@@ -300,7 +315,7 @@ async def _taken(stage: Stage, chip: Chip) -> None:
 
 
 def asking(text: str) -> Queue:
-    """A line over a serial line, and its answer."""
+    """Return how a line is sent over a serial line, and its answer told."""
 
     async def ask(stage: Stage, chip: Chip) -> None:
         stage.tell(f"{text} -> {meaning(await answers(stage, chip, text), chip.sheet)}")
@@ -309,7 +324,7 @@ def asking(text: str) -> Queue:
 
 
 async def answers(stage: Stage, chip: Chip, line: str | bytes) -> list[str]:
-    """What a module answers."""
+    """Send a line, and return what the module answers."""
     return await stage.line_host.to(chip.name).exchange(line)
 
 
@@ -322,7 +337,7 @@ def meaning(found: Sequence[str], sheet: Sheet) -> str:
 
 
 def exchanging(text: str) -> Queue:
-    """A command as a packet, and what it returns."""
+    """Return how a command is sent as a packet, and what it returns told."""
 
     async def exchange(stage: Stage, chip: Chip) -> None:
         host, port, command = (
@@ -342,7 +357,7 @@ def exchanging(text: str) -> Queue:
 
 
 def returned(sheet: Sheet, arg: Arg, value: int) -> str:
-    """A number that a chipset returned: words of bits in hexadecimal, with the names of those that are 1."""
+    """Return in words what a chipset returned: words of bits in hexadecimal, with the names of those that are 1."""
     dialect = spoken_as(sheet, packets.Packets)
     bits = {"status": dialect.status, "mode": dialect.mode}.get(arg.name, ())
     if arg.unit and not arg.unit.startswith("bits"):

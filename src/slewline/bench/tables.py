@@ -25,7 +25,7 @@ class Table(msgspec.Struct, forbid_unknown_fields=True, kw_only=True, frozen=Tru
 
 
 class BenchTable(Table, frozen=True):
-    """[bench]"""
+    """The table [bench]."""
 
     seed: int = 0
     until: Time | None = None
@@ -33,7 +33,7 @@ class BenchTable(Table, frozen=True):
 
 
 class ChipTable(Table, frozen=True):
-    """[[chip]]"""
+    """The table [[chip]]."""
 
     part: str
     name: str | None = None
@@ -44,7 +44,7 @@ class ChipTable(Table, frozen=True):
 
 
 class WireTable(Table, frozen=True):
-    """[[wire]]"""
+    """The table [[wire]]."""
 
     from_: str = msgspec.field(name="from")
     to: str
@@ -52,7 +52,7 @@ class WireTable(Table, frozen=True):
 
 
 class HostTable(Table, frozen=True):
-    """[[host]]"""
+    """The table [[host]]."""
 
     chips: list[str] = []
     name: str | None = None
@@ -64,7 +64,7 @@ class HostTable(Table, frozen=True):
 
 
 class ServeTable(Table, frozen=True):
-    """[[serve]]"""
+    """The table [[serve]]."""
 
     chips: list[str] = []
     tcp: str | None = None
@@ -76,7 +76,7 @@ class ServeTable(Table, frozen=True):
 
 
 class DriveTable(Table, frozen=True):
-    """[[drive]]"""
+    """The table [[drive]]."""
 
     pin: str
     level: Level
@@ -84,7 +84,7 @@ class DriveTable(Table, frozen=True):
 
 
 class RecordTable(Table, frozen=True):
-    """[[record]]"""
+    """The table [[record]]."""
 
     pins: list[str] = []
     keep: Time | None = None
@@ -104,7 +104,7 @@ class Tables(Table, frozen=True):
 
 
 def keys_of(place: Place) -> tuple[str, ...]:
-    """The keys that a table may have."""
+    """Return the keys that a table may have."""
     tables: dict[Any, type[Table]] = {
         "bench": BenchTable,
         "chip": ChipTable,

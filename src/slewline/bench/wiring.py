@@ -16,7 +16,8 @@ from dataclasses import replace
 from ..core.chip import Chip
 from ..core.net import Bus
 from ..core.pin import Terminal
-from ..core.table import AXIS_ROLES, ROLES, Pin
+from ..core.roles import AXIS_ROLES, ROLES
+from ..core.table import Pin
 from ..errors import WiringError
 from ..parts.part import Part
 

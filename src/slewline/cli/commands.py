@@ -37,7 +37,7 @@ class Guided(click.Command):
     """A command whose help ends with the guide to run scripts."""
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """The docstring of the script module, as it stands, and the exit status."""
+        """Write the docstring of the script module, as it stands, and the exit status."""
         from ..bench import script
 
         formatter.write_paragraph()
@@ -156,7 +156,7 @@ def lint_command(**options: Any) -> int:
 @JSON
 @click.option("--plot", metavar="F.svg", help="Draw velocity and position of the move (SVG, PNG or PDF).")
 def ramp_command(**options: Any) -> int:
-    """What a ramp of a chip does: its time, its steps, its acceleration, and which moves come to its rate.
+    """Calculate a ramp of a chip: its time, its steps, its acceleration, and which moves come to its rate.
 
     Parameters have the names of the commands that set them: F, R, S, Z (CY525); S, T, R and law (GS-C modules);
     SET_VEL, SET_ACC, SET_START_VEL and output, or profile=s-curve with SET_VEL, SET_MAX_ACC, SET_JERK and output
@@ -211,7 +211,7 @@ def compare_command(**options: Any) -> int:
 @click.argument("command", required=False)
 @JSON
 def describe_command(**options: Any) -> int:
-    """The reference of a chip, or of one of its commands, from its data sheet."""
+    """Print the reference of a chip, or of one of its commands, from its data sheet."""
     from .programs import describe
 
     return describe(**options)
@@ -220,7 +220,7 @@ def describe_command(**options: Any) -> int:
 @cli.command("chips", short_help="The parts, one line each.", epilog=EXIT)
 @JSON
 def chips_command(**options: Any) -> int:
-    """The parts, one line each."""
+    """List the chips, one line each."""
     from .programs import chips
 
     return chips(**options)
@@ -280,7 +280,7 @@ def serve_command(**options: Any) -> int:
 @cli.command("demo", short_help="The welding machine of the CY525 manual.", epilog=EXIT)
 @click.option("--output", "-o", metavar="DIR", default="build/demo", show_default=True, help="Where the files go.")
 def demo_command(output: str) -> int:
-    """The welding machine of the CY525 manual: six spots on each of two workpieces, with picture and waveform."""
+    """Run the welding machine of the CY525 manual: six spots on each of two workpieces, with picture and waveform."""
     from .demo import demo
 
     return demo(output)

@@ -8,7 +8,8 @@ from typing import Any
 
 from ..bench import Bench
 from ..core.channel import HostPort
-from ..core.chip import Chip, Finding, OneAxis
+from ..core.chip import Chip, Finding
+from ..core.one_axis import OneAxis
 from ..core.timebase import PS_PER_S, readable
 from ..parts.computer import Computer
 from ..parts.packet_host import PacketHost

@@ -11,10 +11,11 @@ from collections.abc import Callable
 from functools import partial
 
 from ..bench import Bench
-from ..core.chip import Chip, Finding, OneAxis
+from ..core.chip import Chip, Finding
 from ..core.kernel import Task
 from ..core.motions import MotionEnd, MotionStart
 from ..core.net import Net
+from ..core.one_axis import OneAxis
 from ..core.table import Pin
 from ..core.timebase import PS_PER_S, readable
 from ..core.waits import level

@@ -9,85 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Literal, Protocol, TypeVar
 
 from ..errors import SheetError
 from .channel import Channel
 from .option import Option
+from .roles import AXIS_ROLES, ROLES, ROW_ROLES
 
 Trust = Literal["stated", "derived", "chosen", "inferred"]
 Way = Literal["in", "out", "both", "power", "none"]
 Order = Literal["little", "big"]
-AXIS_ROLES: Mapping[str, str] = MappingProxyType(  # a pin of an axis that ...
-    {
-        "step": "shows every step",
-        "direction": "gives the direction; high: clockwise, or positive",
-        "moving": "tells that the motor is under way",
-        "ramping": "tells that it speeds up or slows down",
-        "slewing": "tells that it runs at its steady rate",
-        "motion_complete": "tells that a motion is complete",
-        **{f"phase{n}": f"energises phase {n} of a motor with four phases" for n in (1, 2, 3, 4)},
-        "driver_reset": "puts the driver into its first state",
-        "enable": "lets the next step be made, or holds it",
-        "abort": "stops the motion",
-        "home": "is told that the motor is at its home position",
-        "end": "is told that it is at an end of its travel, whichever",
-        "end_plus": "is told that it is at the end of its travel in positive direction",
-        "end_minus": "is told that it is at the end of its travel in negative direction",
-        "encoder_a": "takes channel A of an encoder, ahead of B in positive direction",
-        "encoder_b": "takes channel B of an encoder",
-        "index": "takes the mark of an encoder, once a turn",
-    }
-)
-ROLES: Mapping[str, str] = MappingProxyType(  # what a pin is for; parts that are wired `to` a neighbour go by it
-    {
-        **AXIS_ROLES,
-        **{f"output{n}": f"is output {n} of those that programs switch" for n in (1, 2, 3)},
-        **{f"input{n}": f"is input {n} of those that programs look at" for n in (1, 2, 3)},
-        "running": "tells that a program runs",
-        "program_entry": "tells that a program is being entered",
-        "reset": "resets the part",
-        "clock": "puts out a clock that never rests: recorded only when it is named",
-        # the port of a host
-        "data": "is a wire of the data bus",
-        "ready": "tells that a command or a byte may come",
-        "request": "asks for a byte to be taken, or to be given",
-        "select": "says whether the host or the part drives the data bus",
-        "in_strobe": "tells that a byte is being read from the data bus",
-        "out_strobe": "tells that a byte is put on the data bus",
-        "text": "says whether commands are text or binary",
-        "chip_select": "selects the part",
-        "command": "says whether a command or data are on the data bus",
-        "write": "writes a byte from the data bus",
-        "read": "reads a byte onto the data bus",
-        "interrupt": "calls the host",
-        "serial_in": "takes characters from a computer",
-        "serial_out": "gives characters to a computer",
-        "serial_pull_down": "pulls a line low that modules share",
-        "computer_in": "is the input of a computer's serial port",
-        "computer_out": "is the output of a computer's serial port",
-        # IEEE-488
-        "dio": "is a data line of an IEEE-488 bus",
-        **{line: f"is {line.upper()} of an IEEE-488 bus" for line in ("dav", "nrfd", "ndac", "atn", "ifc", "srq")},
-    }
-)
-
-
-ROW_ROLES: Mapping[str, str] = MappingProxyType(  # a command that ...
-    {
-        "enter": "begins program entry",
-        "leave": "ends program entry",
-        "run": "runs the program from its start",
-        "stop": "ends the program that runs",
-        "erase": "forgets the program, and ends one that runs",
-        "loop": "repeats a part of the program so many times",
-        "mark": "stands where such a repetition begins",
-        "read": "says what is to be read back",
-        "list": "asks for the program, in as many lines as it takes",
-        "state": "asks whether the part is busy",
-    }
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +57,7 @@ class Pin:
             object.__setattr__(self, "sense", self.active)
 
     def plays(self, role: str, axis: int = 1) -> bool:
-        """Has the pin a role, on an axis if it is the role of one?"""
+        """Return whether the pin has a role, on an axis if it is the role of one."""
         return self.role == role and (self.axis == axis or role not in AXIS_ROLES)
 
 
@@ -167,19 +98,19 @@ class Arg:
         return dict(self.alias).get(number, number % self.modulus)
 
     def allows(self, value: int) -> bool:
-        """Is the value within the range?"""
+        """Return whether a value is within the range."""
         return self.low <= value <= self.high and (self.zero or value != 0)
 
     def pack(self, value: int, order: Order = "little") -> bytes:
-        """The value as bytes, a negative one in two's complement."""
+        """Return a value as `size` bytes, a negative one in two's complement."""
         return (value % self.modulus).to_bytes(self.size, order)
 
     def unpack(self, data: bytes, order: Order = "little") -> int:
-        """The value from its bytes; bytes that are missing count as 0."""
+        """Return the value of bytes; bytes that are missing count as 0."""
         return int.from_bytes(data.ljust(self.size, b"\0"), order, signed=self.low < 0)
 
     def spell(self, value: int) -> str:
-        """The value as it is written: no leading zeros, the sign where one belongs."""
+        """Return a value as it is written: no leading zeros, the sign where one belongs."""
         if self.sign == "alone":
             return "+" if value > 0 else "-"
         return f"{value:+d}" if self.sign != "no" else str(value)
@@ -387,7 +318,7 @@ class Table(Sequence[Row]):
         return iter(self.rows)
 
     def named(self, name: str) -> Row:
-        """The row of a command by its name, for example "LOOP"."""
+        """Return the row of a command by its name, for example "LOOP"; KeyError: there is none."""
         for row in self.rows:
             if row.name == name.upper():
                 return row
@@ -410,7 +341,7 @@ class Bits:
         return (1 << self.width) - 1 << self.low
 
     def of(self, word: int) -> int:
-        """The field's value in a word."""
+        """Return the field's value in a word."""
         return ((word & self.mask) >> self.low) + self.first
 
 
@@ -505,7 +436,7 @@ class Sheet:
         return next((pin for pin in self.pins if pin.plays(role, axis)), None)
 
     def pin(self, name: str) -> Pin:
-        """The pin of this name."""
+        """Return the pin of this name; KeyError: there is none."""
         for pin in self.pins:
             if pin.name == name:
                 return pin

@@ -6,7 +6,8 @@ from collections.abc import Iterable
 
 from ..core.channel import SerialLine
 from ..core.option import Option, flat
-from ..core.table import AXIS_ROLES, Pin, Sheet
+from ..core.roles import AXIS_ROLES
+from ..core.table import Pin, Sheet
 from .assemble import units
 from .dialect import Dialect, dialect_of
 from .lookup import find

@@ -27,14 +27,14 @@ from ..errors import SlewlineError, UsageError
 from .line import SerialLine
 from .pace import Wait
 from .requests import MOST_FINDINGS, MOST_STEPS, Data, as_object, read, schema
-from .status import status
+from .status import Serving, status
 from .stream import Stream
 from .tcp import Listener, is_loopback, parse_address
 
 if TYPE_CHECKING:
-    from ..core.chip import Chip, OneAxis
+    from ..core.chip import Chip
     from ..core.net import Net
-    from .server import Server
+    from ..core.one_axis import OneAxis
 
 LONGEST = 1 << 16  # bytes of a request
 QUEUE = 1 << 24  # bytes of replies
@@ -52,7 +52,7 @@ class Control:
         UsageError: the address is taken, or other machines could reach it and there is no token.
     """
 
-    def __init__(self, server: Server, address: str, token: str | None = None) -> None:
+    def __init__(self, server: Serving, address: str, token: str | None = None) -> None:
         self.server, self.token = server, token
         self.clients: list[Client] = []
         if token is not None and len(token) < SHORTEST_TOKEN:
@@ -193,7 +193,7 @@ def same(token: object, expected: str) -> bool:
 class Requests:
     """What each request does; None: the reply comes later."""
 
-    def __init__(self, server: Server, client: Client) -> None:
+    def __init__(self, server: Serving, client: Client) -> None:
         self.server, self.client, self.bench = server, client, server.bench
 
     def perform(self, request: Data) -> Data | None:

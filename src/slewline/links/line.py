@@ -46,12 +46,12 @@ class Line:
 
     # ---------------------------------------------------------------------------------------------------- the host
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
-        """A host is there: `host` takes bytes, returns how many it dropped; `resume` is called when more may come."""
+        """Connect a host: `host` takes bytes, returns how many it dropped; `resume` is called when more may come."""
         self.host, self.host_name, self.resume = host, name, resume
         self.log.event(self.name, f"{name} is connected")
 
     def detach(self, why: str) -> None:
-        """It has gone; what it has sent is played all the same."""
+        """Disconnect the host; bytes that it has sent already still go to the chip."""
         self.log.event(self.name, f"{self.host_name}: {why}")
         self.host, self.host_name = None, ""
 
@@ -98,15 +98,15 @@ class Line:
         raise NotImplementedError
 
     def room(self) -> int:
-        """How many bytes may come now; when none may, `resume` is called once there is room again."""
+        """Return how many bytes may come now; when none may, `resume` is called once there is room again."""
         raise NotImplementedError
 
     def sent(self) -> bool:
-        """Has everything that has come gone out, so that another host may begin?"""
+        """Return whether everything that has come has gone out, so that another host may begin."""
         raise NotImplementedError
 
     def quiet(self) -> bool:
-        """Is everything that was sent played, and answered?"""
+        """Return whether everything that was sent has been played and answered."""
         raise NotImplementedError
 
 
@@ -125,6 +125,7 @@ class SerialLine(Line):
         port.on_character.add(self._character)
 
     def feed(self, data: bytes) -> None:
+        """Send bytes to the chip, with the faults that are planned."""
         if not self.to_chip.plans:
             self.port.write(data)
             return
@@ -134,6 +135,7 @@ class SerialLine(Line):
                 self.port.write(bytes([passed]), fault)
 
     def room(self) -> int:
+        """Return how many bytes may come now; with none, `resume` is called once half of them have gone out."""
         port = self.port
         room = BACKLOG - port.backlog
         if room <= 0:
@@ -142,9 +144,11 @@ class SerialLine(Line):
         return room
 
     def sent(self) -> bool:
+        """Return whether every character has gone out."""
         return not self.port.outgoing
 
     def quiet(self) -> bool:
+        """Return whether every character has gone out, and nothing is on its way back."""
         if self.port.outgoing or self.coming:
             return False
         return not any(chip.answering for chip in self.chips)

@@ -100,7 +100,7 @@ class Server:
 
     # ---------------------------------------------------------------------------------------------------- furnishing
     def line(self, *chips: Chip, framing: bool = False, over: str | None = None) -> Line:
-        """A line to a chip, or to several modules that share it; to a chipset, one on which its registers are found.
+        """Make a line to a chip, or to modules that share it; to a chipset, one on which its registers are found.
 
         Args:
             framing: lines of text with read-back, for a chip on a bus (see `links.framing`).
@@ -289,7 +289,7 @@ class Server:
             del findings[:-KEPT_FINDINGS]
 
     def steps_of(self, chip: Chip) -> int:
-        """How many steps a chip has made since the beginning."""
+        """Return how many steps a chip has made since the beginning, on all axes."""
         return self.forgotten[chip.name] + sum(axis.count(axis.past[0].start, self.bench.now_ps) for axis in chip.axes)
 
     def _tidy(self) -> None:

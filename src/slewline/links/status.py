@@ -2,20 +2,40 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from ..core.timebase import PS_PER_S
 from .line import Line, SerialLine
-from .pace import Paced
+from .pace import Pace, Paced
 
 if TYPE_CHECKING:
-    from ..core.chip import Chip, Finding, OneAxis
-    from .server import Server
+    from ..bench import Bench
+    from ..core.chip import Chip, Finding
+    from ..core.one_axis import OneAxis
+    from .loop import Loop
 
 SHOWN_FINDINGS = 20
 
 
-def status(server: Server) -> dict[str, Any]:
+class Serving(Protocol):
+    """What a status tells of a server, and what a control port does to it."""
+
+    bench: Bench
+    pace: Pace
+    loop: Loop
+    lines: dict[str, Line]
+    found: int
+    troubles: list[str]
+    allow_remote: bool
+
+    def steps_of(self, chip: Chip) -> int:
+        """Return how many steps a chip has made since the beginning, on all axes."""
+
+    def stop(self) -> None:
+        """End the server."""
+
+
+def status(server: Serving) -> dict[str, Any]:
     """Return everything that a client of the control port may want to know."""
     return {
         "pace": pace(server),
@@ -26,7 +46,7 @@ def status(server: Server) -> dict[str, Any]:
     }
 
 
-def pace(server: Server) -> dict[str, Any]:
+def pace(server: Serving) -> dict[str, Any]:
     """Return how time passes, and how late the wall clock was met, in microseconds."""
     lag = server.pace.lag
     found: dict[str, Any] = {"lockstep": server.pace.lockstep}
@@ -36,7 +56,7 @@ def pace(server: Server) -> dict[str, Any]:
     return found
 
 
-def chip_status(server: Server, chip: Chip) -> dict[str, Any]:
+def chip_status(server: Serving, chip: Chip) -> dict[str, Any]:
     """Return the state of a chip, with its last findings."""
     return {
         "part": chip.sheet.part,
@@ -77,7 +97,7 @@ def line_status(line: Line) -> dict[str, Any]:
     return found
 
 
-def as_line(server: Server) -> str:
+def as_line(server: Serving) -> str:
     """Return the state as a line for a terminal."""
     bench, lag = server.bench, server.pace.lag
     parts = [f"{bench.now_ps / PS_PER_S:.3f} s"]

@@ -54,7 +54,7 @@ class Port:
         )  # fmt: skip
 
     def takes_live(self) -> bool:
-        """Does the part take commands while its program runs, through a pin that the host may pull low?"""
+        """Return whether the part takes commands while its program runs, through a pin that the host may pull low."""
         row = self.sheet.role("program_entry")
         return row is not None and row.way == "both"
 
@@ -66,11 +66,11 @@ class Port:
         self.bus.drive(None)
 
     def ps(self, us: int) -> int:
-        """A time that is stated at 11 MHz, at the crystal of the chip."""
+        """Return the picoseconds, at the crystal of the chip, of a time that is stated at that of the sheet."""
         return self.clock.ps(us * self.sheet.crystal_hz // 1_000_000)
 
     def text(self, command: str) -> bytes:
-        """A command as this port takes it now: ASCII, or letter, count and data in binary mode."""
+        """Return a command as this port takes it now: ASCII, or letter, count and data in binary mode."""
         from ..language.dialect import Command
         from ..language.letters import Decoder, encode_binary
 
@@ -90,7 +90,7 @@ class Port:
         return 2 if group == 0 and self.mode.level == 0 else self.sheet.verify_bytes[group]
 
     def group_of(self, command: str) -> int | None:
-        """The verify group that a command points at; None: it points at none, or there is no such group."""
+        """Return the verify group that a command points at; None: it points at none, or there is no such group."""
         for row in self.sheet.acting("read"):
             match = re.fullmatch(rf"{re.escape(row.form)} *([0-9]+) *", command)
             if match and int(match[1]) in self.sheet.verify_bytes:
@@ -98,7 +98,7 @@ class Port:
         return None
 
     def pointing_at(self, group: int) -> str:
-        """The command that points at a verify group."""
+        """Return the command that points at a verify group."""
         (row,) = self.sheet.acting("read")
         return f"{row.form} {group}"
 
@@ -136,12 +136,13 @@ class Host(Computer):
         self.work(f"something of its own with {port.chip}", lambda: action(port))
 
     def rest(self) -> None:
+        """Put the lines of every chip to rest."""
         for port in self.ports.values():
             port.rest()
 
     # ------------------------------------------------------------------------------------------------- the host's task
     async def send_now(self, port: Port, data: bytes) -> None:
-        """The two-line handshake, byte after byte; the last byte leaves the bus when it has been taken."""
+        """Send bytes by the two-line handshake; the last one leaves the bus when it has been taken."""
         kernel, ready, drive_bus, request = self.kernel, port.ready, port.bus.drive, port.request.drive
         for byte in data:
             if ready.level != 1:
@@ -298,7 +299,7 @@ class Host(Computer):
 
     # -------------------------------------------------------------------------------------- calls that let time pass
     def ask(self, command: str, timeout: Time = "5 s") -> bytes:
-        """Send V and the number of a group, and return the bytes of the group: ask("V 3") is verify(3).
+        """Send V and the number of a group, and return the bytes of the group, as `verify` does.
 
         Raises:
             UsageError: another command, which is not answered; or a program runs.

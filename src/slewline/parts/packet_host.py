@@ -83,7 +83,7 @@ class PacketHost(Computer):
         return GotCondition(self.name, self.received, words)
 
     def axis(self, number: int) -> AxisView:
-        """A view whose commands are for one axis: it becomes the current one first, unless it is."""
+        """Return a view whose commands are for one axis: it becomes the current one first, unless it is."""
         self._check_axis(number)
         return AxisView(self, number)
 
@@ -93,6 +93,7 @@ class PacketHost(Computer):
             raise UsageError(f"{self.name}: axis {number!r}; {self.port.chip} ({self.port.sheet.part}) has 1..{axes}")
 
     def rest(self) -> None:
+        """Put the lines of every chip to rest."""
         for port in self.ports.values():
             port.rest()
 
@@ -126,7 +127,7 @@ class PacketHost(Computer):
         return self.command(name, axis=axis, timeout=timeout)  # type: ignore[return-value]
 
     def ask(self, command: str, timeout: Time = "5 s", axis: int = UNKNOWN) -> int:
-        """Send a command as a line of a script has it, and return the number that it reads: ask("GET_STATUS").
+        """Send a command as a line of a script has it, and return the number that it reads, as of "GET_STATUS".
 
         Raises:
             UsageError: no command, or one that returns nothing.
@@ -265,7 +266,7 @@ class PacketHost(Computer):
         self.begun = True
 
     async def exchange(self, port: PacketPort, packet: Packet, axis: int = UNKNOWN) -> tuple[int, ...]:
-        """A packet, now: the words that are read, without the checksum."""
+        """Send a packet, now; return the words that are read, without the checksum."""
         if axis not in (UNKNOWN, port.axis):
             await self.exchange(port, packet_of(packets.row(port.sheet, f"SET_{axis}")))
         await self.begin(port, USUAL)
@@ -289,7 +290,7 @@ class PacketHost(Computer):
             raise ChecksumError(f"{self.name}: {wrong}")
 
     async def read(self, port: PacketPort, number: int, how: Strobes) -> bytes:
-        """A read operation, now; a word is kept."""
+        """Read, now; a word is kept."""
         data = await port.read(number, how)
         if number == 2:
             self.received.append(int.from_bytes(data, "big"))

@@ -44,13 +44,13 @@ class Packet(NamedTuple):
     checked: bool = True
 
     def spelled(self, sheet: Sheet) -> str:
-        """The packet for people: SET_POS (10 0000 3039)."""
+        """Return the packet for people: SET_POS (10 0000 3039)."""
         row = sheet.commands.by_code.get(self.code)
         sent = " ".join([f"{self.code:02x}", *(f"{word:04x}" for word in self.words)])
         return f"packet {sent}" if row is None else f"{row.name} ({sent})"
 
     def mismatch(self, sheet: Sheet, chip: str, found: Sequence[int], checksum: int) -> str:
-        """What is wrong with the checksum that a chip gave behind the words that were read; "": nothing is."""
+        """Return what is wrong with the checksum that a chip gave behind the words that were read; "": nothing is."""
         expected = packets.checksum(self.code, (*self.words, *found))
         if checksum == expected:
             return ""
@@ -83,7 +83,7 @@ class PacketPort:
         self.axis = 1
 
     def rest(self) -> None:
-        """Nothing is selected, nothing on the bus."""
+        """Select nothing, and let go of the bus."""
         for driver in (self.select, self.reading, self.writing):
             driver.drive(1)
         self.command.drive(0)
@@ -94,7 +94,7 @@ class PacketPort:
         await level(self.pins["hostrdy"].net, 1)
 
     async def write(self, data: bytes, command: bool, how: Strobes) -> None:
-        """An operation: a command byte, or the two bytes of a word."""
+        """Write a command byte, or the two bytes of a word, as one operation."""
         await self._begin(how)
         start, rises, end = self._strobe(self.writing, len(data), how)
         if command:
@@ -104,7 +104,7 @@ class PacketPort:
         await until(self.kernel, end)
 
     async def read(self, number: int, how: Strobes) -> bytes:
-        """An operation: the bytes of a word, each as it stands at the end of its strobe."""
+        """Read the bytes of a word, each as it stands at the end of its strobe, as one operation."""
         await self._begin(how)
         _, rises, end = self._strobe(self.reading, number, how)
         data = bytearray()
@@ -154,12 +154,12 @@ UPDATES = ("UPDATE", "MULTI_UPDATE")
 
 
 def packet_of(row: Row, values: Sequence[int] = ()) -> Packet:
-    """A command as a packet."""
+    """Return a command as a packet."""
     return Packet(row.code, packets.words(row, values), packets.counted(row.reads), row.name != RESET)
 
 
 def updates(sheet: Sheet, code: int) -> bool:
-    """Is this the code of an update, which the next cycle works?"""
+    """Return whether this is the code of an update, which the next cycle works."""
     row = sheet.commands.by_code.get(code)
     return row is not None and row.name in UPDATES
 

@@ -1,6 +1,6 @@
 """What every part has: a name, pins of its own, findings.  A part sees a chip through nets only.
 
-`wiring` is the standard wiring: pins of the part, and the roles (core/table.py, ROLES) of the neighbour's pins to which
+`wiring` is the standard wiring: pins of the part, and the roles (core/roles.py) of the neighbour's pins to which
 `bench.part(..., to=...)` joins them, on the part's option `axis`, if it has one; those in `optional` stay open where no
 pin has that role.  Pins of parts have roles themselves, so that a part attaches to a part.
 

@@ -80,6 +80,7 @@ class SerialPort(Worker):
         self.input("change_line", baud, bits, parity, stop)
 
     def rewired(self) -> None:
+        """Start to listen."""
         self.kernel.spawn(self._receive(), f"{self.name} receives")
 
     # ------------------------------------------------------------------------------------------------------ sending
@@ -118,7 +119,7 @@ class SerialPort(Worker):
         self.kernel.settle()
 
     async def before_sending(self) -> None:
-        """What a computer waits for before it begins to send."""
+        """Wait for what a computer waits for before it begins to send."""
 
     async def _send(self) -> None:
         driver = self.drivers["txd"]
@@ -137,10 +138,12 @@ class SerialPort(Worker):
 
     @property
     def idle(self) -> bool:
+        """Nothing is to be sent, and nothing else is queued."""
         return not self.outgoing and super().idle
 
     @property
     def waiting(self) -> str:
+        """What the port waits for, in words."""
         if self.outgoing and super().idle:
             return f"{self.name}: {self.backlog} characters to send"
         return super().waiting
@@ -152,7 +155,7 @@ class SerialPort(Worker):
             self.take(await receiver.character())
 
     def take(self, character: Character) -> None:
-        """A character has come in."""
+        """Receive a character."""
         self.received.append(character.byte)
         self.faulty += not character.good
         self.on_character(character)
@@ -197,6 +200,7 @@ class SerialHost(SerialPort, Computer):
         self.fixed_baud = baud
 
     async def before_sending(self) -> None:
+        """Wait until the modules can listen; look at their straps when they have been switched on."""
         await until(self.kernel, self.up_ps + POWER_UP_PS)
         if self.since_ps != self.up_ps:
             self.since_ps = self.up_ps
@@ -242,7 +246,7 @@ class SerialHost(SerialPort, Computer):
         self.write(data)
 
     def framed(self, command: str) -> bytes:
-        """A command as it goes over the wire: address, checksum and carriage return added."""
+        """Return a command as it goes over the wire: address, checksum and carriage return added."""
         if not isinstance(command, str) or not command.isascii():
             raise UsageError(f"{self.name}: command {command!r}; expected text such as 'V1'")
         if "\r" in command:
@@ -250,9 +254,9 @@ class SerialHost(SerialPort, Computer):
         return framed(self.address + command, self.checked, self.kept)
 
     def ask(self, command: str, timeout: Time = "5 s") -> str:
-        """Send a command, wait for the answer, and return it without checksum and carriage return.
+        r"""Send a command, wait for the answer, and return it without checksum and carriage return.
 
-        A program that is listed comes as its lines, "\\r" between them.
+        A program that is listed comes as its lines, "\r" between them.
 
         Raises:
             ChecksumError: the answer has a wrong checksum, or a character of it came with a fault.
@@ -268,7 +272,7 @@ class SerialHost(SerialPort, Computer):
         return "\r".join(self.stripped(line) for line in self.answers)
 
     async def exchange(self, command: str | bytes) -> list[str]:
-        """The same in a task: the answers; none, if the line is silent for longer than any answer takes.
+        """Send a command in a task; return its answers: none, if the line is silent for longer than any answer takes.
 
         Args:
             command: text is framed; bytes go out as they are.
@@ -316,6 +320,7 @@ class SerialHost(SerialPort, Computer):
         self.take_back(1, "drop()")
 
     def rest(self) -> None:
+        """Forget what is queued and what has come in part, and put the line to mark."""
         if self.sender is not None:
             self.sender.kill()
         self.outgoing.clear()
@@ -324,7 +329,7 @@ class SerialHost(SerialPort, Computer):
         self.drivers["txd"].drive(self.mark)
 
     def stripped(self, line: str) -> str:
-        """An answer without its checksum."""
+        """Return an answer without its checksum."""
         if not self.checked or not line:
             return line
         text, found = line[:-1], ord(line[-1])
@@ -334,6 +339,7 @@ class SerialHost(SerialPort, Computer):
         return text
 
     def take(self, character: Character) -> None:
+        """Receive a character; a carriage return ends an answer."""
         super().take(character)
         if character.byte == 0x0D:
             self.answers.append(self.line.decode("latin-1"))

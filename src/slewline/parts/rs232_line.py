@@ -1,4 +1,4 @@
-"""An RS-232 line with faults, between the connector of a host and that of a module, or of several.
+r"""An RS-232 line with faults, between the connector of a host and that of a module, or of several.
 
 host   txd --> host_txd | line | txd --> rxd   module
        rxd <-- host_rxd |      | rxd <-- txd
@@ -6,7 +6,7 @@ host   txd --> host_txd | line | txd --> rxd   module
 Edges pass without delay.  The line counts characters, so it must know their rate and format; a fault bends the level of
 some bits of one character:
 
-    mark   ‾‾‾‾\\_____/  d0 |  d1 | ... |  dn | parity | stop | stop ‾‾‾‾‾
+    mark   ‾‾‾‾\_____/  d0 |  d1 | ... |  dn | parity | stop | stop ‾‾‾‾‾
                |<------------------- lost: mark -------------------->|
                           garbled: one inverted   ^        ^ framing: space
                                                   parity: inverted
@@ -42,7 +42,7 @@ class Way:
         self.characters = 0
 
     def changed(self, net: Net) -> None:
-        """An edge came: perhaps a character begins; what comes goes on."""
+        """Pass an edge on; a character may begin with it."""
         now = self.kernel.now
         if net.level == SPACE and now >= self.free_ps:
             self.characters += 1
@@ -107,6 +107,7 @@ class Rs232Line(Part):
         }
 
     def rewired(self) -> None:
+        """Start to watch both sides."""
         for way in self.ways.values():
             way.source.net.watch(way.changed)
             way.changed(way.source.net)
@@ -142,7 +143,7 @@ class Rs232Line(Part):
 
     @from_outside
     def clear(self) -> None:
-        """No more faults than those of the characters that have begun."""
+        """Plan no more faults; characters that have begun keep theirs."""
         self.input("clear")
         for way in self.ways.values():
             way.noise.clear()

@@ -110,16 +110,19 @@ class Uart(Part):
         self.receiver: Receiver | None = None
 
     def rewired(self) -> None:
+        """Start to listen, and to watch the pins of the parallel side."""
         self.pin("rdav").net.watch(lambda net: self._set(False) if net.level == 0 else None)
         self.pin("rde").net.watch(lambda _: self._put())
         self.kernel.spawn(self._receive(), self.name)
 
     @property
     def idle(self) -> bool:
+        """No character is coming in."""
         return self.receiver is None or not self.receiver.receiving
 
     @property
     def waiting(self) -> str:
+        """What the part waits for, in words."""
         return f"{self.name}: {'a start bit' if self.idle else 'in a character'}"
 
     # ------------------------------------------------------------------------------------------------ parallel side

@@ -39,7 +39,7 @@ class Worker(Part):
         self.begun = False  # has the first piece of work begun to show? the part says so itself, where it matters
 
     def net(self, name: str) -> Net:
-        """The net on a pin."""
+        """Return the net on a pin."""
         return self.pins[name].net
 
     def work(self, text: str, action: Callable[[], Awaitable[None]]) -> None:
@@ -61,10 +61,12 @@ class Worker(Part):
 
     @property
     def idle(self) -> bool:
+        """Nothing is queued."""
         return not self.queue
 
     @property
     def waiting(self) -> str:
+        """The piece of work that is under way, in words, and since when."""
         if not self.queue:
             return super().waiting
         return f"{self.name}: {self.queue[0][0]}, {len(self.queue)} in the queue, since {readable(self.since)}"

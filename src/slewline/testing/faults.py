@@ -15,7 +15,8 @@ from random import Random
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-from ..core.table import ROLES, Pin
+from ..core.roles import ROLES
+from ..core.table import Pin
 from ..core.timebase import Time, picoseconds, readable
 from ..errors import UsageError
 from ..language.dialect import dialect_of

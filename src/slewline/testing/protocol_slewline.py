@@ -202,7 +202,7 @@ class Serial(SerialBase):
         self.rig.line.take(data)
 
     def cancel_write(self) -> None:
-        """No write waits, so there is none to be ended."""
+        """Do nothing: no write waits, so there is none to be ended."""
 
     @property
     def out_waiting(self) -> int:
