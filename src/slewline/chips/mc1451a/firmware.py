@@ -35,7 +35,7 @@ from .registers import Registers
 from .supply import Supply
 
 if TYPE_CHECKING:
-    from ...core.chip import OneAxis
+    from ...core.one_axis import OneAxis
 
 
 class Chipset(Chip):
