@@ -210,7 +210,7 @@ OLDER = {  # a program that takes 12 steps; what group 3 answers behind it
 @pytest.mark.parametrize("part", OLDER)
 def test_older_parts_of_the_family_are_served_over_a_socket(serve, client, tmp_path, part):
     journal = tmp_path / "journal"
-    server = serve(part, "--tcp", "127.0.0.1:0", "--framing", "--lockstep", "--journal", journal)
+    server = serve(part, "--tcp", "127.0.0.1:0", "--framing", "--journal", journal)
     host = client(server.where)
     program, answer = OLDER[part]
     host.send(program + b"?\n")
