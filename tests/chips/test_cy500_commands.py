@@ -124,11 +124,6 @@ def test_b_and_c_switch_pin_34() -> None:
     assert [numbers[name] for name in ("programmable_output", "xss", "xdir")] == [34, 28, 29]
 
 
-@pytest.mark.fact("CY500-CMD-N-1")
-def test_n_sets_the_number_of_steps() -> None:
-    assert len(made("R 253", "N 300", "G").times) == 300
-
-
 @pytest.mark.fact("CY500-CMD-N-2", "CY500-UND-A-N")
 def test_n_right_behind_a_takes_one_step_less() -> None:
     rig = made("R 253", "A", "N 10", "+", "G", "G")
@@ -160,20 +155,6 @@ def test_early_parts_lose_256_steps_at_multiples_of_256() -> None:
         assert len(rig.times) == steps
         assert ("early-part" in rig.codes) == (number % 256 == 0)
     assert len(made("R 253", "A", "P 512", "G", early_part=True).times) == 512
-
-
-@pytest.mark.fact("CY500-UND-N-ZERO")
-def test_g_with_n_0_takes_no_step() -> None:
-    rig = made("N 0", "G")
-    assert rig.times == []
-    assert rig.codes == ["range", "no-steps"]
-    assert made("A", "N 0").x.registers["number"] == 0
-
-
-@pytest.mark.fact("CY500-CMD-PLUS-1")
-def test_plus_and_minus_give_the_direction() -> None:
-    rig = made("R 253", "N 3", "+", "G", "-", "G")
-    assert rig.signs == [1] * 3 + [-1] * 3
 
 
 @pytest.mark.fact("CY500-CMD-P-1", "CY500-UND-P-START", "CY500-CON-P")
@@ -224,32 +205,7 @@ def test_i_ends_the_modes_and_keeps_the_parameters() -> None:
     assert rig.phases == FULL[7 % 4]
 
 
-@pytest.mark.fact("CY500-CMD-I-2")
-def test_i_in_a_program_ends_it() -> None:
-    rig = made("C")
-    rig.enter("B", "I", "C")
-    rig.execute()
-    assert rig.level("programmable_output") == 1
-    assert rig.x.program == b""
-
-
 # ------------------------------------------------------------------------------------------------------------- programs
-@pytest.mark.fact("CY500-CMD-E-1", "CY500-CMD-Q-1", "CY500-CMD-D-1")
-def test_what_is_entered_is_performed_by_d() -> None:
-    rig = made("C")
-    rig.enter("B")
-    assert rig.level("programmable_output") == 0
-    rig.execute()
-    assert rig.level("programmable_output") == 1
-
-
-@pytest.mark.fact("CY500-CMD-Q-1")
-def test_a_return_behind_q_is_told_of() -> None:
-    rig = made("E", "B")
-    rig.send("Q\r")
-    assert rig.codes == ["q-terminated"]
-
-
 @pytest.mark.fact("CY500-CMD-Q-2")
 def test_q_is_taken_behind_a_program() -> None:
     rig = Rig500()
@@ -289,19 +245,6 @@ def test_the_end_of_a_program_is_a_0() -> None:
     rig.say("C")
     assert rig.level("programmable_output") == 0
     assert rig.codes == ["end-of-program"]
-
-
-@pytest.mark.fact("CY500-PROG-1", "CY500-UND-OVERFLOW")
-def test_the_nineteenth_byte_is_dropped() -> None:
-    rig = made("C")
-    rig.enter(*["N 1"] * 5, "C", "B", "0")
-    assert len(rig.x.program) == 18
-    assert rig.codes == []
-    rig.execute()
-    assert rig.level("programmable_output") == 1
-    rig.enter(*["N 1"] * 5, "C", "B", "0", "C")
-    assert len(rig.x.program) == 18
-    assert rig.codes == ["overflow"]
 
 
 @pytest.mark.fact("CY500-UND-NESTED-E")

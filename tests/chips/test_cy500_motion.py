@@ -81,7 +81,7 @@ def test_what_is_inferred_is_replaced_from_a_bench_file(tmp_path: object) -> Non
     host.send("R 100\rN 3\rG\r")
     bench.run_until_idle("1 s")
     assert bench["x"].steps().times_ps[-1] - bench["x"].steps().times_ps[0] == pytest.approx(2 * 5000 / 6 * US)
-    with pytest.raises(UsageError, match="3 periods; allowed 254, or none"):
+    with pytest.raises(UsageError, match="3 numbers; allowed none or 254"):
         Rig500(inferred={"periods": [2000, 2000, 2000]})
 
 
@@ -107,7 +107,7 @@ def test_slopes_force_the_factor_to_1() -> None:
 @pytest.mark.fact("CY500-UND-SLOPE-OFF")
 def test_slopes_end_with_s_0_and_with_i() -> None:
     for end in ("S 0", "I"):
-        rig = made("F 2", "S 50", "R 253", "N 4", "F 3", "G")
+        rig = made("F 2", "S 50", "R 253", "N 12", "F 3", "G", "N 4")
         assert rig.gaps[0] == PERIODS[1]
         assert rig.codes == ["factor-in-slope"]
         rig.say(end, "G")
@@ -121,7 +121,10 @@ def test_too_short_a_slope_is_cut_off_at_the_target(stepwise: bool) -> None:
     whole = made("R 253", "S 50", "N 13", "G", stepwise=stepwise).gaps
     assert whole == [*up, 1791, *up[:0:-1]]
     assert made("R 253", "S 50", "N 12", "G", stepwise=stepwise).gaps == [*up, *up[:0:-1]]
-    assert made("R 253", "S 50", "N 9", "G", stepwise=stepwise).gaps == [*up, *up[:3:-1]]
+    cut = made("R 253", "S 50", "N 12", "G", "N 9", stepwise=stepwise)
+    assert cut.codes == []
+    assert cut.say("G").gaps[-8:] == [*up, *up[:3:-1]]
+    assert cut.codes == ["short-slope"]
     assert made("R 253", "S 50", "N 6", "G", stepwise=stepwise).gaps == up[:5]
     assert made("R 253", "S 50", "N 3", "G", stepwise=stepwise).gaps == up[:2]
 

@@ -9,11 +9,13 @@ import pytest
 import slewline
 from slewline.chips import PARTS, sheet_of
 from slewline.chips.cy5xx.letters import MEANS, exchanged
-from slewline.chips.cy512.sheet import PHASES
+from slewline.chips.cy5xx.sloped import half_steps
+from slewline.chips.cy512 import sheet
 from tests.chips.conftest import Rig
 
 SET = "R 255\rS 0\rF 1\rN 1\rA\r"
 MS = 10**9
+PHASES = half_steps({"phases": sheet.PHASES})
 
 
 def made(**options: object) -> Rig:
@@ -295,12 +297,12 @@ def test_a_table_of_periods_has_256_numbers_none_too_small(periods):
 
 
 def test_what_is_inferred_is_marked():
-    sheet = sheet_of("cy512")
-    assert {row.form for row in sheet.commands if row.trust == "inferred"} == set("AFOST")
-    assert {name for name, time in sheet.times.items() if time.trust == "inferred"} == {
+    its = sheet_of("cy512")
+    assert {row.form for row in its.commands if row.trust == "inferred"} == set("AFOST")
+    assert {name for name, time in its.times.items() if time.trust == "inferred"} == {
         "millisecond",
         "pulse_high",
         "terminated",
     }
-    (inferred,) = (option for option in sheet.options if option.name == "inferred")
+    (inferred,) = (option for option in its.options if option.name == "inferred")
     assert all(row.says.startswith("inferred: ") and row.where for row in inferred.table)

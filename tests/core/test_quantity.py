@@ -24,7 +24,12 @@ from slewline.errors import UsageError
 
 US, MS, S = 10**6, 10**9, 10**12
 
-LETTERS = "A 65500\nF 30\nR 90\nS 253\nZ 1\nN 60\n+\nG\n-\nN 90\nG\nA 10\n+\nN 40\nG\n-\nG\n"
+BEFORE = "F 1\nR 250\nN 60\n+\nG\nA\nB\n-\nN 90\nG\n+\nN 40\nG\n"  # without a ramp
+LETTERS = {
+    "cy500": BEFORE,
+    "cy512": f"S 0\n{BEFORE}",
+    "cy525": "A 65500\nF 30\nR 90\nS 253\nZ 1\nN 60\n+\nG\n-\nN 90\nG\nA 10\n+\nN 40\nG\n-\nG\n",
+}
 PACKETS = "SET_VEL 0x10000\nSET_ACC 0x800\nSET_POS {first}\nUPDATE\n"
 CURVE = "SET_PRFL_S_CRV\nSET_MAX_ACC 0x800\nSET_JERK 0x100000\nSET_POS {second}\nUPDATE\n"
 ENTER = {"gs-c200": "P", "gs-c200s": "Po"}
@@ -35,7 +40,7 @@ def played(part: str) -> Any:
     bench = slewline.Bench()
     sheet = sheet_of(part)
     straps = {"br0": 0, "br1": 0, "br2": 0, "chs": 0} if sheet.dialect.name == "lines" else None
-    x = bench.add(part, name="x", straps=straps)
+    x = bench.add(part, name="x", straps=straps, **({"position": 65500} if part in LETTERS else {}))
     host, axis = bench.host(x), x.axes[0]
     if sheet.dialect.name == "lines":
         endless = "G+" if part == "gs-c200" else "g+"
@@ -65,16 +70,15 @@ def played(part: str) -> Any:
         host.command("UPDATE")
     else:
         for at, level in ((8.5, 1), (12, 0), (20, 1), (20.1, 0), (41, 1), (45, 0)):
-            x.pin("step_inhibit").drive(level, at=int(at * MS))
+            x.pin(sheet.role("enable").name).drive(level, at=int(at * MS))
         x.pin("io_request").drive(0, at=53 * MS)
         x.pin("io_request").release(at=int(53.3 * MS))
-        host.send(LETTERS.replace("\n", "\r"))
+        host.send(LETTERS[part].replace("\n", "\r"))
     bench.run("200 ms")
     return bench
 
 
-# The script in letters is one of the CY525: its sisters are tested with their motions.
-@pytest.fixture(scope="module", params=[part for part in PARTS if part not in ("cy500", "cy512")])
+@pytest.fixture(scope="module", params=PARTS)
 def bench(request: pytest.FixtureRequest) -> Any:
     return played(request.param)
 

@@ -2,14 +2,27 @@
 
 from __future__ import annotations
 
+from itertools import permutations
+
 import pytest
 
 from slewline.chips import checks_of, sheet_of
 from slewline.chips.cy5xx.letters import exchanged
-from slewline.language.lint import lint
+from slewline.language.lint import lint, render
 
-CY512 = "A\nR 255\nS 5\nN 100\nE\nG\nX 500\nL 3,0\nT\n0\nQD\n"
-CY525 = "A 0\nF 3\nR 80\nS 200\nZ 1\nN 100\nE\nA$G\nD 500\nL 3,A\nT A\n0\nQX\n"
+PROGRAMS = {
+    "cy500": "A\nR 253\nL\nE\nG\nO\nT\n0\nQ\nD\nI\nF 2\nJ\n",
+    "cy512": "A\nR 255\nS 5\nN 200\nE\nG\nX 500\nL 3,0\nT\n0\nQD\n",
+    "cy525": "A 0\nF 3\nR 80\nS 200\nZ 1\nN 100\nE\nA$G\nD 500\nL 3,A\nT A\n0\nQX\n",
+}
+OTHER = {  # letters that mean something else, by part and sister
+    ("cy500", "cy512"): "JLOPRVWX",
+    ("cy500", "cy525"): "ADFHJLOPRSTVWXZ$",
+    ("cy512", "cy500"): "JLOPR",
+    ("cy512", "cy525"): "ADFHORSTXZ$",
+    ("cy525", "cy500"): "ADFHJLOPRST",
+    ("cy525", "cy512"): "ADFHORSTX",
+}
 
 
 def notes(part: str, text: str) -> list[str]:
@@ -17,27 +30,36 @@ def notes(part: str, text: str) -> list[str]:
     return [p.remedy for p in lint(text, sheet_of(part), checks_of(part)) if p.code == "sister-part"]
 
 
-@pytest.mark.parametrize(("part", "text", "other"), [("cy525", CY512, "cy512"), ("cy512", CY525, "cy525")])
-def test_a_program_for_the_other_part_gets_the_list_of_exchanged_letters(part, text, other):
-    (listed,) = notes(part, text)
-    assert listed == "; ".join(exchanged(part)[other].values())
-    for letter in "ADFHORSTX":
-        assert f"{letter} " in listed
+@pytest.mark.parametrize(("part", "other"), list(permutations(PROGRAMS, 2)))
+def test_a_program_for_another_part_gets_the_list_of_exchanged_letters(part, other):
+    (listed,) = notes(part, PROGRAMS[other])
+    assert "".join(line[0] for line in listed.splitlines()) == OTHER[part, other]
+    assert listed.splitlines() == list(exchanged(part)[other].values())
+    assert all(f" in the {other.upper()}; here it " in line for line in listed.splitlines())
 
 
-@pytest.mark.parametrize(("part", "text"), [("cy525", CY525), ("cy512", CY512)])
-def test_its_own_program_gets_none(part, text):
-    assert notes(part, text) == []
-    assert not [p for p in lint(text, sheet_of(part), checks_of(part)) if p.severity == "error"]
+@pytest.mark.parametrize("part", PROGRAMS)
+def test_its_own_program_gets_none(part):
+    assert notes(part, PROGRAMS[part]) == []
+    assert not [p for p in lint(PROGRAMS[part], sheet_of(part), checks_of(part)) if p.severity == "error"]
+
+
+def test_the_list_is_shown_a_letter_a_line():
+    problems = [p for p in lint("A\n", sheet_of("cy525"), checks_of("cy525")) if p.code == "sister-part"]
+    shown = render(problems, "A\n", "p.cy525").splitlines()
+    assert "    D runs the program in the CY512; here it waits its number of milliseconds" in shown
+    assert max(map(len, shown)) < 130
 
 
 @pytest.mark.parametrize(
     ("part", "lines", "count"),
     [
-        ("cy525", ["A", "D", "T", "X 500"], 1),
-        ("cy525", ["F", "G 3", "K", "O"], 0),
-        ("cy512", ["A 5", "D 5", "X", "Z 1", "T 4"], 1),
-        ("cy512", ["R", "B 1", "K", "F"], 0),
+        ("cy525", ["A", "D", "T", "X 500", "O", "J", "L"], 1),
+        ("cy525", ["F", "G 3", "K", "N"], 0),
+        ("cy512", ["A 5", "D 5", "X", "Z 1", "T 4", "O", "J"], 1),
+        ("cy512", ["R", "B 1", "K", "F", "P"], 0),
+        ("cy500", ["A 5", "D 5", "X 3", "L 3,4", "J 4", "V 1", "Z 1", "O 3"], 1),
+        ("cy500", ["R", "B 1", "K", "F", "P", "O"], 0),
     ],
 )
 def test_one_line_tells_where_its_form_is_that_of_the_sister(part, lines, count):

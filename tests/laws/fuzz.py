@@ -13,8 +13,10 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 from random import Random
+from types import MappingProxyType
 from typing import Any
 
 import slewline
@@ -74,8 +76,12 @@ class Mad:
     """One run of the fuzz."""
 
     part = "cy525"
-    inputs = INPUTS
+    letters = LETTERS
+    inputs: tuple[str, ...] = INPUTS
     text = staticmethod(text)
+    valid = VALID  # every command once; it ends at position 5, with N 3 and the programmable output low
+    program = b"BCL\2\0\0"  # what it has entered
+    rest: Mapping[str, int] = MappingProxyType({})  # inputs that are at a level in it
 
     def __init__(self, seed: int, journal: str | None = None) -> None:
         self.rnd = Random(seed)
@@ -122,15 +128,17 @@ class Mad:
         self.host.clear()
         for name in self.inputs:
             chip.pin(name).release()
+        for name, level in self.rest.items():
+            chip.pin(name).drive(level)
         chip.reset()
         bench.run("1 ms")
-        self.host.send(VALID)
-        bench.run_until_idle("5 s")
+        self.host.send(self.valid)
+        bench.run_until_idle("30 s")
         chip.pin("wait").drive(0)
         self.host.send("U\r")
         bench.run_until_idle("1 s")
         chip.pin("wait").release()
-        assert chip.position == 5 and chip.program == b"BCL\2\0\0" and chip.registers["number"] == 3, chip.waiting
+        assert chip.position == 5 and chip.program == self.program and chip.registers["number"] == 3, chip.waiting
         assert not chip.pin("programmable_output").level and chip.pin("run").level == 1, chip.waiting
         self.note()
 
@@ -155,12 +163,24 @@ class Mad:
         return state(self.bench, self.told.hexdigest())
 
 
-def run(bytes_wanted: int, seed: int, journal: str | None = None) -> Mad:
+def run(bytes_wanted: int, seed: int, journal: str | None = None, mad: type[Mad] = Mad) -> Mad:
     """Run until so many bytes have been accepted."""
-    mad = Mad(seed, journal)
-    while mad.accepted < bytes_wanted:
-        mad.block()
-    return mad
+    one = mad(seed, journal)
+    while one.accepted < bytes_wanted:
+        one.block()
+    return one
+
+
+def check(bytes_wanted: int, folder: Path, mad: type[Mad] = Mad) -> None:
+    """Run so many bytes: every command is reached, RESET brings the chip back, run and journal repeat it."""
+    journal = str(folder / "journal")
+    one = run(bytes_wanted, 1, journal, mad)
+    print(one.accepted, dict(one.effects), dict(one.findings))
+    assert one.accepted >= bytes_wanted
+    for letter in set(one.letters) - {"Q"}:
+        assert one.effects[letter] >= bytes_wanted // 2000, f"{letter} was hardly reached"
+    assert run(bytes_wanted, 1, mad=mad).digest() == one.digest()
+    assert replayed(journal) == one.end_state()
 
 
 def state(bench: slewline.Bench, told: str) -> str:

@@ -7,7 +7,7 @@ from random import Random
 
 import pytest
 
-from .fuzz import INPUTS, Mad, replayed
+from .fuzz import INPUTS, Mad, check
 
 LETTERS = "ABCDEFGHIJLNOPQRSTUVWX+-0"
 ARGUMENTS = {"F": 256, "J": 50, "N": 400, "O": 10, "P": 65_536, "R": 258, "S": 256, "V": 6, "X": 4}
@@ -36,47 +36,15 @@ class Mad512(Mad):
     """One run of the fuzz."""
 
     part = "cy512"
-    inputs = (*INPUTS, "terminate")
+    letters, inputs, valid = LETTERS, (*INPUTS, "terminate"), VALID
     text = staticmethod(text)
-
-    def recover(self) -> None:
-        """RESET, and everything works again."""
-        chip, bench = self.chip, self.bench
-        self.host.clear()
-        for name in self.inputs:
-            chip.pin(name).release()
-        chip.reset()
-        bench.run("1 ms")
-        self.host.send(VALID)
-        bench.run_until_idle("30 s")
-        assert chip.position == 5 and chip.program == b"BCL\2\0\0" and chip.registers["number"] == 3, chip.waiting
-        assert not chip.pin("programmable_output").level and chip.pin("run").level == 1, chip.waiting
-        self.note()
-
-
-def run(bytes_wanted: int, seed: int, journal: str | None = None) -> Mad512:
-    """Run until so many bytes have been accepted."""
-    mad = Mad512(seed, journal)
-    while mad.accepted < bytes_wanted:
-        mad.block()
-    return mad
-
-
-def check(bytes_wanted: int, tmp_path: Path) -> None:
-    journal = str(tmp_path / "journal")
-    one = run(bytes_wanted, 1, journal)
-    print(one.accepted, dict(one.effects), dict(one.findings))
-    for letter in set(LETTERS) - {"Q"}:
-        assert one.effects[letter] >= bytes_wanted // 2000, f"{letter} was hardly reached"
-    assert run(bytes_wanted, 1).digest() == one.digest()
-    assert replayed(journal) == one.end_state()
 
 
 def test_a_mad_host_does_not_stop_a_cy512(tmp_path: Path) -> None:
-    check(2_000, tmp_path)
+    check(2_000, tmp_path, Mad512)
 
 
 @pytest.mark.long
 @pytest.mark.timeout(3000)
 def test_half_a_million_bytes_do_not_stop_a_cy512(tmp_path: Path) -> None:
-    check(500_000, tmp_path)
+    check(500_000, tmp_path, Mad512)

@@ -199,3 +199,26 @@ def test_a_framed_session_replays(tmp_path):
         stand.x.registers,
     )
     assert bytes(again["x_host"].received) == bytes(stand.bench["x_host"].received)
+
+
+OLDER = {  # a program that takes 12 steps; what group 3 answers behind it
+    "cy500": (b"A\nR 253\nE\nN 12\nG\n0\nQD\n", b"! ?3: allowed ?\r\n"),
+    "cy512": (b"A\nR 255\nS 0\nF 1\nE\nN 12\nG\n0\nQD\n", b"?3 00 0C 00 FF 01\r\n"),
+}
+
+
+@pytest.mark.parametrize("part", OLDER)
+def test_older_parts_of_the_family_are_served_over_a_socket(serve, client, tmp_path, part):
+    journal = tmp_path / "journal"
+    server = serve(part, "--tcp", "127.0.0.1:0", "--framing", "--journal", journal)
+    host = client(server.where)
+    program, answer = OLDER[part]
+    host.send(program + b"?\n")
+    while (state := host.read(b"\n")) == b"? busy\r\n":
+        host.send(b"?\n")
+    assert state == b"? ready\r\n"
+    host.send(b"?3\n")
+    assert host.read(b"\n") == answer
+    assert server.end() == (0, "")
+    played = slewline.replay(journal)[part]
+    assert (played.travel, played.findings) == (12, [])

@@ -68,7 +68,7 @@ def picture(problem: Problem, text: str, name: str, severity: bool = True) -> st
         f"    {line}",
         f"    {blank}{'^' * max(problem.length, 1)}",
     ]
-    return "\n".join([*shown, f"    {problem.remedy}"] if problem.remedy else shown)
+    return "\n".join([*shown, *(f"    {line}" for line in problem.remedy.splitlines())])
 
 
 def render(problems: Iterable[Problem], text: str, name: str) -> str:

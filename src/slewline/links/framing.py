@@ -79,11 +79,11 @@ class FramedLine(Line):
         if text == "!":
             self._forget()
         elif text == "?":
-            self.say(f"? {'ready' if self.computer.idle and self.chip.pins['ready'].level == 1 else 'busy'}")
+            self.say(f"? {'ready' if self.computer.idle and self._takes() else 'busy'}")
         elif text[0] == "?":
-            groups = [str(group) for group in self.chip.sheet.verify_bytes]
-            if text[1:] not in groups:
-                raise UsageError(f"{text}: allowed ?, ?{', ?'.join(groups)}")
+            groups = [f"?{group}" for group in self.chip.sheet.verify_bytes]
+            if text not in groups:
+                raise UsageError(f"{text}: allowed {', '.join(['?', *groups])}")
             self._check_room(text)
             errand = self.computer.read_group(self.chip.name, int(text[1:]), None, live=None)
             self.computer.work("an answer", lambda: self._answer(text, errand))
@@ -91,6 +91,13 @@ class FramedLine(Line):
             self._check_room(text)
             self.computer.send(spoken_as(self.chip.sheet, Letters).sent(self.chip.sheet, text))
             self.computer.do(self._taken)
+
+    def _takes(self) -> bool:
+        """Does the chip take a command now?  A program that admits no live ones leaves READY high."""
+        sheet, pins = self.chip.sheet, self.chip.pins
+        entry, running = sheet.role("program_entry"), sheet.role("running")
+        deaf = entry is not None and entry.way != "both" and running is not None and pins[running.name].level == 0
+        return pins["ready"].level == 1 and not deaf
 
     def _check_room(self, text: str) -> None:
         self.cutting = False

@@ -1,11 +1,80 @@
-"""What only the CY500's linter knows."""
+"""What only the CY500's linter knows: the article's warnings, each where a run of the text comes upon it."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from ...core.plan import steps
 from ...core.table import Sheet
 from ...language.lint import Check
+from ...language.statements import Source, Statement
+from ..cy5xx.sisters import written_for
+from ..cy5xx.slope import Law
+from ..cy5xx.walk import Odd, judged
+from .sheet import PERIODS
+
+TURNS = ("CW", "CCW")
+
+
+class State(NamedTuple):
+    """Modes and registers as far as the text tells."""
+
+    last: str = ""
+    home: bool = False
+    jog: bool = False
+    absolute: bool = False  # P was the last of N and P
+    rate: int | None = None
+    slope: int = 0
+    number: int | None = None
+
+
+def odd(statement: Statement, state: State) -> Iterator[Odd]:
+    """Yield what the article warns of."""
+    name = statement.row.name
+    if name == "ATHOME" and state.last in TURNS:
+        yield Odd(
+            "a-after-direction", "warning", "A right behind a change of direction", "T.2 A", "another one between"
+        )
+    if name == "ATHOME" and state.home:
+        yield Odd("a-twice", "warning", "A again without RESET or I", "T.2 A")
+    if name == "NUMBER" and state.last == "ATHOME":
+        less = f"N right behind A takes one step less: {statement.values[0] - 1}"
+        yield Odd("n-after-a", "warning", less, "T.2 N", "any command between")
+    if name == "FACTOR" and state.slope:
+        yield Odd("factor-in-slope", "warning", "slopes force the factor to 1", "T.2 S", "S 0 ends them")
+    if name == "TIL" and state.jog:
+        yield Odd("til-and-jog", "warning", "T in jog mode: both use XSS", "T.2 J, T")
+    if name == "GOSTEP" and state.jog:
+        yield Odd("go-in-jog", "warning", "G in jog mode, where XSS starts and stops, is ignored", "T.2 J")
+    elif name == "GOSTEP" and state.rate and state.number and not state.absolute:
+        ramp = steps(Law(PERIODS).up(state.rate, state.slope))
+        if state.number < 2 * ramp:
+            found = f"N {state.number} is too short for slopes of {ramp} steps: the motion ends abruptly"
+            yield Odd("short-slope", "warning", found, "T.2 S", f"{2 * ramp} steps and more")
+
+
+def after(statement: Statement, state: State) -> State:
+    """The state behind a command."""
+    value = statement.values[0] if statement.values else 0
+    number = value - (state.last == "ATHOME")
+    changes: dict[str, dict[str, Any]] = {
+        "ATHOME": {"home": True},
+        "INITIALIZE": {"home": False, "jog": False, "slope": 0},
+        "JOG": {"jog": True},
+        "NUMBER": {"number": number, "absolute": False},
+        "POSITION": {"absolute": True},
+        "RATE": {"rate": value},
+        "SLOPE": {"slope": value},
+    }
+    return state._replace(last=statement.row.name, **changes.get(statement.row.name, {}))
+
+
+def warnings(source: Source) -> None:
+    """Run the text, and tell of what the article warns of."""
+    judged(source, State(), odd, after)
 
 
 def checks(sheet: Sheet) -> tuple[Check, ...]:
     """Return the rules of this part, for `language.lint.lint`."""
-    return ()
+    return (warnings, written_for)

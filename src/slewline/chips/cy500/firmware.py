@@ -5,18 +5,16 @@ Most of what it does where no source tells is inferred from its successors: see 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-from ..cy5xx import interpreter
+from ..cy5xx import interpreter, sloped
 from ..cy5xx.firmware import Cy5xx
-from ..cy5xx.lines import line_in
-from ..cy5xx.program import Moves
+from ..cy5xx.slope import Law
 from ..cy5xx.steps import Patterns
 from ..cy5xx.supply import PowerUp
-from . import profile
+from ..cy525.sheet import POWER_UP_RC_PS, POWER_UP_RESET_PS
 from .instructions import Instructions, Registers
 from .motion import Motion
-from .sheet import POWER_UP, SHEET
+from .sheet import PERIODS, SHEET
+from .twin import Stepwise
 
 
 class Interpreter(interpreter.Interpreter):
@@ -28,8 +26,7 @@ class Interpreter(interpreter.Interpreter):
 
     async def next_byte(self) -> int:
         """The next byte of the host.  In jog mode XSS goes before a command: while it is low, the motor runs."""
-        port, program, registers = self.port, self.program, self.instructions.registers
-        xss = line_in(self.chip, "xss")
+        port, program, registers, xss = self.port, self.program, self.instructions.registers, self.instructions.dowhile
         while True:
             jogs = registers.jog and self.decoder.at_letter and not program.entering
             port.others = ((xss, 0),) if jogs else ()
@@ -58,28 +55,19 @@ class Cy500(Cy5xx):
     """A CY500 on a bench."""
 
     sheet = SHEET
-    power_up = PowerUp(*POWER_UP)
+    power_up = PowerUp(POWER_UP_RESET_PS, POWER_UP_RC_PS)
     crystal_where = "the article"
     live_commands = False
     registers_class = Registers
     instructions_class = Instructions
     interpreter_class = Interpreter
-    state: Registers
+    motion_class = Motion
+    twin_class = Stepwise
 
-    def clocks(self) -> dict[str, int]:
-        """Return the times of the sheet in clocks, as far as the option `inferred` does not replace them."""
-        inferred: Mapping[str, int] = self.options.inferred
-        return {name: inferred[name] for name in self.sheet.times}
+    def law(self) -> Law:
+        """Return the periods by rate parameter, and where ramps begin."""
+        return Law(self.options.inferred["periods"] or PERIODS, self.options.inferred["ramp_start"])
 
     def patterns(self) -> Patterns:
         """Return the phases of whole steps."""
-        return profile.half_steps(self.options.inferred)[::2]
-
-    def moves(self, ticks: Mapping[str, int]) -> Moves:
-        """Make what moves the motor: the fast way, or its slow twin."""
-        law = profile.law(self.options.inferred)
-        if self.options.stepwise:
-            from .twin import Stepwise
-
-            return Stepwise(self, ticks, self.state, self.outputs, self.port, law)
-        return Motion(self, ticks, self.state, self.outputs, self.port, law)
+        return sloped.half_steps(self.options.inferred)[::2]

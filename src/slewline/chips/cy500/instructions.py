@@ -4,20 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Awaitable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
-from ..cy5xx import instructions, registers
-from ..cy5xx.lines import line_in
-from . import profile
+from ...core.plan import steps
+from ..cy5xx import sloped
+
+if TYPE_CHECKING:
+    from .motion import Motion
+    from .twin import Stepwise
 
 TURNS = ("CW", "CCW")
 
 
 @dataclass
-class Registers(registers.Registers):
+class Registers(sloped.Registers):
     """The modes and flags of the CY500; those with a factory outlive RESET and I, as the parameters do."""
 
     target: int | None = field(default_factory=lambda: None)  # of P; None: N was given since, or nothing
-    half: bool = False  # H
     sloped: bool = False  # S
     jog: bool = False  # J
     external: bool = False  # L
@@ -35,15 +38,17 @@ class Registers(registers.Registers):
 
     @property
     def factor(self) -> int:
-        """The factor that counts: a slope forces it to 1.  0 is an 8-bit counter run through."""
-        return 1 if self.sloped else self.values["factor"] or 256
+        """The factor that counts: a slope forces it to 1."""
+        return 1 if self.sloped else super().factor
 
 
-class Instructions(instructions.Instructions):
+class Instructions(sloped.Instructions):
     """The handlers."""
 
     registers: Registers
-    request_ends_wait = False
+    motion: Motion | Stepwise
+    tested = "xss"
+    in_slope = "slopes force the factor to 1, it counts behind them"
 
     def do_athome(self) -> None:
         registers = self.registers
@@ -52,7 +57,7 @@ class Instructions(instructions.Instructions):
         if registers.home:
             self.chip.finding("a-twice", "A again without RESET or I")
         registers.home = True
-        self.declare(0, "A")
+        super().do_athome()
 
     def do_number(self, steps: int) -> None:
         if self.registers.last == "ATHOME" and steps:
@@ -65,22 +70,9 @@ class Instructions(instructions.Instructions):
         self.registers.target = position
         return self.do_gostep() if self.chip.options.p_starts else None
 
-    def do_factor(self, factor: int) -> None:
-        if self.registers.sloped:
-            self.chip.finding(
-                "factor-in-slope", "F while there are slopes, which force the factor to 1: it counts behind them"
-            )
-        self.registers.load("factor", factor)
-
     def do_slope(self, slope: int) -> None:
         self.registers.sloped = slope > 0
         super().do_slope(slope)
-
-    def do_halfstep(self) -> None:
-        if not self.registers.half:
-            self.registers.half = True
-            self.registers.phase *= 2
-            self.outputs.walk(profile.half_steps(self.chip.options.inferred))
 
     def do_jog(self) -> None:
         self.registers.jog = True
@@ -109,7 +101,7 @@ class Instructions(instructions.Instructions):
         if self.chip.options.early_part and number % 256 == 0 and number:
             number -= 256
             self.chip.finding("early-part", f"a multiple of 256 in a part of the first batch: {number} steps")
-        return self.motion.move(number, self.sign, "G")
+        return self.takes(number, "G")
 
     def absolute(self, target: int) -> Awaitable[None]:
         """G behind P: to a position, in the direction that is set, right round if need be."""
@@ -117,7 +109,16 @@ class Instructions(instructions.Instructions):
         way = (target - self.axis.position) * self.sign
         if way < 0:
             self.chip.finding("wrong-way", f"P {target} lies the other way: round through 65535")
-        return self.motion.move(way % (1 << 16), self.sign, f"P {target}")
+        return self.takes(way % (1 << 16), f"P {target}")
+
+    def takes(self, number: int, text: str) -> Awaitable[None]:
+        """Take steps; the user is to see to it that there are enough for both ways of a slope."""
+        registers = self.registers
+        ramp = steps(self.motion.law.up(registers.values["rate"], registers.slope))
+        if 0 < number < 2 * ramp:
+            found = f"{text}, {number} steps, is too short for slopes of {ramp} steps: it ends abruptly"
+            self.chip.finding("short-slope", found)
+        return self.motion.move(number, self.sign, text)
 
     def do_onestep(self) -> Awaitable[None]:
         return self.motion.move(1, self.sign, "O")
@@ -125,21 +126,20 @@ class Instructions(instructions.Instructions):
     @property
     def sign(self) -> int:
         """The direction of a motion that begins now: 1 clockwise, -1 counter-clockwise."""
-        clockwise = line_in(self.chip, "xdir").level if self.registers.external else self.registers.clockwise
-        return 1 if clockwise else -1
+        registers = self.registers
+        return 1 if (self.chip.pins["xdir"].net.level if registers.external else registers.clockwise) else -1
 
     # ----------------------------------------------------------------------------------------------------- program
     def do_doitnow(self) -> None:
         if self.program.buffer:
-            self.program.begin(0)
+            super().do_doitnow()
         else:
             self.chip.finding("empty-program", "D without a program: command mode")
 
     def do_til(self) -> None:
         if self.registers.jog:
             self.chip.finding("til-and-jog", "T in jog mode: both use XSS")
-        if line_in(self.chip, "xss").level == 0:
-            self.do_doitnow()
+        super().do_til()
 
     def do_quit(self) -> None:
         self.program.quit()  # outside program entry it does nothing, and is no mistake: programs end so

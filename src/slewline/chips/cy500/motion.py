@@ -8,20 +8,14 @@ TRIGGER high holds the step; ABORT low, or XSS high in a run of J: no further on
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Callable
+from typing import Any
 
-from ...core.chip import Chip
-from ...core.ideal import Ideal
 from ...core.motions import Parameters
 from ...core.net import Net
 from ...core.plan import Plan, plan, tail
-from ..cy5xx import motion
-from ..cy5xx.lines import line_in
+from ..cy5xx import sloped
 from ..cy5xx.motion import STOP
-from ..cy5xx.port import BusPort
-from ..cy5xx.slope import Law, Made
-from ..cy5xx.steps import StepOutputs
 from . import profile
 from .instructions import Registers
 
@@ -31,32 +25,22 @@ def rest(of: Plan, step: int) -> Plan:
     return plan(*((leg.name, tail(leg.runs, max(step - leg.first, 0))) for leg in of.legs), shortest=of.shortest)
 
 
-class Motion(motion.Motion):
+class Motion(sloped.Motion):
     """Plays what profile.py plans.  The text of a motion says what it is: G and P, one step of O, a run of J."""
 
     registers: Registers
     holder = "trigger"
 
-    def __init__(
-        self,
-        chip: Chip,
-        ticks: Mapping[str, int],
-        registers: Registers,
-        outputs: StepOutputs,
-        port: BusPort,
-        law: Law,
-    ) -> None:
-        super().__init__(chip, ticks, registers, outputs, port)
-        self.law = law
-        self.abort, self.xss, self.xdir = (line_in(chip, name) for name in ("abort", "xss", "xdir"))
+    def __init__(self, *given: Any) -> None:
+        super().__init__(*given)
+        self.xss, self.xdir = (self.chip.pins[name].net for name in ("xss", "xdir"))
 
     # -------------------------------------------------------------------------------------------- before the first step
     def parameters(self, number: int) -> Callable[[], Parameters]:
-        """The parameters of a motion that begins now."""
-        registers = self.registers
-        rate = registers.values["rate"]
-        slope = 0 if self.text in ("O", "J") else registers.slope
-        self.made = Made(self.chip.crystal_hz, rate, slope, registers.factor, number, self.law)
+        """Take over the parameters for this motion; neither O nor J has a slope."""
+        super().parameters(number)
+        if self.text in ("O", "J"):
+            self.made = self.made._replace(slope=0)
         return self.made.parameters
 
     def planned(self) -> Plan:
@@ -68,10 +52,6 @@ class Motion(motion.Motion):
         if self.text == "O":
             return profile.one(law)
         return profile.jog(rate, factor, law) if self.text == "J" else profile.move(number, rate, slope, factor, law)
-
-    def expected(self, plan: Plan) -> Callable[[], Ideal]:
-        """What makes the ideal of this motion, whose first step begins now."""
-        return partial(self.made.ideal, plan, self.kernel.now, self.axis.position, self.sign)
 
     # ------------------------------------------------------------------------------------------------- as a step begins
     def watched(self) -> list[tuple[Net, int]]:

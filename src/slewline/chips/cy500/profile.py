@@ -12,23 +12,9 @@ R is never reached, at full speed.  The user must see to N > 2 R (art. T.2 S).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from ...core.plan import Plan, head, mirrored, plan, steps
 from ...core.train import OPEN
 from ..cy5xx.slope import Law
-from .sheet import PERIODS, RATE_TOP
-
-
-def law(inferred: Mapping[str, Any]) -> Law:
-    """Return the law that the option `inferred` asks for."""
-    return Law(inferred["periods"] or PERIODS, inferred["ramp_start"])
-
-
-def half_steps(inferred: Mapping[str, Any]) -> tuple[tuple[int, ...], ...]:
-    """Return the phase patterns of half steps, levels of phase 1 to 4 in a row; full steps take every other one."""
-    return tuple(tuple(pattern >> bit & 1 for bit in (3, 2, 1, 0)) for pattern in inferred["phases"])
 
 
 def move(number: int, rate: int, slope: int, factor: int, law: Law) -> Plan:
@@ -49,4 +35,4 @@ def jog(rate: int, factor: int, law: Law) -> Plan:
 
 def one(law: Law) -> Plan:
     """Return the plan of a single step, which is as short as the shortest one."""
-    return plan(("slew", ((law.period(RATE_TOP), 1),)))
+    return plan(("slew", ((law.period(law.top), 1),)))

@@ -3,47 +3,35 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
-from itertools import groupby
+from typing import Any
 
-from ...core.chip import Chip
 from ...core.ideal import Ideal
 from ...core.motions import Parameters
-from ...core.plan import Leg, Plan
 from ...core.train import OPEN
-from ..cy5xx import twin
-from ..cy5xx.lines import line_in
-from ..cy5xx.port import BusPort
-from ..cy5xx.slope import Law, Made
-from ..cy5xx.steps import StepOutputs
-from ..cy5xx.twin import DOWN, SLEW, UP, Step
+from ..cy5xx.twin import DOWN, SLEW, SlopeStepwise, Step
 from .instructions import Registers
 
 
-class Stepwise(twin.Stepwise):
+class Stepwise(SlopeStepwise):
     """Plays every motion step by step."""
 
     registers: Registers
 
-    def __init__(
-        self, chip: Chip, ticks: Mapping[str, int], registers: Registers, outputs: StepOutputs, port: BusPort, law: Law
-    ) -> None:
-        super().__init__(chip, ticks, registers, outputs, port)
-        self.law, self.text, self.goes, self.endless = law, "", False, False
-        self.trigger, self.abort, self.xss, self.xdir = (
-            line_in(chip, name) for name in ("trigger", "abort", "xss", "xdir")
-        )
+    def __init__(self, *given: Any) -> None:
+        super().__init__(*given)
+        self.text, self.goes, self.endless = "", False, False
+        self.trigger, self.xss, self.xdir = (self.chip.pins[name].net for name in ("trigger", "xss", "xdir"))
 
     async def move(self, number: int, sign: int, text: str) -> None:
         self.text, self.goes = text, number > 0
         await super().move(number, sign, text)
 
     def parameters(self, number: int) -> Callable[[], Parameters]:
-        registers = self.registers
-        slope = registers.values["slope"] if registers.sloped and self.text not in ("O", "J") else 0
-        factor = 1 if registers.sloped else registers.values["factor"] or 256
-        self.motion_made = Made(self.chip.crystal_hz, registers.values["rate"], slope, factor, number, self.law)
+        super().parameters(number)
+        if self.text in ("O", "J"):
+            self.motion_made = self.motion_made._replace(slope=0)
         return self.motion_made.parameters
 
     async def ordered(self) -> None:
@@ -51,51 +39,31 @@ class Stepwise(twin.Stepwise):
             await self.chip.polled(self.trigger, 0, self.ticks["inhibit_poll"])
 
     def expected(self) -> Callable[[], Ideal]:
-        alike = [(step, len(list(steps))) for step, steps in groupby(self.plan)]
-        runs = [(self.top, OPEN)] if self.endless else alike
-        plan = Plan(tuple(Leg(step.kind, ((step.period, count),), 0, count) for step, count in runs))
-        return partial(self.motion_made.ideal, plan, self.kernel.now, self.axis.position, self.sign)
+        if not self.endless:
+            return super().expected()
+        runs = ((self.top.period, OPEN),)
+        return partial(self.motion_made.ideal, runs, self.kernel.now, self.axis.position, self.sign)
 
     # ------------------------------------------------------------------------------------------------------- the steps
     def prepare(self) -> None:
         """The steps one by one: up until the rate is reached, and down as far as the number goes."""
-        self.endless = self.text == "J"
-        self.plan = deque()
+        self.endless, self.plan = self.text == "J", deque()
         if self.abort.level == 0:
             self.endless = False
             self.axis.log.stop()
             return
         self.face()
         if self.text == "O":
-            self.plan.append(self.steady(len(self.law.periods) - 1, 1))
+            self.plan.append(self.step_of(SLEW, len(self.law.periods) - 1, 1))
         elif not self.endless:
-            self.plan.extend(self.sloped(self.number) if self.motion_made.slope else [self.top] * self.number)
-
-    def steady(self, rate: int, factor: int) -> Step:
-        """A step at a rate."""
-        rate = min(rate, len(self.law.periods) - 1)
-        return Step(SLEW, rate, self.law.periods[rate] * factor)
+            up = self.way_up()[: self.number]
+            down = [self.step_of(DOWN, step.rate) for step in reversed(up)][: self.number - len(up)]
+            self.plan.extend([*up, *[self.top] * (self.number - len(up) - len(down)), *down])
 
     @property
     def top(self) -> Step:
         """A step at the rate of R."""
-        return self.steady(self.motion_made.rate, self.motion_made.factor)
-
-    def sloped(self, number: int) -> list[Step]:
-        """The steps of a slope: the chip turns when R is reached, or when just the way down is left."""
-        slope, top = self.motion_made.slope, self.top
-        parameter, ups = self.law.start, []
-        way: list[Step] = []
-        while len(way) < number and parameter < top.rate:
-            way.append(Step(UP, parameter, self.law.periods[parameter]))
-            ups.append(parameter)
-            parameter += slope
-        while number - len(way) > len(ups):
-            way.append(top)
-        while len(way) < number:
-            parameter = ups.pop()
-            way.append(Step(DOWN, parameter, self.law.periods[parameter]))
-        return way
+        return self.step_of(SLEW, self.motion_made.rate)
 
     def coming(self) -> Step | None:
         return self.top if self.endless else super().coming()

@@ -1,12 +1,63 @@
-"""What only the CY512's linter knows."""
+"""What only the CY512's linter knows: factors behind a slope, and moves too short for their ramps."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from ...core.plan import steps
 from ...core.table import Sheet
 from ...language.lint import Check
+from ...language.statements import Source, Statement
 from ..cy5xx.sisters import written_for
+from ..cy5xx.walk import Odd, judged
+from .profile import LAW
+
+
+class State(NamedTuple):
+    """Registers as far as the text tells."""
+
+    rate: int | None = None
+    slope: int = 0
+    number: int | None = None
+    position: int | None = None
+
+
+def odd(statement: Statement, state: State) -> Iterator[Odd]:
+    """Yield what is odd about a command."""
+    name = statement.row.name
+    if name == "FACTOR" and state.slope:
+        yield Odd("factor-in-slope", "warning", "F behind S divides the rates of the ramps, too", "s.3 F")
+    if name == "POSITION":
+        distance = None if state.position is None else abs(statement.values[0] - state.position)
+    else:
+        distance = state.number if name == "GO" else None
+    if distance and state.rate:
+        ramp = steps(LAW.up(state.rate, state.slope))
+        if distance < 2 * ramp:
+            found = f"{distance} steps have no room for two ramps of {ramp}: all of them are made at R {LAW.start}"
+            yield Odd("short-move", "note", found, "s.3, comparison, item 10", f"{2 * ramp} steps and more")
+
+
+def after(statement: Statement, state: State) -> State:
+    """The registers behind a command."""
+    value = statement.values[0] if statement.values else 0
+    changes: dict[str, dict[str, Any]] = {
+        "ATHOME": {"position": 0},
+        "GO": {"position": None},
+        "NUMBER": {"number": value},
+        "POSITION": {"position": value},
+        "RATE": {"rate": value},
+        "SLOPE": {"slope": value},
+    }
+    return state._replace(**changes.get(statement.row.name, {}))
+
+
+def ramps(source: Source) -> None:
+    """Run the text, and judge its ramps."""
+    judged(source, State(), odd, after)
 
 
 def checks(sheet: Sheet) -> tuple[Check, ...]:
-    """Return the rules of this part, for `language.lint.lint`; they read its tables themselves."""
-    return (written_for,)
+    """Return the rules of this part, for `language.lint.lint`."""
+    return (ramps, written_for)

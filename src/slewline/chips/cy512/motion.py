@@ -10,60 +10,36 @@ TERMINATE is looked at from there on where the step, with PULSE high behind it, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Callable
+from typing import Any
 
-from ...core.chip import Chip
-from ...core.ideal import Ideal
 from ...core.motions import Parameters
 from ...core.net import Net
 from ...core.plan import Plan, mirrored, plan, tail
-from ..cy5xx import motion
-from ..cy5xx.lines import line_in
+from ..cy5xx import sloped
 from ..cy5xx.motion import STOP, Within
-from ..cy5xx.port import BusPort
-from ..cy5xx.registers import Registers
-from ..cy5xx.slope import Law, Made
-from ..cy5xx.steps import StepOutputs
 from . import profile
 
 
-class Motion(motion.Motion):
+class Motion(sloped.Motion):
     """Plays what profile.py plans."""
 
-    def __init__(
-        self,
-        chip: Chip,
-        ticks: Mapping[str, int],
-        registers: Registers,
-        outputs: StepOutputs,
-        port: BusPort,
-        law: Law,
-    ) -> None:
-        super().__init__(chip, ticks, registers, outputs, port)
-        self.law, self.request = law, port.request
-        self.abort, self.terminate = (line_in(chip, name) for name in ("abort", "terminate"))
-        self.held_high = bool(chip.options.inferred["held_pulse"])
-        self.least = max(ticks["terminated"] - self.high, 1)  # clocks, from the begin of a step on
-        self.ways: Mapping[str, str] = chip.options.inferred
+    def __init__(self, *given: Any) -> None:
+        super().__init__(*given)
+        self.ways = self.chip.options.inferred
+        self.held_high = bool(self.ways["held_pulse"])
+        self.terminate = self.chip.pins["terminate"].net
+        self.least = max(self.ticks["terminated"] - self.high, 1)  # clocks, from the begin of a step on
 
     # ------------------------------------------------------------------------------------------ before the first step
     def parameters(self, number: int) -> Callable[[], Parameters]:
         """Take over the parameters for this motion."""
-        values = self.registers.values
-        rate, slope, factor = (values[name] for name in ("rate", "slope", "factor"))
         self.aborted = False
-        self.made = Made(self.chip.crystal_hz, rate, slope, factor or 256, number, self.law)
-        return self.made.parameters
+        return super().parameters(number)
 
     def planned(self) -> Plan:
         """The plan of this motion, whose first step begins now."""
-        made = self.made
-        return profile.move(self.number, made.rate, made.slope, made.factor, self.law)
-
-    def expected(self, plan: Plan) -> Callable[[], Ideal]:
-        """What makes the ideal of this motion, whose first step begins now."""
-        return partial(self.made.ideal, plan, self.kernel.now, self.axis.position, self.sign)
+        return profile.move(self.number, self.made.rate, self.made.slope, self.made.factor, self.law)
 
     # ----------------------------------------------------------------------------------------------- between two steps
     def watched(self) -> list[tuple[Net, int]]:
@@ -99,7 +75,7 @@ class Motion(motion.Motion):
             return ()
         made = self.made
         rate = made.rate if over.name == "slew" else self.law.start + (step - 1) * made.slope
-        return profile.slowed(mirrored(self.law.up(rate, made.slope)), made.factor)
+        return mirrored(self.law.up(rate, made.slope, made.factor))
 
     # -------------------------------------------------------------------------------------------------------- TERMINATE
     def look_after(self, net: Net) -> tuple[int, Within | None]:

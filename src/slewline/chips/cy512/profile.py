@@ -14,16 +14,11 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from ...core.plan import Plan, Runs, mirrored, plan, steps
+from ...core.plan import Plan, mirrored, plan, steps
 from ..cy5xx.slope import Law
 from . import sheet
 
 LAW = Law(sheet.PERIODS)
-
-
-def slowed(runs: Runs, factor: int) -> Runs:
-    """The same steps, each taking `factor` times as long; a factor of 0 counts as 256."""
-    return tuple((interval * (factor or 256), count) for interval, count in runs)
 
 
 @lru_cache(maxsize=64)
@@ -32,12 +27,13 @@ def move(number: int, rate: int, slope: int, factor: int, law: Law = LAW) -> Pla
 
     Args:
         number: steps, 1 to 65535.
-        rate, slope, factor: R, S and F, 0 to 255.
+        rate, slope: R and S, 0 to 255.
+        factor: F, 1 to 256.
         law: the periods of the rates, and where ramps begin.
     """
-    up = law.up(rate, slope)
+    up = law.up(rate, slope, factor)
     slew = number - 2 * steps(up)
     if slew < 0:
         return plan(("crawl", ((law.period(law.start), number),))).verified(number)
-    legs = ("up", up), ("slew", ((law.period(rate), slew),) if slew else ()), ("down", mirrored(up))
-    return plan(*((name, slowed(runs, factor)) for name, runs in legs)).verified(number)
+    top = ((law.period(rate, factor), slew),) if slew else ()
+    return plan(("up", up), ("slew", top), ("down", mirrored(up))).verified(number)

@@ -58,7 +58,7 @@ QUIRKS = (
     _Q("CY512-UND-ERRORS", "s.3", "mistakes of the host have the effects that they have on the CY525",
        "commands are built alike", "test_what_is_no_command_takes_its_line_along_and_nothing_else"),
     _Q("CY512-UND-TIMES", "T.V", "commands take the times of the CY525: F as Firstrate, X as Delay, D as Execute",
-       "no others are known", "test_a_byte_is_taken_at_the_same_instants_by_all"),
+       "no others are known", "test_a_command_is_taken_at_the_same_instants_by_cy512_and_cy525"),
     _Q("CY512-CON-BUFFER", "guide against s.4, s.6", "48 bytes are the CY512's, 60 the CY525's",
        "the guide has a column for each", "test_the_program_buffer_holds_what_the_sheet_says_and_drops_the_rest"),
 )

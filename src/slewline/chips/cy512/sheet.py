@@ -8,7 +8,7 @@ readings among it: options `inferred.*`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
@@ -16,6 +16,7 @@ from typing import Any
 from ...core.option import Option
 from ...core.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing, Trust
 from ..cy5xx.letters import exchanged
+from ..cy5xx.options import at_power_up, clocks, slopes
 from ..cy525 import sheet as cy525
 
 PART = "cy512"
@@ -125,23 +126,13 @@ LIMITS = (
 # ----------------------------------------------------------------------------------------------------------- options
 WAYS = ("ramp", "stop")
 
-
-def _clocks(name: str) -> Option:
-    time = TIMES[name]
-    return Option(name, "int", time.ticks, f"inferred: {time.says}", low=1, high=10**6, unit="clocks", where=time.where)
-
-
-def _whole(periods: Sequence[int]) -> str:
-    """What is wrong with a table of periods."""
-    return "" if len(periods) in (0, len(PERIODS)) else f"allowed {len(PERIODS)} numbers, for R 0 to {RATE.high}"
-
+# phi1 to phi4 in half steps, phi1 in the high bit (s.7; the half steps between them inferred); clockwise goes up
+_FULL = tuple(sum(level << 3 - n for n, level in enumerate(row)) for row in cy525.PHASES)
+PHASES = tuple(row for full, after in zip(_FULL, (*_FULL[1:], _FULL[0]), strict=True) for row in (full, full | after))
 
 INFERRED = (
-    Option("periods", "ints", (), "inferred: clocks of a step at R 0 to R 255; none: 2200 at R 255, and 240 more for each unit below", low=LEAST_TICKS, high=1 << 20, check=_whole, unit="clocks", where=f"{COMPARED} R"),
-    Option("ramp_start", "int", 1, "inferred: the rate parameter at which ramps and short moves begin", low=0, high=RATE.high, where=f"{COMPARED} item 10"),
-    _clocks("millisecond"),
-    _clocks("pulse_high"),
-    _clocks("terminated"),
+    *slopes(PERIODS, LEAST_TICKS, PHASES, f"{COMPARED} R"),
+    *clocks({name: time for name, time in TIMES.items() if time.trust == "inferred"}),
     Option("held_pulse", "int", 1, "inferred: PULSE while STEP INHIBIT holds a step", low=0, high=1, where=f"{COMPARED} item 6"),
     Option("abort", "choice", "ramp", "inferred: what ABORT low does", choices=WAYS, where="guide"),
     Option("request", "choice", "stop", "inferred: what I/O REQUEST low at the end of a step does", choices=WAYS, where=f"guide; {COMPARED} item 9"),
@@ -149,14 +140,9 @@ INFERRED = (
 OPTIONS = (
     *(option for option in cy525.OPTIONS if option.name in ("stepwise", "cold")),
     Option("inferred", "table", {}, "what no source states: to be replaced where more is known", table=INFERRED),
-    *(Option(row.name, "int", row.default, f"at power-up: {row.says}; not known of the part", low=0, high=(1 << row.bits) - 1, where=row.where) for row in REGISTERS),
+    *at_power_up(REGISTERS),
 )
 
-# phi1, phi2, phi3, phi4 in half steps (s.7; the half steps between them inferred); clockwise goes up
-PHASES = tuple(
-    row for full, after in zip(cy525.PHASES, (*cy525.PHASES[1:], cy525.PHASES[0]), strict=True)
-    for row in (full, tuple(a if a == b else 1 for a, b in zip(full, after, strict=True)))
-)
 VERIFY_BYTES = {0: 5, 1: BUFFER_BYTES, 2: 6, 3: 5}
 SLIPS = MappingProxyType({
     **{letter: says for letter, says in cy525.SLIPS.items() if letter in "\u00d8}"},

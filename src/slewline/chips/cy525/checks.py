@@ -12,10 +12,11 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from ...core.table import Sheet
-from ...language.lint import Check, explored
+from ...language.lint import Check
 from ...language.problems import Severity
-from ...language.statements import Block, Directive, Source, Statement
+from ...language.statements import Directive, Source, Statement
 from ..cy5xx.sisters import written_for
+from ..cy5xx.walk import walk
 from .profile import head, ramp, steps
 from .sheet import RATE_TOP, SHORT_SLEW_STEPS, SLIPS, STEP_TICKS, STEPS_PER_SECOND, VERIFY_BYTES
 
@@ -94,26 +95,7 @@ class Walk:
         self.motions: dict[Motion, None] = {}  # in the order of their discovery
         self.halts: dict[int, Statement] = {}
         self.flight = Flight(source)
-        blocks = iter(source.blocks)
-        latest: Block | None = None
-        started, states = False, [State()]
-        for item in source.items:
-            if isinstance(item, Directive):
-                self.flight.directive(item)
-            elif item.block >= 0:
-                continue
-            elif item.row.name == "ENTER":
-                if latest and not started:
-                    explored(latest, 0, states, self._step)  # somebody else may have started it
-                latest, started = next(blocks), False
-            elif latest and (item.row.name == "EXECUTE" or item.target):
-                started = True
-                address = latest.address_of(item.target) if item.target else 0
-                states = states if address is None else explored(latest, address, states, self._step)
-            else:
-                states = [self._step(item, state) for state in states]
-        if latest and not started:
-            explored(latest, 0, states, self._step)
+        walk(source, [State()], self._step, self.flight.directive)
 
     def _step(self, statement: Statement, state: State) -> State:
         if statement.row.name == "HALTMODE":

@@ -5,19 +5,15 @@ On a step, ABORT, I/O REQUEST and I/O SELECT are looked at as it begins, STEP IN
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 
-from ...core.chip import Chip
 from ...core.ideal import Ideal
 from ...core.motions import Parameters
 from ...core.net import Net, Wave
 from ...core.plan import Plan, Runs, head, mirrored, steps, tail
 from ..cy5xx import motion
-from ..cy5xx.lines import line_in
 from ..cy5xx.motion import STOP
-from ..cy5xx.port import BusPort
-from ..cy5xx.steps import StepOutputs
 from . import profile, sheet
 from .ideal import made
 from .instructions import Registers
@@ -30,18 +26,7 @@ class Motion(motion.Motion):
     """The stepping part of the firmware.  `moving` is true from READY low to MOTION COMPLETE."""
 
     registers: Registers
-
-    def __init__(
-        self,
-        chip: Chip,
-        ticks: Mapping[str, int],
-        registers: Registers,
-        outputs: StepOutputs,
-        port: BusPort,
-        law: Law,
-    ) -> None:
-        super().__init__(chip, ticks, registers, outputs, port)
-        self.law, self.request, self.select, self.abort = law, port.request, port.select, line_in(chip, "abort")
+    law: Law
 
     # -------------------------------------------------------------------------------------------- before the first step
     def parameters(self, number: int) -> Callable[[], Parameters]:

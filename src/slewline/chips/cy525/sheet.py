@@ -12,6 +12,7 @@ from ...core.channel import BusHandshake
 from ...core.option import Option
 from ...core.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing
 from ...language.letters import Letters
+from ..cy5xx.options import at_power_up
 
 BUFFER_BYTES = 60  # s.5; the 48 of s.6 belongs to the CY512
 LABELS = "ABCDE"  # s.3
@@ -184,7 +185,7 @@ OPTIONS = (
     Option("cold", "bool", False, "begin without supply; `power(True)` and RESET low for 10 ms bring the chip up"),
     Option(RAMP_UNIT.name, "int", RAMP_UNIT_TICKS, "what one rate unit takes at S 255 and Z 1 (quirk UND-RAMP-LAW); 479 follows the formula of s.8 with the D of the low rates", low=RAMP_UNIT.low, high=RAMP_UNIT.high, unit=RAMP_UNIT.unit, where="s.8"),
     Option("ramp_jumps", "bool", False, "take all rate units that are due when a step begins, not one"),
-    *(Option(row.name, "int", row.default, f"at power-up: {row.says}; random in the part", low=0, high=(1 << row.bits) - 1, where=row.where) for row in REGISTERS),
+    *at_power_up(REGISTERS),
 )
 # fmt: on
 

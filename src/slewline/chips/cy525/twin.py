@@ -6,17 +6,13 @@ It shares nothing with motion.py and profile.py but the law's two numbers.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 
-from ...core.chip import Chip
 from ...core.ideal import Ideal
 from ...core.motions import Parameters
 from ...core.net import Wave
 from ..cy5xx import twin
-from ..cy5xx.lines import line_in
-from ..cy5xx.port import BusPort
-from ..cy5xx.steps import StepOutputs
 from ..cy5xx.twin import CRAWL, DOWN, SAME, SLEW, UP, Step
 from . import sheet
 from .ideal import made
@@ -33,23 +29,8 @@ class Stepwise(twin.Stepwise):
     """Plays every motion step by step."""
 
     registers: Registers
-
-    def __init__(
-        self,
-        chip: Chip,
-        ticks: Mapping[str, int],
-        registers: Registers,
-        outputs: StepOutputs,
-        port: BusPort,
-        law: Law,
-    ) -> None:
-        super().__init__(chip, ticks, registers, outputs, port)
-        self.law, self.request, self.select, self.abort = law, port.request, port.select, line_in(chip, "abort")
-        self.first = self.top = 0  # the effective F and the rate of slewing
-        self.continuous = False  # a motion without end, even when aborted
-        self.endless = False  # the plan is followed by slewing without end
-        self.abort_enabled = self.abort_used = False
-        self.served = False  # the present low of I/O REQUEST has had its answer
+    law: Law
+    endless = continuous = False  # slewing follows the plan without end; it does even when aborted
 
     # ------------------------------------------------------------------------------------------ before the first step
     def parameters(self, number: int) -> Callable[[], Parameters]:

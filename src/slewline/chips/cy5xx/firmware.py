@@ -12,12 +12,14 @@ from ...core.step_views import PulseView
 from ...core.train import OPEN, Playing, StepTrain
 from .instructions import Instructions
 from .interpreter import Interpreter
+from .motion import Motion
 from .port import BusPort
 from .program import Moves, Program
 from .readout import ReadOut
 from .registers import Registers
 from .steps import Patterns, StepOutputs
 from .supply import PowerUp, Supply
+from .twin import Stepwise
 
 if TYPE_CHECKING:
     from ...core.program import ProgramRow
@@ -34,6 +36,8 @@ class Cy5xx(Chip):
     port_class: type[BusPort] = BusPort
     instructions_class: type[Instructions] = Instructions
     interpreter_class: type[Interpreter] = Interpreter
+    motion_class: type[Motion]
+    twin_class: type[Stepwise]  # the same motions step by step
 
     def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
@@ -62,16 +66,22 @@ class Cy5xx(Chip):
             self.start()
 
     def clocks(self) -> dict[str, int]:
-        """Return the times of the sheet by name, in clocks of the crystal."""
-        return {name: time.ticks for name, time in self.sheet.times.items()}
+        """Return the times of the sheet by name, in clocks of the crystal; the option `inferred` may replace some."""
+        inferred: Mapping[str, int] = getattr(self.options, "inferred", {})
+        return {name: inferred.get(name, time.ticks) for name, time in self.sheet.times.items()}
 
     def patterns(self) -> Patterns:
         """Return the levels of the phases, a row a step; clockwise goes down the rows."""
         raise NotImplementedError
 
+    def law(self) -> Any:
+        """Return what motions are planned by."""
+        raise NotImplementedError
+
     def moves(self, ticks: Mapping[str, int]) -> Moves:
         """Make what moves the motor: the fast way, or its slow twin."""
-        raise NotImplementedError
+        moves = self.twin_class if self.options.stepwise else self.motion_class
+        return moves(self, ticks, self.state, self.outputs, self.port, self.law())
 
     def run(self) -> Coroutine[Any, Any, None]:
         """The firmware from reset on."""

@@ -21,6 +21,7 @@ class Instructions:
     """The handlers of the family."""
 
     request_ends_wait = True  # I/O REQUEST, too, ends U and W
+    tested = "dowhile"  # the pin that T tests
 
     def __init__(
         self,
@@ -36,7 +37,7 @@ class Instructions:
         self.chip, self.ticks, self.registers, self.outputs = chip, ticks, registers, outputs
         self.port, self.readout, self.program, self.motion = port, readout, program, motion
         self.axis = chip.axes[0]
-        self.wait, self.dowhile = line_in(chip, "wait"), line_in(chip, "dowhile")
+        self.wait, self.dowhile = line_in(chip, "wait"), line_in(chip, self.tested)
         self.programmable_output = line_out(chip, "programmable_output")
         self.said: set[str] = set()  # findings that are reported once
 

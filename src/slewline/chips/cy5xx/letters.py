@@ -8,16 +8,36 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
+_BEFORE, _SINCE = ("cy500", "cy512"), ("cy512", "cy525")
 MEANS: Mapping[str, Mapping[str, str]] = MappingProxyType(
     {
-        "A": {"cy512": "makes the position zero", "cy525": "sets the position to its number"},
-        "D": {"cy512": "runs the program", "cy525": "waits its number of milliseconds"},
-        "F": {"cy512": "divides the rate by its number", "cy525": "sets the first rate"},
-        "H": {"cy512": "selects half steps", "cy525": "lets the next motion run until aborted"},
-        "O": {"cy512": "sets one of 8 phase patterns", "cy525": "sets one of 4 phase patterns, or switches them off"},
-        "R": {"cy512": "sets the rate, 1 to 255", "cy525": "sets the maximum rate, 0 to 127"},
-        "S": {"cy512": "sets the rise of the rate per step", "cy525": "sets the acceleration, 255 the steepest"},
-        "T": {"cy512": "branches to the start of the program", "cy525": "branches to its target"},
+        "A": {**dict.fromkeys(_BEFORE, "makes the position zero"), "cy525": "sets the position to its number"},
+        "D": {**dict.fromkeys(_BEFORE, "runs the program"), "cy525": "waits its number of milliseconds"},
+        "F": {**dict.fromkeys(_BEFORE, "divides the rate by its number"), "cy525": "sets the first rate"},
+        "H": {**dict.fromkeys(_BEFORE, "selects half steps"), "cy525": "lets the next motion run until aborted"},
+        "J": {
+            "cy500": "lets XSS start and stop the motor",
+            **dict.fromkeys(_SINCE, "goes on at a byte of the program"),
+        },
+        "L": {"cy500": "lets XDIR give the direction", **dict.fromkeys(_SINCE, "repeats instructions of the program")},
+        "O": {
+            "cy500": "takes one step",
+            "cy512": "sets one of 8 phase patterns",
+            "cy525": "sets one of 4 phase patterns, or switches them off",
+        },
+        "P": {"cy500": "names the target of the next G", **dict.fromkeys(_SINCE, "steps to its position at once")},
+        "R": {
+            "cy500": "sets the rate, 1 to 253",
+            "cy512": "sets the rate, 1 to 255",
+            "cy525": "sets the maximum rate, 0 to 127",
+        },
+        "S": {
+            **dict.fromkeys(_BEFORE, "sets the rise of the rate per step"),
+            "cy525": "sets the acceleration, 255 the steepest",
+        },
+        "T": {**dict.fromkeys(_BEFORE, "branches to the start of the program"), "cy525": "branches to its target"},
+        "V": dict.fromkeys(_SINCE, "points at a group for read-out"),
+        "W": dict.fromkeys(_SINCE, "waits until WAIT is high"),
         "X": {"cy512": "waits its number of milliseconds", "cy525": "runs the program"},
         "Z": {"cy525": "divides the slope"},
         "$": {"cy525": "names an instruction"},
@@ -25,7 +45,7 @@ MEANS: Mapping[str, Mapping[str, str]] = MappingProxyType(
 )
 
 NUMBERED: Mapping[str, tuple[str, ...]] = MappingProxyType(  # letters with which only these parts take a number
-    {"A": ("cy525",), "D": ("cy525",), "T": ("cy525",), "X": ("cy512",)}
+    {**dict.fromkeys("ADT", ("cy525",)), **dict.fromkeys("JLO", _SINCE), "X": ("cy512",)}
 )
 
 

@@ -17,6 +17,7 @@ A part says what its plans are, which inputs it watches, and what it makes of th
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Mapping
+from typing import Any
 
 from ...core.chip import Chip
 from ...core.ideal import Ideal
@@ -35,17 +36,28 @@ Within = Callable[[], Awaitable[bool]]  # what is done at a look within a step; 
 
 
 class Motion:
-    """The stepping part of the firmware.  `moving` is true from the command to MOTION COMPLETE."""
+    """The stepping part of the firmware.  `moving` is true from the command to MOTION COMPLETE.
+
+    Args:
+        law: what a part plans its motions by.
+    """
 
     holder = "step_inhibit"  # the pin that holds the next step
     held_high = False  # STEP INHIBIT holds a step with PULSE high
 
     def __init__(
-        self, chip: Chip, ticks: Mapping[str, int], registers: Registers, outputs: StepOutputs, port: BusPort
+        self,
+        chip: Chip,
+        ticks: Mapping[str, int],
+        registers: Registers,
+        outputs: StepOutputs,
+        port: BusPort,
+        law: Any = None,
     ) -> None:
         self.chip, self.ticks, self.registers, self.outputs, self.port = chip, ticks, registers, outputs, port
-        self.kernel, self.clock, self.axis = chip.kernel, chip.clock, chip.axes[0]
-        self.inhibit = line_in(chip, self.holder, 0)
+        self.kernel, self.clock, self.axis, self.law = chip.kernel, chip.clock, chip.axes[0], law
+        self.inhibit, self.abort = line_in(chip, self.holder, 0), line_in(chip, "abort")
+        self.request, self.select = port.request, port.select
         self.high = ticks["pulse_high"]
         self.moving = False
         self.playing: Playing | None = None

@@ -99,33 +99,44 @@ class BusPort:
                 chip.waits("io_request=1, which ended a wait")
                 await level(request, 1)  # it has had its effect; it brings no byte
                 continue
-            elif request.changes == self.unanswered:  # READY may have been high: it is low for motions only
-                chip.finding("request-while-running", "I/O REQUEST is still low as the program ends: it is served now")
-            elif self.accepted >= 0 and not live:
-                chip.finding("early-request", "I/O REQUEST was lowered while READY was low: it is served now")
+            else:
+                self.early(live)
             self.requested = chip.tick = tick = self.clock.ticks_from(kernel.now)
             if self.select.value == 1:
                 await self.output_byte()
                 continue
-            chip.tick = sampled = tick + self.sample
-            at = ps(sampled)
+            chip.tick = tick + self.sample
+            at = ps(chip.tick)
             self.instrobe.wave(1, (ps(tick + self.strobe), at), (0, 1))
             await until(kernel, at)
             if request.value == 1:
                 chip.finding("short-request", "I/O REQUEST rose before INSTROBE ended: the byte is lost")
                 continue
-            self.accepted = request.changes
-            byte: int = self.bus.byte
-            if letter:
-                self.ascii = self.mode.level == 1
-            chip.tick = self.busy_from = sampled + self.busy
-            self.busy_ps = busy = ps(sampled + self.busy)
-            chip.waits("a byte in work")
-            if self.motion_complete.net.value != 1:
-                self.motion_complete.drive(1)
-            await until(kernel, busy)
+            byte = self.accept(letter)
+            await until(kernel, self.busy_ps)
             self.ready.drive(0)
             return byte
+
+    def early(self, live: bool) -> None:
+        """I/O REQUEST is low already as the chip begins to wait for it; tell of it if that is a mistake."""
+        if self.request.changes == self.unanswered:  # READY may have been high: it is low for motions only
+            self.chip.finding("request-while-running", "I/O REQUEST is still low as the program ends: it is served now")
+        elif self.accepted >= 0 and not live:
+            self.chip.finding("early-request", "I/O REQUEST was lowered while READY was low: it is served now")
+
+    def accept(self, letter: bool) -> int:
+        """Take the byte on the bus, and the mode pin with a command letter; READY is to fall at `busy_ps`."""
+        chip = self.chip
+        self.accepted = self.request.changes
+        if letter:
+            self.ascii = self.mode.level == 1
+        chip.tick = self.busy_from = chip.tick + self.busy
+        self.busy_ps = self.clock.ps(chip.tick)
+        chip.waits("a byte in work")
+        if self.motion_complete.net.value != 1:
+            self.motion_complete.drive(1)
+        byte: int = self.bus.byte
+        return byte
 
     async def output_byte(self) -> None:
         """Put the next byte of the verify group on the bus until I/O REQUEST rises (fig. 7.1)."""

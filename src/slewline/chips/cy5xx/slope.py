@@ -1,4 +1,4 @@
-"""Rates and slopes of CY500 and CY512: the rate parameter grows by S with each step.  Pure functions, whole clocks.
+"""Rates and slopes where the rate parameter grows by S with each step.  Pure functions, whole clocks.
 
     rate parameter
       R ........______
@@ -70,15 +70,15 @@ class Made(NamedTuple):
         """The rate that the motion is to reach, by name."""
         return {f"R = {self.rate}": self.crystal_hz / self.law.period(self.rate, self.factor)}
 
-    def ideal(self, plan: Plan, start: int, position: int, sign: int) -> Ideal:
+    def ideal(self, runs: Runs, start: int, position: int, sign: int) -> Ideal:
         """Return the ideal of a plan: its rates one after the other, since the law itself goes from step to step.
 
         Args:
+            runs: of the plan.
             start: of the first step, ps.
             position: before it.
             sign: 1 clockwise, -1 counter-clockwise.
         """
-        runs = [run for leg in plan.legs for run in leg.runs]
         lasting = ((interval / self.crystal_hz, n) for interval, n in runs)
         pieces = [IdealPiece(s * n if n < OPEN else FOREVER, 1 / s) for s, n in lasting]
         return Ideal(start, position, pieces or [IdealPiece(0.0, 0.0)], sign)

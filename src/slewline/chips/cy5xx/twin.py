@@ -21,7 +21,9 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from functools import partial
+from itertools import groupby
+from typing import Any, NamedTuple
 
 from ...core.chip import Chip
 from ...core.ideal import Ideal
@@ -31,6 +33,8 @@ from ...core.train import Playing, StepTrain
 from .lines import line_in
 from .port import BusPort
 from .registers import Registers
+from .slope import Law
+from .sloped import Registers as SlopeRegisters
 from .steps import StepOutputs
 
 UP, SLEW, DOWN = "up", "slew", "down"
@@ -47,14 +51,25 @@ class Step(NamedTuple):
 
 
 class Stepwise:
-    """Plays every motion step by step.  A part says which steps, and what it looks at between two of them."""
+    """Plays every motion step by step.  A part says which steps, and what it looks at between two of them.
+
+    Args:
+        law: what a part plans its motions by.
+    """
 
     def __init__(
-        self, chip: Chip, ticks: Mapping[str, int], registers: Registers, outputs: StepOutputs, port: BusPort
+        self,
+        chip: Chip,
+        ticks: Mapping[str, int],
+        registers: Registers,
+        outputs: StepOutputs,
+        port: BusPort,
+        law: Any = None,
     ) -> None:
         self.chip, self.ticks, self.registers, self.outputs, self.port = chip, ticks, registers, outputs, port
-        self.kernel, self.clock, self.axis = chip.kernel, chip.clock, chip.axes[0]
-        self.inhibit = line_in(chip, "step_inhibit", 0)
+        self.kernel, self.clock, self.axis, self.law = chip.kernel, chip.clock, chip.axes[0], law
+        self.inhibit, self.abort = line_in(chip, "step_inhibit", 0), line_in(chip, "abort")
+        self.request, self.select = port.request, port.select
         self.moving = False
         self.plan: deque[Step] = deque()  # the steps to come, one by one
         self.sign = 1
@@ -166,3 +181,33 @@ class Stepwise:
         await chip.polled(self.inhibit, 0, self.ticks["inhibit_poll"])
         outputs.pulse.drive(1)
         await chip.ticks(high)
+
+
+class SlopeStepwise(Stepwise):
+    """The same where the rate parameter grows by S with each step (slope.py)."""
+
+    registers: SlopeRegisters
+    law: Law
+
+    def parameters(self, number: int) -> Callable[[], Parameters]:
+        """Return what tells the parameters of a motion that begins now, when somebody asks."""
+        self.motion_made = self.registers.made(self.chip.crystal_hz, number, self.law)
+        return self.motion_made.parameters
+
+    def step_of(self, kind: str, rate: int, factor: int | None = None) -> Step:
+        """Return a step at a rate parameter, as many times longer as a factor says: by default that of the motion."""
+        rate = min(rate, len(self.law.periods) - 1)
+        return Step(kind, rate, self.law.periods[rate] * (factor or self.motion_made.factor))
+
+    def way_up(self) -> list[Step]:
+        """The steps, one by one, that lead to the rate."""
+        made, way, rate = self.motion_made, list[Step](), self.law.start
+        while made.slope and rate < min(made.rate, len(self.law.periods) - 1):
+            way.append(self.step_of(UP, rate))
+            rate += made.slope
+        return way
+
+    def expected(self) -> Callable[[], Ideal]:
+        """What makes the ideal of this motion, whose first step begins now."""
+        runs = tuple((step.period, len(list(alike))) for step, alike in groupby(self.plan))
+        return partial(self.motion_made.ideal, runs, self.kernel.now, self.axis.position, self.sign)

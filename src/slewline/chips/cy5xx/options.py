@@ -1,0 +1,51 @@
+"""Options that the sheets of the family have in common: rows of data, made of rows of data."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from ...core.option import Option
+from ...core.table import Register, Timing
+
+
+def at_power_up(registers: Sequence[Register]) -> tuple[Option, ...]:
+    """Return an option for each register: what it holds at power-up."""
+    says = "at power-up: {}; random in the part"
+    return tuple(
+        Option(row.name, "int", row.default, says.format(row.says), low=0, high=(1 << row.bits) - 1, where=row.where)
+        for row in registers
+    )
+
+
+def clocks(times: Mapping[str, Timing]) -> tuple[Option, ...]:
+    """Return an option for each time that is inferred."""
+    return tuple(
+        Option(name, "int", time.ticks, f"inferred: {time.says}", low=1, high=10**6, unit="clocks", where=time.where)
+        for name, time in times.items()
+    )
+
+
+def slopes(periods: Sequence[int], least: int, phases: Sequence[int], where: str) -> tuple[Option, ...]:
+    """Return the options that replace rates, ramps and half steps (slope.py).
+
+    Args:
+        periods: clocks of a step by rate parameter, from 0 on.
+        least: clocks of the shortest step that may be given.
+        phases: the patterns of half steps, phase 1 in the high bit.
+    """
+    top = len(periods) - 1
+    law = f"inferred: clocks of a step by rate parameter, 0 to {top}; none: from {periods[0]} to {periods[top]}"
+    start = "inferred: the rate parameter at which ramps begin and end"
+    half = "inferred: the phases in half steps, phase 1 in the high bit, 0 energises; whole steps take every other one"
+    whole = _many(0, top + 1)
+    return (
+        Option("periods", "ints", (), law, low=least, high=1 << 24, check=whole, unit="clocks", where=where),
+        Option("ramp_start", "int", 1, start, low=0, high=top, where=where),
+        Option("phases", "ints", tuple(phases), half, low=0, high=15, check=_many(len(phases)), where=where),
+    )
+
+
+def _many(*counts: int) -> Callable[[Sequence[int]], str]:
+    """Return what says why some numbers are not as many as they must be."""
+    allowed = " or ".join(str(count) if count else "none" for count in counts)
+    return lambda given: "" if len(given) in counts else f"{len(given)} numbers; allowed {allowed}"

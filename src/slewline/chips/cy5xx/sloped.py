@@ -1,0 +1,86 @@
+"""What the parts with slopes (slope.py) do alike around them: half steps, a factor, a program that runs by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from ...core.ideal import Ideal
+from ...core.motions import Parameters
+from ...core.plan import Plan
+from . import instructions, motion, registers
+from .slope import Law, Made
+from .steps import Patterns
+
+
+def half_steps(inferred: Mapping[str, Any]) -> Patterns:
+    """Return the phase patterns of half steps, levels of phase 1 to 4 in a row; whole steps take every other one."""
+    return tuple(tuple(pattern >> bit & 1 for bit in (3, 2, 1, 0)) for pattern in inferred["phases"])
+
+
+@dataclass
+class Registers(registers.Registers):
+    """The registers of the family, and the mode of H."""
+
+    half: bool = False
+
+    @property
+    def slope(self) -> int:
+        """The slope that counts; 0: none."""
+        return self.values["slope"]
+
+    @property
+    def factor(self) -> int:
+        """The factor that counts; 0 is an 8-bit counter run through."""
+        return self.values["factor"] or 256
+
+    def made(self, crystal_hz: int, number: int, law: Law) -> Made:
+        """Return the parameters of a motion of some steps that begins now."""
+        return Made(crystal_hz, self.values["rate"], self.slope, self.factor, number, law)
+
+
+class Instructions(instructions.Instructions):
+    """The handlers of letters that have no number here: A, D, T; of F and of H."""
+
+    registers: Registers
+    request_ends_wait = False
+    in_slope = ""  # what a factor does while there are slopes
+
+    def do_athome(self) -> None:
+        self.declare(0, "A")
+
+    def do_doitnow(self) -> None:
+        self.program.begin(0)
+
+    def do_til(self) -> None:
+        if self.dowhile.level == 0:
+            self.do_doitnow()
+
+    def do_factor(self, factor: int) -> None:
+        if self.registers.slope:
+            self.chip.finding("factor-in-slope", f"F {factor} behind S: {self.in_slope}")
+        self.registers.load("factor", factor)
+
+    def do_halfstep(self) -> None:
+        if not self.registers.half:
+            self.registers.half = True
+            self.registers.phase *= 2
+            self.outputs.walk(half_steps(self.chip.options.inferred))
+
+
+class Motion(motion.Motion):
+    """Motions whose ideal are the rates of the law, one after the other."""
+
+    registers: Registers
+    law: Law
+
+    def parameters(self, number: int) -> Callable[[], Parameters]:
+        """Take over the parameters for this motion."""
+        self.made = self.registers.made(self.chip.crystal_hz, number, self.law)
+        return self.made.parameters
+
+    def expected(self, plan: Plan) -> Callable[[], Ideal]:
+        """What makes the ideal of this motion, whose first step begins now."""
+        return partial(self.made.ideal, plan.runs, self.kernel.now, self.axis.position, self.sign)
