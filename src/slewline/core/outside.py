@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, TypeVar
+from weakref import WeakKeyDictionary
 
 from ..errors import UsageError
 from .hook import Hook
@@ -22,6 +23,7 @@ from .timebase import Time
 
 LetPass = Callable[[Callable[[], bool], str, Time], None]
 F = TypeVar("F", bound=Callable[..., Any])
+INPUTS: WeakKeyDictionary[type, set[str]] = WeakKeyDictionary()  # of a class; every input asks
 
 
 def from_outside(method: F) -> F:
@@ -36,10 +38,12 @@ def input_of(owner: Any, verb: str) -> Callable[..., Any]:
     Raises:
         UsageError: none that is declared has this name; the message lists those there are.
     """
-    if not any(_declared(vars(cls).get(verb)) for cls in type(owner).__mro__):
-        named = sorted({name for cls in type(owner).__mro__ for name, value in vars(cls).items() if _declared(value)})
+    cls = type(owner)
+    if cls not in INPUTS:
+        INPUTS[cls] = {name for base in cls.__mro__ for name, value in vars(base).items() if _declared(value)}
+    if verb not in INPUTS[cls]:
         raise UsageError(
-            f"{owner.name}: {verb!r} is no input; allowed {', '.join(named) or 'none'}; "
+            f"{owner.name}: {verb!r} is no input; allowed {', '.join(sorted(INPUTS[cls])) or 'none'}; "
             "a method of your own is declared by @from_outside"
         )
     return getattr(owner, verb)  # type: ignore[no-any-return]

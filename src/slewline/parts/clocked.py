@@ -40,7 +40,7 @@ class Clocked(Follower):
         self._again: Call | None = None  # looks at what steers, when that has an edge
 
     # ------------------------------------------------------------------------------------- what a kind of part says
-    def bring(self, ps: int) -> None:
+    def advance_to(self, ps: int) -> None:
         """Take up what the clock has done up to an instant; after that it does nothing any more until `follow`."""
         raise NotImplementedError
 
@@ -58,7 +58,7 @@ class Clocked(Follower):
         if self._begun:
             self._level = self.outlooks[self.clock].level(ps)
             self._ahead.cut(ps)
-            self.bring(ps)
+            self.advance_to(ps)
 
     def lay(self) -> None:
         """Promise what the outputs show from now on."""
@@ -73,7 +73,7 @@ class Clocked(Follower):
 
     def react(self) -> None:
         """Drive the outputs to the levels that follow from those of the inputs."""
-        self.bring(self.kernel.seen)
+        self.advance_to(self.kernel.seen)
         self._advance()
         self.follow(Still())
 

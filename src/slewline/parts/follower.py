@@ -82,13 +82,13 @@ class Follower(Part):
         """Take notice that an input is about to be driven otherwise, or that the bound of what it promises moves."""
         if not (self.withdrawn or any(outlook.renewed for outlook in self.outlooks.values())):
             self.withdrawn = True
-            self.freeze(self.kernel.seen + 1)
+            self.bound_outputs(self.kernel.seen + 1)
         if not self._laying:
             self._laying = True
             self.cut(self.kernel.seen)
             self.kernel.call_at(self.kernel.now, self._lay)
 
-    def freeze(self, ps: int) -> None:
+    def bound_outputs(self, ps: int) -> None:
         """Bound the promises of the outputs: nothing shows of what they say from an instant on."""
         for driver in self.drivers.values():
             if isinstance(driver.promise, View):

@@ -144,9 +144,9 @@ class Delay(Follower):
         """Drive the outputs to the levels that follow from those of the inputs."""
         self._follow(int(self.high("in")))
 
-    def freeze(self, ps: int) -> None:
+    def bound_outputs(self, ps: int) -> None:
         """Bound the promise of the output the delay later than an instant (ps)."""
-        super().freeze(ps + self.delay_ps)
+        super().bound_outputs(ps + self.delay_ps)
 
     def _follow(self, shown: Promise | Level) -> None:
         """The input shows something else from now on."""

@@ -96,7 +96,7 @@ class GsD200(Clocked):
         return (1 if self.high("direction") else -1) * (1 if self.high("half_full") else 2)
 
     # ------------------------------------------------------------------------------------------------------- changes
-    def bring(self, ps: int) -> None:
+    def advance_to(self, ps: int) -> None:
         """Take the steps up to an instant (ps)."""
         self._state = (self._state + self._by * self._counted.by(ps)) % len(STATES)
         self._counted = Still()

@@ -98,7 +98,7 @@ class PhaseLatch(Clocked):
         return tuple(int(self.high(f"phase{n}")) for n in (1, 2, 3, 4))
 
     # ------------------------------------------------------------------------------------------------------- changes
-    def bring(self, ps: int) -> None:
+    def advance_to(self, ps: int) -> None:
         """Take the steps up to an instant (ps)."""
         self._hold(int(coil.level(ps)) for coil in self._coils)
 

@@ -90,7 +90,7 @@ class Translator(Clocked):
         return 1 if self.high("direction") else -1
 
     # ------------------------------------------------------------------------------------------------------- changes
-    def bring(self, ps: int) -> None:
+    def advance_to(self, ps: int) -> None:
         """Take the steps up to an instant (ps)."""
         self.shaft.cut(ps)
 
@@ -153,7 +153,7 @@ class Motor(Translator):
         self._pulsed = Pulsed()
         self._made: StepsMade | None = None  # what comes of the clock
         self._under_way = 0  # the sign of the step that is under way; 0: none is
-        self.shaft.on_cut.add(lambda ps: self.freeze(ps + 1))
+        self.shaft.on_cut.add(lambda ps: self.bound_outputs(ps + 1))
         self.shaft.on_turn.add(self._show)
 
     @property
@@ -176,14 +176,14 @@ class Motor(Translator):
         return self.shaft.place // 1
 
     # ------------------------------------------------------------------------------------------------------- changes
-    def bring(self, ps: int) -> None:
+    def advance_to(self, ps: int) -> None:
         """Take the steps up to an instant (ps)."""
         if self._made is not None:
             self._pulsed = self._made.onward(ps)
             self._made = None
             if self._pulsed.arrives_ps > ps:
                 self._under_way = self._pulsed.way
-        super().bring(ps)
+        super().advance_to(ps)
 
     def stepped(self) -> None:
         """Take the step whose edge comes at this instant."""
