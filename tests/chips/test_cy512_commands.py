@@ -270,6 +270,7 @@ def test_a_bench_file_replaces_what_is_inferred(tmp_path):
     path.write_text(
         '[[chip]]\nname = "x"\npart = "cy512"\n[chip.options.inferred]\n'
         f"periods = {periods}\nmillisecond = 22000\npulse_high = 33\nterminated = 5500\n"
+        "phases = [1, 2, 3, 4, 5, 6, 7, 8]\n"
     )
     bench = slewline.load(path)
     x, host = bench["x"], bench.host(bench["x"])
@@ -288,6 +289,9 @@ def test_a_bench_file_replaces_what_is_inferred(tmp_path):
     bench.run_until_idle("5 s")
     times = x.steps().times_ps[-3:]
     assert x.clock.ticks_until(int(times[2])) - x.clock.ticks_until(int(times[1])) == 5500
+    host.send("O 0\rG\r")
+    bench.run_until_idle("5 s")
+    assert [x.pin(f"phase{n}").level for n in (1, 2, 3, 4)] == [0, 1, 1, 1]  # three whole steps on: the seventh row
 
 
 @pytest.mark.parametrize("periods", [[2200] * 255, [2200] * 257, [100] * 256])

@@ -30,6 +30,7 @@ def told(part: str, *lines: str) -> list[tuple[int, str]]:
         (["J", "E", "T", "0", "Q", "D"], [(3, "til-and-jog")]),
         (["R 253", "S 50", "N 11", "G"], [(4, "short-slope")]),
         (["R 253", "S 50", "N 12", "G"], []),
+        (["R 253", "S 50", "A", "B", "N 12", "G"], []),
         (["R 253", "S 50", "N 5", "I", "G"], []),
         (["R 253", "S 50", "N 5", "P 9", "G"], []),
         (["R 253", "S 50", "A", "N 12", "G"], [(4, "n-after-a"), (5, "short-slope")]),
@@ -50,6 +51,7 @@ def test_the_warnings_of_the_article_are_those_of_the_cy500s_linter(lines, expec
         (["R 255", "S 0", "N 1", "G"], []),
         (["R 255", "S 5", "A", "P 101", "P 203"], [(4, "short-move")]),
         (["R 255", "S 5", "P 101"], []),
+        (["R 255", "S 5", "E", "G", "0", "Q", "N 9", "D", "N 11", "D"], [(4, "short-move"), (9, "still-running")]),
         (["R 255", "S 5", "N 9", "E", "G", "L 3,0", "0", "QD"], [(5, "short-move")]),
     ],
 )

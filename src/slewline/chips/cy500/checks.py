@@ -29,7 +29,7 @@ class State(NamedTuple):
     number: int | None = None
 
 
-def odd(statement: Statement, state: State) -> Iterator[Odd]:
+def remarks(statement: Statement, state: State) -> Iterator[Odd]:
     """Yield what the article warns of."""
     name = statement.row.name
     if name == "ATHOME" and state.last in TURNS:
@@ -72,7 +72,7 @@ def after(statement: Statement, state: State) -> State:
 
 def warnings(source: Source) -> None:
     """Run the text, and tell of what the article warns of."""
-    judged(source, State(), odd, after)
+    judged(source, State(), remarks, after)
 
 
 def checks(sheet: Sheet) -> tuple[Check, ...]:

@@ -5,6 +5,8 @@ Most of what it does where no source tells is inferred from its successors: see 
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from ..cy5xx import interpreter, sloped
 from ..cy5xx.firmware import Cy5xx
 from ..cy5xx.slope import Law
@@ -14,7 +16,9 @@ from ..cy525.sheet import POWER_UP_RC_PS, POWER_UP_RESET_PS
 from .instructions import Instructions, Registers
 from .motion import Motion
 from .sheet import PERIODS, SHEET
-from .twin import Stepwise
+
+if TYPE_CHECKING:
+    from .twin import Stepwise
 
 
 class Interpreter(interpreter.Interpreter):
@@ -62,7 +66,12 @@ class Cy500(Cy5xx):
     instructions_class = Instructions
     interpreter_class = Interpreter
     motion_class = Motion
-    twin_class = Stepwise
+
+    def twin_class(self) -> type[Stepwise]:
+        """Return the class of the slow twin, which is loaded by who asks for it."""
+        from .twin import Stepwise
+
+        return Stepwise
 
     def law(self) -> Law:
         """Return the periods by rate parameter, and where ramps begin."""

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Awaitable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from ...core.plan import steps
 from ..cy5xx import sloped
-
-if TYPE_CHECKING:
-    from .motion import Motion
-    from .twin import Stepwise
+from ..cy5xx.program import Moves
+from ..cy5xx.slope import Law
 
 TURNS = ("CW", "CCW")
 
@@ -42,11 +40,17 @@ class Registers(sloped.Registers):
         return 1 if self.sloped else super().factor
 
 
+class SlopedMoves(Moves, Protocol):
+    """What moves the motor, and knows the law of its slopes."""
+
+    law: Law
+
+
 class Instructions(sloped.Instructions):
     """The handlers."""
 
     registers: Registers
-    motion: Motion | Stepwise
+    motion: SlopedMoves
     tested = "xss"
     in_slope = "slopes force the factor to 1, it counts behind them"
 

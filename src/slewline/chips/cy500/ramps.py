@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from ...core.table import Sheet
 from ...language.ramps import Calculator
-from ..cy5xx.slope import Law, SlopeRamps
+from ..cy5xx.ramps import SlopeRamps
+from ..cy5xx.slope import Law
 from .profile import move
 from .sheet import PERIODS
 

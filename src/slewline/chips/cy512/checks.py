@@ -23,7 +23,7 @@ class State(NamedTuple):
     position: int | None = None
 
 
-def odd(statement: Statement, state: State) -> Iterator[Odd]:
+def remarks(statement: Statement, state: State) -> Iterator[Odd]:
     """Yield what is odd about a command."""
     name = statement.row.name
     if name == "FACTOR" and state.slope:
@@ -55,7 +55,7 @@ def after(statement: Statement, state: State) -> State:
 
 def ramps(source: Source) -> None:
     """Run the text, and judge its ramps."""
-    judged(source, State(), odd, after)
+    judged(source, State(), remarks, after)
 
 
 def checks(sheet: Sheet) -> tuple[Check, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ...core.table import Sheet
 from ...language.ramps import Calculator
-from ..cy5xx.slope import SlopeRamps
+from ..cy5xx.ramps import SlopeRamps
 from .profile import LAW, move
 
 

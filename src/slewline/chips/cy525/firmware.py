@@ -5,6 +5,8 @@ Where the manual is silent see quirks.py.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from ..cy5xx.firmware import Cy5xx
 from ..cy5xx.steps import Patterns
 from ..cy5xx.supply import PowerUp
@@ -12,7 +14,9 @@ from .instructions import Instructions, Registers
 from .motion import Motion
 from .profile import Law
 from .sheet import PHASES, POWER_UP_RC_PS, POWER_UP_RESET_PS, SHEET
-from .twin import Stepwise
+
+if TYPE_CHECKING:
+    from .twin import Stepwise
 
 
 class Cy525(Cy5xx):
@@ -24,12 +28,17 @@ class Cy525(Cy5xx):
     registers_class = Registers
     instructions_class = Instructions
     motion_class = Motion
-    twin_class = Stepwise
     state: Registers
 
     def patterns(self) -> Patterns:
         """Return the levels of the phases, a row a step; clockwise goes down the rows."""
         return PHASES
+
+    def twin_class(self) -> type[Stepwise]:
+        """Return the class of the slow twin, which is loaded by who asks for it."""
+        from .twin import Stepwise
+
+        return Stepwise
 
     def law(self) -> Law:
         """Return how fast the rate parameter moves."""

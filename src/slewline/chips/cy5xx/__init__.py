@@ -13,4 +13,10 @@
 
 Each object knows those above it in this list, never one below: what it must tell those it tells through a few methods
 that it names itself.  A part brings its sheet, its law of motion, and what it does in another way.
+
+Beside them:
+
+    slope.py        the law of parts whose rate parameter grows by S with each step; sloped.py: what they do alike
+    twin.py         the same motions step by step
+    options.py, letters.py: data for sheets; walk.py, sisters.py: for linters
 """

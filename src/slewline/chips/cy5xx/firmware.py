@@ -19,10 +19,10 @@ from .readout import ReadOut
 from .registers import Registers
 from .steps import Patterns, StepOutputs
 from .supply import PowerUp, Supply
-from .twin import Stepwise
 
 if TYPE_CHECKING:
     from ...core.program import ProgramRow
+    from .twin import Stepwise
 
 
 class Cy5xx(Chip):
@@ -37,7 +37,6 @@ class Cy5xx(Chip):
     instructions_class: type[Instructions] = Instructions
     interpreter_class: type[Interpreter] = Interpreter
     motion_class: type[Motion]
-    twin_class: type[Stepwise]  # the same motions step by step
 
     def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
@@ -78,9 +77,13 @@ class Cy5xx(Chip):
         """Return what motions are planned by."""
         raise NotImplementedError
 
+    def twin_class(self) -> type[Stepwise]:
+        """Return the class of the slow twin, which is loaded by who asks for it."""
+        raise NotImplementedError
+
     def moves(self, ticks: Mapping[str, int]) -> Moves:
         """Make what moves the motor: the fast way, or its slow twin."""
-        moves = self.twin_class if self.options.stepwise else self.motion_class
+        moves = self.twin_class() if self.options.stepwise else self.motion_class
         return moves(self, ticks, self.state, self.outputs, self.port, self.law())
 
     def run(self) -> Coroutine[Any, Any, None]:

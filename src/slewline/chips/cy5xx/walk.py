@@ -58,19 +58,19 @@ def walk(
 
 
 def judged(
-    source: Source, state: S, odd: Callable[[Statement, S], Iterator[Odd]], after: Callable[[Statement, S], S]
+    source: Source, state: S, remarks: Callable[[Statement, S], Iterator[Odd]], after: Callable[[Statement, S], S]
 ) -> None:
     """Report what is odd about the commands of a text, each thing once.
 
     Args:
         state: what holds at first.
-        odd: what is odd about a command in a state.
+        remarks: what is odd about a command in a state.
         after: the state behind a command.
     """
     told = set()
 
     def step(statement: Statement, before: S) -> S:
-        for each in odd(statement, before):
+        for each in remarks(statement, before):
             if (statement.line, statement.column, each.code) not in told:
                 told.add((statement.line, statement.column, each.code))
                 found, remedy = each.found, each.remedy
