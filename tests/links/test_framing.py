@@ -15,9 +15,9 @@ from .conftest import Threaded
 class Stand:
     """A chip that is served, without any port."""
 
-    def __init__(self, framing, journal=None):
+    def __init__(self, framing, journal=None, part="cy525"):
         self.bench = slewline.Bench(journal=journal)
-        self.x = self.bench.add("cy525", name="x")
+        self.x = self.bench.add(part, name="x")
         self.server = Server(self.bench, Lockstep(self.bench))
         self.line = self.server.line(self.x, framing=framing)
         self.got, self.resumed = bytearray(), 0
@@ -205,6 +205,19 @@ OLDER = {  # a program that takes 12 steps; what group 3 answers behind it
     "cy500": (b"A\nR 253\nE\nN 12\nG\n0\nQD\n", b"! ?3: allowed ?\r\n"),
     "cy512": (b"A\nR 255\nS 0\nF 1\nE\nN 12\nG\n0\nQD\n", b"?3 00 0C 00 FF 01\r\n"),
 }
+
+
+@pytest.mark.parametrize("part", OLDER)
+def test_a_part_without_live_commands_is_busy_while_its_program_runs(part):
+    stand = Stand(True, part=part)
+    stand.send(OLDER[part][0])
+    run, ready = (stand.x.pins[name].net for name in ("run", "ready"))
+    stand.bench.run_until(lambda: run.level == 0 and ready.level == 1, "10 ms")
+    assert stand.ask(b"?\n") == b"? busy\r\n"
+    stand.bench.run_until(lambda: run.level == 1, "1 s")
+    assert stand.ask(b"?\n") == b"? ready\r\n"
+    assert stand.x.travel == 12
+    stand.server.close()
 
 
 @pytest.mark.parametrize("part", OLDER)

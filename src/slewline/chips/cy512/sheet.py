@@ -85,7 +85,7 @@ _ITS: Mapping[str, dict[str, Any]] = {
     "abort": {"says": "ramp down to the lowest rate and stop", "trust": "inferred"},
     "step_inhibit": {"says": "high holds the next step, with PULSE high"},
     "ready": {"says": "high: ready for a byte, or a program runs; low while a byte or a motion of a command is in work"},
-    "prog": {"says": "low during program entry", "seen": "", "told": ("program entry", "")},
+    "prog": {"way": "out", "pull": None, "says": "low during program entry", "seen": "", "told": ("program entry", "")},
     "io_select": {"says": "low: host writes, high: chip writes", "seen": "level; not in motion"},
 }
 PINS = (
