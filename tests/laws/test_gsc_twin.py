@@ -44,6 +44,11 @@ def test_fast_path_and_twin_agree(block: int) -> None:
         compared(seed, shuffle=seed)
 
 
+@pytest.mark.parametrize("seed", [10537, 11242])
+def test_the_supply_goes_at_the_very_instant_at_which_a_line_is_done(seed: int) -> None:
+    compared(seed, shuffle=seed)
+
+
 @pytest.mark.parametrize("block", range(2))
 def test_shuffled_ties_change_nothing(block: int) -> None:
     for seed in range(1000 + block * 10, 1000 + block * 10 + 10):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import UnknownName, UsageError
 from .axis import Axis
-from .hook import Hook
+from .hook import CommandHook, Hook
 from .kernel import Kernel, Task
 from .net import Bus, Driver, Net
 from .one_axis import OneAxis
@@ -116,7 +116,7 @@ class Chip(OneAxis):
         self.on_finding: Hook[[Finding]] = Hook()
         self.on_power: Hook[[Chip, bool]] = Hook()  # the supply is being switched
         self.on_instruction: Hook[[int]] = Hook()  # an instruction of the program begins: its address
-        self.on_command: Hook[[str]] = Hook()  # the chip works on another command or instruction; "": on none
+        self.on_command: Hook[[str]] = CommandHook()  # the chip works on another command or instruction; "": on none
         self.task: Task | None = None
         self.idle = False
         self._waiting: tuple[str, int] = ("nothing yet", 0)

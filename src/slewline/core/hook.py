@@ -44,3 +44,19 @@ class Hook(Generic[P]):
         for listener in listeners:
             if self.listeners is listeners or listener in self.listeners:
                 listener(*args, **kwargs)
+
+
+class CommandHook(Hook[[str]]):
+    """What a chip works on; "" is nothing, and is told once, whatever ends the work first: its end, reset, supply."""
+
+    __slots__ = ("text",)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.text = ""
+
+    def __call__(self, text: str) -> None:
+        """Call every listener."""
+        if text or self.text:
+            self.text = text
+            super().__call__(text)
