@@ -121,3 +121,21 @@ def test_an_s_curve_that_errs_stops_the_model(monkeypatch):
 
 def test_it_can_be_caught_as_a_failed_assertion_too():
     assert issubclass(PlanError, SlewlineError) and issubclass(PlanError, AssertionError)
+
+
+@pytest.mark.parametrize("stepwise", [False, True])
+def test_contouring_turns_round_at_once_below_the_starting_velocity_even_if_that_is_above_v(stepwise):
+    bench = slewline.Bench()
+    x = bench.add("mc1151a", stepwise=stepwise)
+    host = bench.host(x)
+    for name, value in (("START_VEL", (1 << 30) - 1), ("VEL", 1 << 14), ("ACC", 3)):
+        host.command(f"SET_{name}", value)
+    host.command("SET_PRFL_VEL")
+    host.command("UPDATE")
+    bench.run("20 ms")
+    assert x.travel > 0
+    host.command("SET_VEL", 100)
+    host.command("SET_ACC", -3)
+    host.command("UPDATE")
+    bench.run("2 s")
+    assert x.registers["trgt_vel"] == -100

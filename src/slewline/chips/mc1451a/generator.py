@@ -160,8 +160,9 @@ class ProfileGenerator:
     def contour(self, velocity: int) -> Run:
         """Return the next run of velocity contouring."""
         acceleration = self.state.active.acceleration
-        if acceleration * velocity < 0:
-            return brake(Limits(self.limits.velocity, self.limits.acceleration, self.start_velocity), abs(velocity))
+        if acceleration * velocity < 0:  # it turns round, at once from the starting velocity on, even if that is above V
+            self.limits = Limits(self.limits.velocity, self.limits.acceleration, self.start_velocity)
+            return brake(self.limits, abs(velocity))
         if not velocity:
             self.pulses.sign = 1 if acceleration > 0 else -1
         return contour(self.limits, abs(velocity))
