@@ -160,7 +160,7 @@ class ProfileGenerator:
     def contour(self, velocity: int) -> Run:
         """Return the next run of velocity contouring."""
         acceleration = self.state.active.acceleration
-        if acceleration * velocity < 0:  # it turns round, at once from the starting velocity on, even if that is above V
+        if acceleration * velocity < 0:  # it turns round; below s at once, even if s is above V
             self.limits = Limits(self.limits.velocity, self.limits.acceleration, self.start_velocity)
             return brake(self.limits, abs(velocity))
         if not velocity:
