@@ -21,6 +21,7 @@ from random import Random
 from typing import Any
 
 import chipset
+import cy545
 import cycles
 import numpy as np
 import parts
@@ -363,6 +364,7 @@ WORKLOADS: dict[str, dict[str, Callable[[], list[Row]]]] = {
         "moves": chipset.moves,
         "registers": serve.register_rows,
     },
+    "CY545": {"cy545": cy545.rows},
     "Parts": {"parts": parts.rows},
     "To start, and to go on": {"starting": starting, "hour": hour, "storing": store.rows},
 }

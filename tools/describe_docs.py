@@ -5,6 +5,7 @@ python tools/describe_docs.py --check    fail where a committed one differs from
 
 docs/reference/cy500.md         the data sheet, and what we do not know
 docs/reference/cy525.md         the data sheet, the rates and the quirks
+docs/reference/cy545.md         the data sheet, what the CY545B does in another way, and what we do not know
 docs/reference/gs-c200.md       the data sheet of both modules, and the quirks
 docs/reference/mc1451a.md       the data sheet of the six chipsets, and the quirks
 docs/reference/cli.md           commands and options
@@ -33,6 +34,7 @@ import conformance
 from slewline.bench import Bench
 from slewline.bench.wiring import joints
 from slewline.chips import PARTS, listed, quirks_of, ramps_of, sheet_of
+from slewline.chips.cy545 import sheet as cy545
 from slewline.cli.commands import cli
 from slewline.core.chip import Chip
 from slewline.core.roles import ROLES
@@ -48,6 +50,18 @@ from slewline.parts.part import Part
 EXAMPLES: dict[str, dict[str, Any]] = {"prom": {"image": ""}, "switch": {"low": 0}}  # parts that must be told something
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 NOTE = "<!-- Written by tools/describe_docs.py; change the code, not this page. -->\n\n"
+COMPLETION = """\
+A shell completes commands, options and files, chips, pins and their levels, options of a chip, its commands and the
+parameters of its ramps, and examples:
+
+    eval "$(_SLEWLINE_COMPLETE=bash_source slewline)"          in ~/.bashrc; bash 4.4 or newer
+    eval "$(_SLEWLINE_COMPLETE=zsh_source slewline)"           in ~/.zshrc
+    _SLEWLINE_COMPLETE=fish_source slewline | source           in ~/.config/fish/completions/slewline.fish
+
+Chips of installed packages are among them; a chip that is given as module:Class is not imported for it. There is no
+completion for PowerShell.
+
+With `NO_COLOR` in the environment, and something in it, nothing is coloured."""
 RAMP_UNIT, OTHER_UNIT = 452, 479  # clocks; see quirk UND-RAMP-LAW
 RAMP_TIMES = (  # S, computed and measured milliseconds (CY525 manual, s.8)
     (1, 1299, 1350), (2, 1294, 1350), (10, 1254, 1250), (25, 1177, 1200), (50, 1050, 1050),
@@ -66,6 +80,30 @@ def older_page(part: str) -> str:
         f'```toml\n[[chip]]\npart = "{part}"\n[chip.options.inferred]\npulse_high = 60\n```\n',
     ]
     return "\n".join([NOTE + describe(sheet_of(part)), *quirks])
+
+
+def cy545_page() -> str:
+    """The data sheet of the CY545, what the CY545B does in another way, the mode register, and what is not known."""
+    heads = ("bit", "mask", "what it does", "trust")
+    bits = [(f"MB{mask.bit_length() - 1}", f"{mask:02X}", *of) for mask, of in cy545.MODE_BITS.items()]
+    quirks = quirk_lines("cy545")
+    quirks[:2] = [
+        "\n## What we do not know\n",
+        "Of the manual one chapter is at hand, and single facts of the others. What no readable page tells is\n"
+        "inferred (UND); where two disagree (CON), one is chosen. The rates above all: their table, chapter 17, is\n"
+        "not readable. Type it in, and every tool reckons with it (`--options`); so are the times replaced:\n\n"
+        '```toml\n[[chip]]\npart = "cy545b"\n[chip.options.inferred]\npulse_low = 72\nfirst_step = 2400\n```\n',
+    ]
+    return "\n".join(
+        [
+            NOTE + describe(sheet_of("cy545")),
+            "## CY545B\n\nAll of this holds for the CY545B, but for these.\n",
+            table(("", "CY545", "CY545B"), [(what, *both) for what, both in cy545.DIFFERENCES.items()]),
+            "\n## Mode register\n\nWritten by `O`, 80 after reset.\n",
+            table(heads, bits),
+            *quirks,
+        ]
+    )
 
 
 def cy525_page() -> str:
@@ -172,6 +210,7 @@ def cli_lines() -> Iterator[str]:
         yield from (paragraph(command.help), "")
         yield table(("option", ""), options(command, own))
         yield ""
+    yield from ("## Completion", "", COMPLETION, "")
     yield from ("## Run scripts", "", *script_guide())
 
 
@@ -312,6 +351,7 @@ def conformance_page(folder: str) -> str:
 FILES = {
     "reference/cy500.md": partial(older_page, "cy500"),
     "reference/cy525.md": cy525_page,
+    "reference/cy545.md": cy545_page,
     "reference/cy512.md": partial(older_page, "cy512"),
     "reference/gs-c200.md": gs_c200_page,
     "reference/mc1451a.md": mc1451a_page,

@@ -112,7 +112,8 @@ class Copy:
 
     def tested(self, selection: tuple[str, ...]) -> tuple[int | None, str]:
         """Run tests: exit status of pytest (None: it did not come to an end), and who failed or what it said."""
-        plugins = ("-p", "no:cacheprovider", "-p", "pytest_timeout", "-o", f"timeout={TEST_TIMEOUT}")
+        names = ("no:cacheprovider", "pytest_timeout", "slewline.testing.plugin")
+        plugins = (*(word for name in names for word in ("-p", name)), "-o", f"timeout={TEST_TIMEOUT}")
         try:
             done = self.python("-m", "pytest", "-x", "-q", "--no-header", "--tb=no", *plugins, *selection)
         except subprocess.TimeoutExpired:

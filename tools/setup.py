@@ -1,46 +1,25 @@
-"""Make .venv ready: `python3 tools/setup.py run` (for the demo) or `dev` (for tests, checks, docs).
+"""Set up slewline, and do its tasks: `python tools/setup.py demo`, or `test`, `check` ...; without one they are listed.
 
-Only the standard library, and only syntax that Python 2.7 can parse: an old Python must get as far
-as the message that says which one to install.
+Only the standard library, and only syntax that Python 2.7 can parse: an old Python must get as far as the message that
+says which one to install.
 """
 
 import hashlib
 import json
 import os
+import shutil
 import subprocess
 import sys
+import tempfile
 
 OLDEST = (3, 11)
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-VENV = os.path.join(ROOT, ".venv")
-VENV_PYTHON = os.path.join(VENV, "bin", "python")
+WINDOWS = os.name == "nt"
+AGAIN = "py -3.12 tools/setup.py demo" if WINDOWS else "PYTHON=python3.12 make demo"
 
 
 class SetupError(Exception):
     """What went wrong, and what to do about it."""
-
-
-def check_version(version):
-    if tuple(version[:2]) < OLDEST:
-        raise SetupError(
-            "slewline needs Python %d.%d or newer; this is Python %s (%s).\n"
-            "  Install a newer one, e.g. on Debian:  apt install python3.11 python3.11-venv\n"
-            "  or name one you already have:         PYTHON=python3.12 make demo"
-            % (OLDEST + (".".join(str(part) for part in version[:3]), sys.executable))
-        )
-
-
-def check_ensurepip():
-    try:
-        import ensurepip  # noqa: F401
-    except ImportError:
-        found = "%d.%d" % tuple(sys.version_info[:2])
-        raise SetupError(
-            "Python %s (%s) cannot put pip into a virtual environment:\n"
-            "  its module `ensurepip` is missing, which Debian and Ubuntu package separately.\n"
-            "  Install it:  apt install python3-venv  (or python%s-venv, if %s is not the default python3)"
-            % (found, sys.executable, found, found)
-        )
 
 
 def say(text):
@@ -48,51 +27,135 @@ def say(text):
     sys.stderr.flush()
 
 
-def run(command, failure):
-    if subprocess.call(command, cwd=ROOT) != 0:
-        raise SetupError(failure)
-
-
-def pip_install(arguments, failure):
-    # -I: a PYTHONPATH meant for another project must not reach into this environment.
-    # -qq: pip still reports errors, but not each index or link it passes over.
-    pip = [VENV_PYTHON, "-I", "-m", "pip", "install", "-qq", "--disable-pip-version-check", "--no-input"]
-    run(pip + arguments, failure)
-
-
-def create_venv():
-    say("creating .venv with Python %d.%d" % tuple(sys.version_info[:2]))
-    # The base interpreter, because --clear may be about to delete the one that runs this.
-    run([sys._base_executable, "-I", "-m", "venv", "--clear", VENV], "could not create .venv; the reason is above.")
-
-
-def install_lock(name):
-    say("installing requirements/%s.lock (the first time takes a minute)" % name)
-    # Wheels only: a build from source would fetch build tools that no hash in the lock covers.
-    pip_install(
-        ["--only-binary=:all:", "--require-hashes", "-r", os.path.join("requirements", name + ".lock")],
-        "could not install requirements/%s.lock; pip's reason is above.\n"
-        "  No network?    Connect and repeat the command; finished steps are kept.\n"
-        "  On a mirror?   Point pip at it (PIP_INDEX_URL, or pip.conf); the hashes hold there too.\n"
-        "  No wheel?      Choose another Python, e.g. PYTHON=python3.12 make demo" % name,
-    )
-
-
-def install_project():
-    say("installing slewline (editable)")
-    pip_install(
-        ["--no-deps", "--no-build-isolation", "-e", "."],
-        "could not install slewline itself; pip's reason is above. This step needs no network.",
-    )
-
-
 def digest(*parts):
     return hashlib.sha256("\0".join(parts).encode("utf-8")).hexdigest()
+
+
+# ------------------------------------------------------------------------------------------------------------- places
+def is_writable(folder):
+    """Ask by doing: rights, a file system that is mounted to be read, and Windows say it in different ways."""
+    try:
+        os.rmdir(tempfile.mkdtemp(prefix=".setup-", dir=folder))
+    except OSError:
+        return False
+    return True
+
+
+def workplace():
+    """Where .venv and build products go: the checkout; if it can only be read, a folder of the user for it."""
+    if is_writable(ROOT):
+        return ROOT
+    caches = os.environ.get("LOCALAPPDATA" if WINDOWS else "XDG_CACHE_HOME")
+    caches = caches or os.path.join(os.path.expanduser("~"), ".cache")
+    place = os.path.join(caches, "slewline", digest(ROOT)[:12])
+    if not os.path.isdir(place):
+        try:
+            os.makedirs(place)
+        except OSError as error:
+            raise SetupError(
+                "%s cannot be written, and neither can %s (%s);\n"
+                "  name a folder for the environment:  XDG_CACHE_HOME=/some/folder" % (ROOT, place, error.strerror)
+            )
+    say("this checkout can only be read; the environment and what is made go to %s" % place)
+    return place
+
+
+def in_venv(work, *names):
+    return os.path.join(work, ".venv", "Scripts" if WINDOWS else "bin", *names)
+
+
+def python_of(work):
+    return in_venv(work, "python.exe" if WINDOWS else "python")
 
 
 def read(*path):
     with open(os.path.join(ROOT, *path), "rb") as source:
         return source.read().decode("utf-8")
+
+
+# -------------------------------------------------------------------------------------------------------------- tools
+def check_version(version):
+    if tuple(version[:2]) < OLDEST:
+        raise SetupError(
+            "slewline needs Python %d.%d or newer; this is Python %s (%s).\n"
+            "  Install a newer one, e.g. on Debian:  apt install python3.11 python3.11-venv\n"
+            "  or name one you already have:         %s"
+            % (OLDEST + (".".join(str(part) for part in version[:3]), sys.executable, AGAIN))
+        )
+
+
+def find_maker():
+    """What makes an environment here, and what puts packages into it: "venv", or else "uv" or "virtualenv"."""
+    try:
+        import ensurepip  # noqa: F401
+    except ImportError:
+        pass
+    else:
+        return "venv"
+    for tool in ("uv", "virtualenv"):
+        if shutil.which(tool):
+            say("Python has no ensurepip here; %s takes its place" % tool)
+            return tool
+    found = "%d.%d" % tuple(sys.version_info[:2])
+    raise SetupError(
+        "Python %s (%s) cannot put pip into a virtual environment:\n"
+        "  its module `ensurepip` is missing, which Debian and Ubuntu package separately.\n"
+        "  Install it:  apt install python3-venv  (or python%s-venv, if %s is not the default python3)\n"
+        "  or have `uv` or `virtualenv` where programs are found (PATH); neither is there."
+        % (found, sys.executable, found, found)
+    )
+
+
+def run(command, failure, **more):
+    if subprocess.call(command, cwd=ROOT, **more) != 0:
+        raise SetupError(failure)
+
+
+def create_venv(work, maker):
+    say("creating .venv with Python %d.%d" % tuple(sys.version_info[:2]))
+    # The base interpreter, because --clear may be about to delete the one that runs this.
+    python = sys._base_executable
+    command = {
+        "venv": [python, "-I", "-m", "venv", "--clear"],
+        "uv": ["uv", "venv", "--quiet", "--no-python-downloads", "--python", python],
+        "virtualenv": ["virtualenv", "--quiet", "--clear", "--python", python],
+    }[maker]
+    cleared = dict(os.environ, UV_VENV_CLEAR="1")  # an old uv clears it anyway, and has no option for it
+    run(command + [os.path.join(work, ".venv")], "could not create .venv; the reason is above.", env=cleared)
+
+
+def install(work, maker, arguments, failure):
+    if maker == "uv":
+        command = ["uv", "pip", "install", "--quiet", "--python", python_of(work)]
+    else:
+        # -I: a PYTHONPATH meant for another project must not reach into this environment.
+        # -qq: pip still reports errors, but not each index or link it passes over.
+        command = [python_of(work), "-I", "-m", "pip", "install", "-qq", "--disable-pip-version-check", "--no-input"]
+    run(command + arguments, failure)
+
+
+def install_lock(work, maker, name):
+    say("installing requirements/%s.lock (the first time takes a minute)" % name)
+    # Wheels only: a build from source would fetch build tools that no hash in the lock covers.
+    install(
+        work,
+        maker,
+        ["--only-binary=:all:", "--require-hashes", "-r", os.path.join("requirements", name + ".lock")],
+        "could not install requirements/%s.lock; the reason is above.\n"
+        "  No network?    Connect and repeat the command; finished steps are kept.\n"
+        "  On a mirror?   Point pip at it (PIP_INDEX_URL, or pip.conf; uv: UV_INDEX_URL); the hashes hold there too.\n"
+        "  No wheel?      Choose another Python, e.g. %s" % (name, AGAIN),
+    )
+
+
+def install_project(work, maker):
+    say("installing slewline (editable)")
+    install(
+        work,
+        maker,
+        ["--no-deps", "--no-build-isolation", "-e", "."],
+        "could not install slewline itself; the reason is above. This step needs no network.",
+    )
 
 
 def packaging_metadata():
@@ -104,63 +167,184 @@ def packaging_metadata():
     return json.dumps(parts, sort_keys=True)
 
 
-def stamp_path(name):
-    return os.path.join(VENV, "stamp-" + name)
+# -------------------------------------------------------------------------------------------------------------- steps
+def stamp_path(work, name):
+    return os.path.join(work, ".venv", "stamp-" + name)
 
 
-def is_done(name, key):
+def is_done(work, name, key):
     try:
-        with open(stamp_path(name)) as stamp:
+        with open(stamp_path(work, name)) as stamp:
             return stamp.read() == key
     except OSError:
         return False
 
 
-def step(name, key, action):
+def step(work, name, key, action):
     """Do `action` unless its stamp says it was done for this `key`. A failure leaves no stamp."""
     # Without its interpreter (the system's Python was replaced) an environment is not done, whatever it says.
-    if is_done(name, key) and os.path.exists(VENV_PYTHON):
+    if is_done(work, name, key) and os.path.exists(python_of(work)):
         return
-    if os.path.exists(stamp_path(name)):
-        os.remove(stamp_path(name))
+    stamp = stamp_path(work, name)
+    if os.path.exists(stamp):
+        os.remove(stamp)
     action()
     # Written aside and renamed: an interrupted write must not look like a stamp.
-    with open(stamp_path(name) + ".new", "w") as stamp:
-        stamp.write(key)
-    os.rename(stamp_path(name) + ".new", stamp_path(name))
+    with open(stamp + ".new", "w") as new:
+        new.write(key)
+    os.rename(stamp + ".new", stamp)
 
 
-def set_up(name):
+def set_up(work, name):
     # The path is in the key because an environment stops working when the checkout moves.
-    base = digest(ROOT, "%d.%d" % tuple(sys.version_info[:2]))
+    maker = find_maker()
+    base = digest(ROOT, "%d.%d" % tuple(sys.version_info[:2]), *([] if maker == "venv" else [maker]))
     locks = dict((lock, digest(base, read("requirements", lock + ".lock"))) for lock in ("run", "dev"))
 
-    step("venv", base, create_venv)
+    step(work, "venv", base, lambda: create_venv(work, maker))
     # dev.lock contains run.lock, so a complete dev environment serves the demo as well.
-    if not (name == "run" and is_done("dev", locks["dev"])):
-        step(name, locks[name], lambda: install_lock(name))
-    step("project", digest(base, packaging_metadata()), install_project)
+    if not (name == "run" and is_done(work, "dev", locks["dev"])):
+        step(work, name, locks[name], lambda: install_lock(work, maker, name))
+    step(work, "project", digest(base, packaging_metadata()), lambda: install_project(work, maker))
+
+
+def lock(file):
+    """Wait until no other setup of this checkout runs; the system drops the lock if the setup is killed."""
+    try:
+        import fcntl
+    except ImportError:
+        import msvcrt
+
+        file.seek(1 << 30)  # far behind the end: nobody is kept from reading
+        while True:
+            try:
+                msvcrt.locking(file.fileno(), msvcrt.LK_LOCK, 1)  # tries for ten seconds
+                return
+            except OSError:
+                pass
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX)
+    except OSError as error:
+        say("no lock here (%s); do not start two of these at once" % error.strerror)
+
+
+# -------------------------------------------------------------------------------------------------------------- tasks
+def bytecode(work):
+    """Tests start Python some hundred times: keep what it has compiled, whatever the environment says of it."""
+    kept = dict(os.environ, PYTHONPYCACHEPREFIX=os.path.join(work, "build", "bytecode"))
+    kept.pop("PYTHONDONTWRITEBYTECODE", None)
+    if work != ROOT:
+        kept["HYPOTHESIS_STORAGE_DIRECTORY"] = os.path.join(work, ".hypothesis")
+    return kept
+
+
+def tests(work, *more):
+    kept = [] if work == ROOT else ["-p", "no:cacheprovider"]
+    return [["-m", "pytest", "-n", "2"] + kept + list(more)]
+
+
+def check(_work):
+    return [
+        ["-m", "ruff", "check"],
+        ["-m", "ruff", "format", "--check"],
+        ["-m", "mypy"],
+        ["-c", "from importlinter.cli import lint_imports_command; lint_imports_command()"],
+        ["tools/conformance.py", "--check"],
+        ["tools/describe_docs.py", "--check"],
+        ["tools/stubs.py", "--check"],
+        ["-m", "pytest", "-m", "docs", "tests/docs"],
+    ]
+
+
+# name, environment, what it does, the calls of Python
+TASKS = (
+    ("run", "run", "Set up what the demo needs", lambda work: []),
+    ("dev", "dev", "Set up what the tests need", lambda work: []),
+    (
+        "demo",
+        "run",
+        "Set up what the demo needs, and run it",
+        lambda work: [
+            ["-m", "slewline", "demo"] + ([] if work == ROOT else ["-o", os.path.join(work, "build", "demo")])
+        ],
+    ),
+    ("test", "dev", "Run the tests, except the long ones", tests),
+    ("test-long", "dev", "Run the long tests", lambda work: tests(work, "-m", "long")),
+    ("check", "dev", "Check style, types, imports, conformance table and documentation", check),
+    ("conformance", "dev", "Write the conformance table", lambda work: [["tools/conformance.py"]]),
+    (
+        "mutations",
+        "dev",
+        "Break the source on purpose, and see that a test notices",
+        lambda work: [["tools/mutations.py"]],
+    ),
+    (
+        "bench",
+        "dev",
+        "Measure the speed, and write the page about it",
+        lambda work: [["benchmarks/run.py", "--long", "--page", "docs/reference/performance.md"]],
+    ),
+    (
+        "docs",
+        "dev",
+        "Build the documentation into build/docs",
+        lambda work: [["-m", "sphinx", "-W", "docs", os.path.join(work, "build", "docs")]],
+    ),
+    ("clean", None, "Remove .venv, build products and caches", None),
+)
+CALLS = dict((task[0], task[3]) for task in TASKS)
+MADE = (".venv", "build", "dist", ".coverage", ".hypothesis", ".import_linter_cache", ".mypy_cache")
+MADE += (".pytest_cache", ".ruff_cache")
+
+
+def clean(work):
+    for name in MADE:
+        path = os.path.join(work, name)
+        if os.path.isdir(path):
+            shutil.rmtree(path, ignore_errors=True)
+        elif os.path.exists(path):
+            os.remove(path)
+    for part in ("src", "tests", "tools", "benchmarks", "docs"):
+        for folder, inside, _files in os.walk(os.path.join(work, part)):
+            if "__pycache__" in inside:
+                shutil.rmtree(os.path.join(folder, "__pycache__"), ignore_errors=True)
+
+
+def perform(task, more):
+    _name, environment, _what, calls = task
+    work = workplace()
+    if environment is None:
+        clean(work)
+        return 0
+    # One setup at a time: `make demo` and `make test` may start together. Locking this very file needs no lock file to
+    # tidy up, and no right to write.
+    with open(os.path.join(ROOT, "tools", "setup.py"), "rb") as file:
+        lock(file)
+        set_up(work, environment)
+    commands = [[python_of(work)] + call for call in calls(work)]
+    for command in commands[:-1]:
+        if subprocess.call(command, cwd=ROOT, env=bytecode(work)) != 0:
+            return 1
+    return subprocess.call(commands[-1] + more, cwd=ROOT, env=bytecode(work)) if commands else 0
 
 
 def main(arguments):
-    if len(arguments) != 1 or arguments[0] not in ("run", "dev"):
-        sys.stderr.write("usage: python3 tools/setup.py run|dev\n")
+    tasks = dict((task[0], task) for task in TASKS)
+    if not arguments or arguments[0] not in tasks:
+        sys.stderr.write("usage: python tools/setup.py TASK [ARGUMENT]...\n")
+        for name, _environment, what, _calls in TASKS:
+            sys.stderr.write("  %-12s %s\n" % (name, what))
         return 2
     try:
         check_version(sys.version_info)
-        check_ensurepip()
-        import fcntl
-
-        # One setup at a time: `make demo` and `make test` may start together. Locking this very file
-        # needs no lock file to tidy up, and the system drops the lock if the setup is killed.
-        with open(os.path.join(ROOT, "tools", "setup.py"), "r+b") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
-            set_up(arguments[0])
+        return perform(tasks[arguments[0]], list(arguments[1:]))
     except SetupError as error:
         say(error)
         return 1
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    try:
+        sys.exit(main(sys.argv[1:]))
+    except KeyboardInterrupt:
+        sys.exit(130)

@@ -20,7 +20,7 @@ from tempfile import TemporaryDirectory
 from textwrap import dedent
 
 from slewline.bench import Bench
-from slewline.bench.furnishing import Furnished
+from slewline.bench.hosting import Hosted
 from slewline.chips import PARTS, chip_class
 from slewline.parts import KINDS, part_class
 
@@ -43,7 +43,7 @@ P = TypeVar("P", bound=Part)
 
 def parameters(method: str) -> list[str]:
     """Return the parameters of a method of a bench, as they stand in its source; the first one left out."""
-    tree = ast.parse(dedent(getsource(getattr(Furnished, method)))).body[0]
+    tree = ast.parse(dedent(getsource(getattr(Hosted, method)))).body[0]
     assert isinstance(tree, ast.FunctionDef)
     text = ast.unparse(tree.args)
     text = text.removeprefix("self, /, ").removeprefix("self, ")
@@ -52,17 +52,42 @@ def parameters(method: str) -> list[str]:
 
 def protocol(name: str, cases: list[tuple[str, str]], rest: list[str], first: str) -> str:
     """Return a class that is called with one of several first arguments, and returns what belongs to it."""
-    lines = [f"\nclass {name}(Protocol):"]
-    for argument, result in cases:
-        given = ", ".join([f"self, /, {first}: {argument}", *rest])
-        lines += ["    @overload", f"    def __call__({given}) -> {result}: ..."]
-    return "\n".join(lines)
+    return "\n".join([f"\nclass {name}(Protocol):", *(overloaded(case, rest, first) for case in cases)])
 
 
-def host_of(number: str) -> type:
-    """Return the class of the host that a bench makes for a chip."""
+def overloaded(case: tuple[str, str], rest: list[str], first: str) -> str:
+    """Return one way to call it."""
+    argument, result = case
+    given = ", ".join([f"self, /, {first}: {argument}", *rest])
+    return f"    @overload\n    def __call__({given}) -> {result}: ..."
+
+
+def host_of(number: str, over: str | None = None) -> type:
+    """Return the class of the host that a bench makes for a chip, over a channel or over its first one."""
     bench = Bench()
-    return type(bench.host(bench.add(number)))
+    return type(bench.host(bench.add(number), over=over))
+
+
+def several(chips: dict[str, type]) -> dict[type, list[tuple[str, type]]]:
+    """Return the channels of chips that have several, and the host on each."""
+    return {
+        cls: [(channel.name, host_of(number, channel.name)) for channel in cls.sheet.channels]
+        for number, cls in chips.items()
+        if len(cls.sheet.channels) > 1
+    }
+
+
+def hosting_over(others: dict[type, list[tuple[str, type]]], rest: list[str]) -> str:
+    """Return the ways to ask for a host over each channel of chips that have several; the first is the usual one."""
+    ways = []
+    for cls, found in others.items():
+        if any(others.get(base) == found for base in cls.__mro__[1:]):
+            continue  # said of the class above it
+        for number, (name, host) in enumerate(found):
+            asked = [each for each in rest if not each.startswith("over:")]
+            asked.append(f'over: Literal["{name}"]' + ("" if number else " | None = None"))
+            ways.append("\n" + overloaded((cls.__name__, host.__name__), asked, "*chips"))
+    return "".join(ways)
 
 
 def stub() -> str:
@@ -77,17 +102,20 @@ def stub() -> str:
         "parts.computer": {"Computer"},
         "parts.part": {"Part"},
     }
-    for cls in (*chips.values(), *kinds.values(), *talk.values()):
+    others = several(chips)
+    more = [host for found in others.values() for _, host in found]
+    for cls in (*chips.values(), *kinds.values(), *talk.values(), *more):
         places.setdefault(cls.__module__.removeprefix("slewline."), set()).add(cls.__name__)
     imports = "\n".join(f"from ..{place} import {', '.join(sorted(names))}" for place, names in sorted(places.items()))
     adding = [(f'Literal["{number}"]', cls.__name__) for number, cls in chips.items()]
     making = [(f'Literal["{kind}"]', cls.__name__) for kind, cls in kinds.items()]
-    hosting = [(cls.__name__, host.__name__) for cls, host in talk.items()]
+    hosting = [(cls.__name__, host.__name__) for cls, host in talk.items() if cls not in others]
     hosting += [("LineChip", "SerialHost"), ("Chip", "Computer")]
     classes = [
         protocol("Adds", [*adding, ("type[C]", "C"), ("str", "Chip")], parameters("add")[1:], "part"),
         protocol("Makes", [*making, ("type[P]", "P"), ("str", "Part")], parameters("part")[1:], "kind"),
-        protocol("Hosts", hosting, parameters("host")[1:], "*chips"),
+        "\nclass Hosts(Protocol):" + hosting_over(others, parameters("host")[1:]),
+        protocol("Hosts", hosting, parameters("host")[1:], "*chips").removeprefix("\nclass Hosts(Protocol):\n"),
     ]
     functions = [
         f"def {name.lower()}(function: Callable[..., Any]) -> {name}: ..." for name in ("Adds", "Makes", "Hosts")
@@ -116,6 +144,10 @@ def claims() -> str:
         lines += [f"from {cls.__module__} import {cls.__name__}" for cls in (chip, host)]
         lines += [f'assert_type(bench.add("{number}"), {chip.__name__})']
         lines += [f'assert_type(bench.host(bench.add("{number}")), {host.__name__})']
+        for channel in chip.sheet.channels[1:]:
+            host = host_of(number, channel.name)
+            lines += [f"from {host.__module__} import {host.__name__}"]
+            lines += [f'assert_type(bench.host(bench.add("{number}"), over="{channel.name}"), {host.__name__})']
     for kind in KINDS:
         cls = part_class(kind)
         lines += [f"from {cls.__module__} import {cls.__name__}"]

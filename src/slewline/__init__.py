@@ -19,6 +19,7 @@ from .version import __version__ as __version__
 
 if TYPE_CHECKING:
     from .bench import Bench, load, replay
+    from .bench.images import read_image, write_image
     from .bench.ramps import find_ramps, ramp
     from .core.axis import Steps
     from .core.chip import Chip, Finding
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 
 _FROM = {  # loaded when first asked for, so that `import slewline` costs nothing
     "bench": ("Bench", "load", "replay"),
+    "bench.images": ("read_image", "write_image"),
     "bench.ramps": ("find_ramps", "ramp"),
     "core.axis": ("Steps",),
     "core.chip": ("Chip", "Finding"),
@@ -59,8 +61,10 @@ __all__ = [
     "find_ramps",
     "load",
     "ramp",
+    "read_image",
     "read_vcd",
     "replay",
+    "write_image",
 ]
 
 __getattr__, __dir__ = lazily(globals(), _FROM)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from .chips import checks_of, chip_class, sheet_of
     from .chips.line import Line, LineChip
     from .core.axis import Axis
-    from .core.channel import BusHandshake, HostPort, SerialLine
+    from .core.channel import AdaptiveLine, BusHandshake, FlowBus, HostPort, SerialLine
     from .core.chip import Chip, Finding
     from .core.hook import Hook
     from .core.net import Bus, Driver, Net
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from .language.lines import Lines
     from .language.lint import lint
     from .language.packets import Packets
+    from .language.verbatim import Verbatim
     from .parts.clocked import Clocked
     from .parts.follower import Follower, Stateless
     from .parts.part import Part
@@ -49,7 +50,7 @@ _FROM = {
     "chips": ("checks_of", "chip_class", "sheet_of"),
     "chips.line": ("Line", "LineChip"),
     "core.axis": ("Axis",),
-    "core.channel": ("BusHandshake", "HostPort", "SerialLine"),
+    "core.channel": ("AdaptiveLine", "BusHandshake", "FlowBus", "HostPort", "SerialLine"),
     "core.chip": ("Chip", "Finding"),
     "core.one_axis": ("OneAxis",),
     "core.hook": ("Hook",),
@@ -72,12 +73,14 @@ _FROM = {
     "language.lines": ("Lines",),
     "language.lint": ("lint",),
     "language.packets": ("Packets",),
+    "language.verbatim": ("Verbatim",),
     "parts.clocked": ("Clocked",),
     "parts.follower": ("Follower", "Stateless"),
     "parts.part": ("Part",),
     "parts.sensors": ("Sensor",),
 }
 __all__ = [
+    "AdaptiveLine",
     "Arg",
     "Axis",
     "Bus",
@@ -88,6 +91,7 @@ __all__ = [
     "Condition",
     "Driver",
     "Finding",
+    "FlowBus",
     "Follower",
     "Hook",
     "HostPort",
@@ -121,6 +125,7 @@ __all__ = [
     "Terminal",
     "Time",
     "Timing",
+    "Verbatim",
     "assemble",
     "checks_of",
     "chip_class",

@@ -95,7 +95,7 @@ def test_a_quantity_that_is_none_is_refused_with_those_there_are():
         ("x.current", r"there are: x\.velocity, x\.position$"),
         (
             "y.velocity",
-            r"there are: x\.velocity, x\.position, driver\.current, spare\.current, tank\.content, tank\.lids$",
+            r"there are: x\.velocity, x\.position, driver\.current, spare\.current, tank\.content, tank\.lids; did ",
         ),
         ("velocity", r"there are: x\.velocity, "),
     ):

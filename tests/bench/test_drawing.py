@@ -15,8 +15,8 @@ from slewline.cli.main import invoke
 from slewline.core.chip import Chip
 from slewline.core.deviation import Deviation
 from slewline.errors import NotRecorded, UnknownName
-from slewline.record.panels import Track
 from slewline.record.traces import Trace
+from slewline.record.tracks import Track
 
 MS = 10**9
 ROOT = Path(__file__).parents[2]

@@ -316,6 +316,7 @@ def test_a_bench_file_reads_anywhere_when_it_may(secret):
         assert bench["x"].position == 1
 
 
+@pytest.mark.posix
 def test_what_is_no_regular_file_is_refused_at_once(secret):
     os.mkfifo(secret / "fifo")
     (secret / "zero").symlink_to("/dev/zero")

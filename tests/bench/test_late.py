@@ -26,6 +26,7 @@ CALLS = {  # what a user tells a part of a kind, where pins alone do not set it 
     "ppi8255": [("sendchar", "A")],
     "host8080": [("send", b"A\xff")],
     "keyboard": [("type", "A")],
+    "jog_switch": [("ccw",)],
     "gpib_talker": [("send", "A")],
     "gpib_controller": [("send", "A")],
 }

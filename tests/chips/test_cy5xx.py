@@ -61,16 +61,17 @@ class Probe(Cy5xx):
     sheet = replace(
         SHEET,
         part="probe",
-        pins=tuple(pin for pin in SHEET.pins if pin.name not in ABSENT),
+        pins=tuple(
+            replace(pin, way="out") if pin.name == "prog" else pin for pin in SHEET.pins if pin.name not in ABSENT
+        ),
         commands=Table(*(row for row in SHEET.commands if row.form in LETTERS)),
         labels="",
         verify_bytes={},
         buffer_bytes=18,
     )
     power_up = PowerUp(10**10, 7 * 10**10)
-    live_commands = False
     instructions_class = Orders
-    moves = lambda self, ticks: Moves(self, ticks, self.state, self.outputs, self.port)  # noqa: E731
+    moves = lambda self, ticks: Moves(self, ticks, self.state, self.outputs, self.port, None)  # noqa: E731
     patterns = lambda self: PHASES  # noqa: E731
 
 

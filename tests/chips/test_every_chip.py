@@ -14,12 +14,14 @@ from slewline.bench.script import run_script
 from slewline.chips import PARTS, sheet_of
 from slewline.core.option import checked, read
 from slewline.core.store import Memory
+from slewline.parts.flow_host import FlowHost
 from slewline.parts.host import Host
 from slewline.parts.packet_host import PacketHost
 from tests.options import wrong_options
 
 DIALOGUES = {
     "letters": "A 0\nF 20\nR 60\nS 250\nZ 1\nE\nN 30\nG\nD 3\nB\nP 0\n0\nQX\n",
+    "verbatim": "A 0\nF 20\nR 60\nS 250\nN 30\n+\nG\nD 3\nB 16\nP 5\nL 1,9\nN 12\nG\n",
     "lines": "{enter}\nS20\nT100\nR5\nA1\n+30\nD1\n-12\nE\n",
     "packets": "SET_VEL 0x10000\nSET_ACC 0x800\nSET_POS 40\nUPDATE\nSET_BRK_PNT 20\nGET_POS\nGET_STATUS\n",
 }
@@ -103,7 +105,7 @@ def places(part):
 
 def fall_silent(host):
     """End the host's program: it lets go of its lines and forgets what it still had to say."""
-    if isinstance(host, Host):
+    if isinstance(host, (FlowHost, Host)):
         host.clear()
         return
     host.queue.clear()

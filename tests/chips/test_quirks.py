@@ -11,10 +11,11 @@ import pytest
 from slewline.chips.cy500.quirks import QUIRKS as CY500
 from slewline.chips.cy512.quirks import QUIRKS as CY512
 from slewline.chips.cy525.quirks import QUIRKS as CY525
+from slewline.chips.cy545.quirks import QUIRKS as CY545
 from slewline.chips.gs_c200.quirks import QUIRKS as GS_C200
 from slewline.chips.mc1451a.quirks import QUIRKS as MC1451A
 
-QUIRKS = (*CY500, *CY512, *CY525, *GS_C200, *MC1451A)
+QUIRKS = (*CY500, *CY512, *CY525, *CY545, *GS_C200, *MC1451A)
 TESTS = Path(__file__).parents[1]
 
 
@@ -44,4 +45,4 @@ def test_a_quirk_is_pinned_by_a_test_that_names_it(quirk, marked: dict[str, set[
 def test_quirks_are_told_once_and_whole() -> None:
     ids = [quirk.id for quirk in QUIRKS]
     assert len(ids) == len(set(ids))
-    assert all(re.match("(CY500-|CY512-|GSC-|PMD-)?(UND|CON)-", quirk.id) and all(quirk) for quirk in QUIRKS)
+    assert all(re.match("(CY500-|CY512-|CY545-|GSC-|PMD-)?(UND|CON)-", quirk.id) and all(quirk) for quirk in QUIRKS)

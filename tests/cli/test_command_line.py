@@ -5,13 +5,16 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
 
 import slewline
+from slewline.extras import EXTRAS
 
-COMMANDS = ("chips", "run", "asm", "dis", "lint", "describe", "ramp", "serve", "demo")
+ROOT = Path(__file__).parents[2]
+COMMANDS = ("chips", "run", "asm", "dis", "lint", "describe", "ramp", "serve", "demo", "examples")
 PYTHON = [sys.executable, "-W", "error", "-c"]
 
 
@@ -70,7 +73,31 @@ def test_version(call):
 def test_without_click_the_message_says_what_to_install():
     ran = python("sys.modules['click'] = None; sys.exit(invoke(['chips']))")
     assert (ran.returncode, ran.stdout) == (2, "")
+    assert ran.stderr == "slewline: the command line needs click: pip install 'slewline[cli]'\n"
+
+
+def test_without_rich_the_same(tmp_path):
+    code = "import rich; del sys.modules['rich']; sys.modules['rich.console'] = None; sys.stdout.isatty = lambda: True;"
+    ran = python(f"{code} sys.exit(invoke(['describe', 'cy525', 'A']))")
+    assert (ran.returncode, ran.stdout) == (2, "")
     assert ran.stderr == "slewline: the command line needs click and rich: pip install 'slewline[cli]'\n"
+
+
+def test_who_lacks_one_extra_is_told_of_all_that_are_missing():
+    hidden = "sys.modules |= dict.fromkeys(('click', 'rich', 'msgspec', 'matplotlib', 'serial'));"
+    ran = python(f"{hidden} sys.exit(invoke(['demo']))")
+    assert (ran.returncode, ran.stderr) == (
+        2,
+        "slewline: the command line needs click and rich: pip install 'slewline[cli]'; also missing: msgspec (files), "
+        "matplotlib (plot), pyserial (serial); everything at once: pip install 'slewline[all]'\n",
+    )
+
+
+def test_the_extras_are_those_of_the_package():
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
+    ours = {extra: [name for name, _ in rows] for extra, rows in EXTRAS.items()}
+    assert {extra: names for extra, names in declared.items() if extra in ours} == ours
+    assert declared["all"] == [f"slewline[{','.join(ours)}]"]
 
 
 def test_without_msgspec_programs_run_and_bench_files_say_what_to_install(five, write):
@@ -78,7 +105,7 @@ def test_without_msgspec_programs_run_and_bench_files_say_what_to_install(five, 
     code = "sys.modules['msgspec'] = None; sys.exit(invoke(['run', sys.argv[1]]))"
     assert python(code, five).returncode == 0
     ran = python(code, "bench.toml")
-    assert (ran.returncode, ran.stderr) == (2, "slewline: bench files need msgspec: pip install 'slewline[bench]'\n")
+    assert (ran.returncode, ran.stderr) == (2, "slewline: bench files need msgspec: pip install 'slewline[files]'\n")
 
 
 # ------------------------------------------------------------------------------------------------------- closed outputs

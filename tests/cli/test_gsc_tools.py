@@ -27,6 +27,8 @@ def test_chips_are_listed(call):
         "cy525",
         "cy500",
         "cy512",
+        "cy545",
+        "cy545b",
         "gs-c200",
         "gs-c200s",
         *chipsets,
@@ -229,9 +231,12 @@ def test_pins_and_ramps_are_drawn(call, program):
         (("p.gs-c200s", "--strap", "chs=2"), "give a pin and its level"),
         (
             ("p.txt",),
-            "for which chip? Give --chip cy525, or a file name ending in .cy525, .cy500, .cy512, .gs-c200, .gs-c200s",
+            "for which chip? Give --chip cy525, or a file name ending in .cy525, .cy500, .cy512, .cy545, .cy545b",
         ),
-        (("p.txt", "--chip", "gs-c201"), "no chip 'gs-c201'; there are: cy525, cy500, cy512, gs-c200, gs-c200s"),
+        (
+            ("p.txt", "--chip", "gs-c201"),
+            "no chip 'gs-c201'; there are: cy525, cy500, cy512, cy545, cy545b, gs-c200, gs-c200s",
+        ),
     ],
 )
 def test_wrong_use(call, program, write, options, found):

@@ -156,6 +156,15 @@ def test_strict_and_quiet_tells_the_findings_all_the_same(call, write):
     assert "cy525  range: RATE rate 200" in ran.err
 
 
+@pytest.mark.parametrize(
+    ("lines", "said"), [(("R 200",), "1 finding;"), (("R 200", "R 201"), "2 findings;"), (("R 5",), "")]
+)
+def test_quiet_counts_the_findings(call, write, lines, said):
+    ran = call("run", write("p.cy525", *lines), "-q")
+    assert (ran.status, ran.out) == (0, "")
+    assert ran.err.startswith(f"slewline: {said} without -q the transcript has them") if said else ran.err == ""
+
+
 def test_strict_is_content_without_findings(call, five):
     assert call("run", five, "--strict").status == 0
 
@@ -458,6 +467,7 @@ def test_a_bench_file_reads_outside_its_folder_only_with_anywhere(call, write, f
     assert call("run", "five.cy525", "--anywhere").status == 2
 
 
+@pytest.mark.posix
 @pytest.mark.parametrize(
     "arguments",
     [

@@ -11,10 +11,12 @@ PROGRAMS = {  # take 30 steps, and are no reason to complain
     "cy500": ("A", "R 253", "+", "E", "N 30", "G", "0", "QD"),
     "cy512": ("A", "R 250", "S 0", "F 1", "+", "E", "N 30", "G", "0", "QD"),
     "cy525": ("A 0", "F 5", "R 5", "S 255", "Z 1", "+", "E", "N 30", "G", "0", "QX"),
+    **dict.fromkeys(("cy545", "cy545b"), ("A 0", "F 20", "R 20", "+", "E", "N 30", "G", "0", "Q", "Y 0", "X")),
     "gs-c200": ("P", "S20", "T100", "R5", "+30", "E"),
     "gs-c200s": ("Po", "S20", "T100", "R5", "+30", "E"),
 }
 RAMPS = {"cy500": "R=253 S=10", "cy512": "R=250 S=10", "cy525": "F=3 R=80 S=100"}
+RAMPS |= dict.fromkeys(("cy545", "cy545b"), "F=14 R=100 S=220")
 RAMPS |= dict.fromkeys(("gs-c200", "gs-c200s"), "S=10 T=300 R=5")
 
 every_part = pytest.mark.parametrize("part", PARTS)

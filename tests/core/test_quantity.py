@@ -30,6 +30,7 @@ LETTERS = {
     "cy512": f"S 0\n{BEFORE}",
     "cy525": "A 65500\nF 30\nR 90\nS 253\nZ 1\nN 60\n+\nG\n-\nN 90\nG\nA 10\n+\nN 40\nG\n-\nG\n",
 }
+VERBATIM = "A 16777190\nF 30\nR 90\nS 253\nN 60\n+\nG\n-\nN 90\nG\nA 10\n+\nN 40\nG\n-\nG\nF 255\n"
 PACKETS = "SET_VEL 0x10000\nSET_ACC 0x800\nSET_POS {first}\nUPDATE\n"
 CURVE = "SET_PRFL_S_CRV\nSET_MAX_ACC 0x800\nSET_JERK 0x100000\nSET_POS {second}\nUPDATE\n"
 ENTER = {"gs-c200": "P", "gs-c200s": "Po"}
@@ -68,6 +69,13 @@ def played(part: str) -> Any:
         bench.run("20 ms")
         host.command("STOP")
         host.command("UPDATE")
+    elif sheet.dialect.name == "verbatim":
+        host.send(VERBATIM.replace("\n", "\r"))
+        for at, level in ((20, 0), (22, 1), (90, 0), (95, 1)):
+            x.pin("inhibit_abort").drive(level, at=int(at * MS))
+        bench.run("400 ms")
+        x.pin("jog").drive(0)
+        x.pin("jog").release(at=450 * MS)
     else:
         for at, level in ((8.5, 1), (12, 0), (20, 1), (20.1, 0), (41, 1), (45, 0)):
             x.pin(sheet.role("enable").name).drive(level, at=int(at * MS))

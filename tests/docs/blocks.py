@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import os
 import re
+import runpy
 import shlex
 import subprocess
 import sys
@@ -87,11 +88,10 @@ def console(example: Example) -> str | None:
 def called(words: list[str]) -> str:
     """What a command prints."""
     if words[0] == "make":  # without what sets up an environment; what it prints is not shown
-        recipe = re.search(rf"^{words[1]}:.*\n\t(.*)", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE)
-        assert recipe, words
-        command = recipe[1].removeprefix("@.venv/bin/")
-        if command.startswith("slewline "):
-            called(shlex.split(command))
+        assert re.search(rf"^{words[1]}: ## ", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE), words
+        for call in runpy.run_path(str(ROOT / "tools/setup.py"))["CALLS"][words[1]](str(ROOT)):
+            if call[:2] == ["-m", "slewline"]:
+                called(call[1:])
         return ""
     if words == [".", ".venv/bin/activate"]:
         return ""

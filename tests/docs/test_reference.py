@@ -14,6 +14,8 @@ from slewline.core.axis import Steps
 from slewline.core.chip import Chip, Finding
 from slewline.core.one_axis import OneAxis
 from slewline.core.pin import Terminal
+from slewline.parts.adaptive_host import AdaptiveHost
+from slewline.parts.flow_host import FlowHost
 from slewline.parts.host import Host
 from slewline.parts.packet_host import PacketHost
 from slewline.parts.rs232 import SerialHost
@@ -34,7 +36,11 @@ def codes_of(path):
     for node in ast.walk(tree):
         if isinstance(node, ast.FunctionDef) and node.name == "odd":  # what the loop below goes through
             yield from (each.value.elts[1].value for each in ast.walk(node) if isinstance(each, ast.Yield))
-        if isinstance(node, ast.Call) and ast.unparse(node.func).split(".")[-1] in (makes, "mistake") and node.args:
+        if (
+            isinstance(node, ast.Call)
+            and ast.unparse(node.func).split(".")[-1] in (makes, "mistake", "finding_once")
+            and node.args
+        ):
             first, around = node.args[0], [loop for loop in loops if node in ast.walk(loop)]
             if isinstance(first, ast.Constant):
                 yield first.value
@@ -99,6 +105,8 @@ def test_the_api_page_names_every_method_of_a_bench_and_everything_in_the_packag
         ("host", Host),
         ("serial", SerialHost),
         ("packets", PacketHost),
+        ("flow", FlowHost),
+        ("adaptive", AdaptiveHost),
         ("pin", Terminal),
         ("waveforms", Waveforms),
     ],

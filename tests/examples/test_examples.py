@@ -7,8 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from slewline.cli.main import invoke
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCRIPTS = sorted(EXAMPLES.glob("*.py"))
+CIRCUITS = sorted((EXAMPLES / "cy545").glob("*.toml"))
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
@@ -19,7 +22,13 @@ def test_an_example_prints_what_is_written_down(script, capsys, monkeypatch, tmp
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("file", CIRCUITS, ids=lambda path: path.stem)
+def test_a_bench_file_of_a_circuit_runs_as_is_written_down(file, capfd):
+    assert invoke(["run", str(file)]) == 0
+    assert capfd.readouterr().out == file.with_suffix(".out").read_text("utf-8")
+
+
+@pytest.mark.parametrize("script", [*SCRIPTS, *CIRCUITS], ids=lambda path: path.stem)
 def test_an_example_is_shorter_than_twenty_lines(script):
     assert len(script.read_text("utf-8").splitlines()) < 20
 

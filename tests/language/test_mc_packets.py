@@ -214,9 +214,9 @@ def test_words_about_an_axis_by_their_names():
 
 def test_a_status_bit_is_found_by_its_name():
     assert packets.status_bit(SHEET, "In_Motion").mask == 0x0400
-    with pytest.raises(UnknownName, match="no status bit 'motion_compleet'; motion_complete, perhaps"):
+    with pytest.raises(UnknownName, match=r"no status bit 'motion_compleet'; .*; did you mean motion_complete\?$"):
         packets.status_bit(SHEET, "motion_compleet")
-    with pytest.raises(UnknownName, match=r"no status bit 'axis'; (axis_on, perhaps\? )?allowed motion_complete, "):
+    with pytest.raises(UnknownName, match="no status bit 'axis'; allowed motion_complete, "):
         packets.status_bit(SHEET, "axis")
 
 

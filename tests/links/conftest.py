@@ -19,7 +19,10 @@ from slewline.links.server import Server
 
 PATIENCE = 30.0  # seconds of the wall clock after which a test gives up; nothing depends on it
 STRAPS = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}  # 9600 baud, no checksum
-HANGUP = "import signal; signal.signal(signal.SIGHUP, signal.SIG_DFL)"  # under nohup it is ignored, by children too
+# Under nohup it is ignored, by children too; Windows has none.
+HANGUP = "import signal as s; hasattr(s, 'SIGHUP') and s.signal(s.SIGHUP, s.SIG_DFL)"
+STOP = getattr(signal, "CTRL_BREAK_EVENT", signal.SIGTERM)  # what Windows has for a process of another group
+GROUP = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
 COMMAND = [sys.executable, "-W", "error", "-c", f"{HANGUP}; from slewline.cli.main import main; main()", "serve"]
 
 
@@ -98,13 +101,28 @@ class Threaded:
             assert time.monotonic() < end
             time.sleep(0.005)
 
+    def standing(self, number):
+        """Return a number of the server's once it has not changed for half a second."""
+        end = time.monotonic() + PATIENCE
+        last, since = self.do(number), time.monotonic()
+        while time.monotonic() < since + 0.5:
+            assert time.monotonic() < end
+            time.sleep(0.005)
+            if (now := self.do(number)) != last:
+                last, since = now, time.monotonic()
+        return last
+
 
 class Process:
     """`slewline serve` in a process of its own; `ports` is what it says about them."""
 
     def __init__(self, *arguments, ports=1):
         self.process = subprocess.Popen(
-            [*COMMAND, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+            [*COMMAND, *map(str, arguments)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            creationflags=GROUP,
         )
         lines = [self.process.stdout.readline().strip() for _ in range(ports)]
         if not all(lines):
@@ -115,11 +133,17 @@ class Process:
     def where(self):
         return next(iter(self.ports.values()))
 
-    def end(self, number=signal.SIGTERM):
+    def end(self, number=STOP):
         """Send a signal; returns exit status and standard error."""
         self.process.send_signal(number)
         err = self.process.communicate(timeout=PATIENCE)[1]
         return self.process.returncode, err
+
+    def kill(self):
+        """End it without a word to it; true when it was still there."""
+        self.process.kill()
+        self.process.communicate(timeout=PATIENCE)
+        return self.process.returncode != 0
 
     def errors(self):
         """A line of the standard error."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import io
 import os
 import select
-import tty
+import threading
 
 import pytest
+import serial
 
 from slewline.errors import UsageError
 
@@ -21,6 +23,8 @@ class Cable:
         self.plug()
 
     def plug(self):
+        import tty
+
         self.far, near = os.openpty()
         tty.setraw(near)
         self.path.unlink(missing_ok=True)
@@ -40,9 +44,20 @@ class Cable:
         return found
 
 
-@pytest.fixture
-def cable(tmp_path):
-    return Cable(tmp_path / "ttyUSB0")
+pytestmark = pytest.mark.posix
+
+
+@pytest.fixture(params=["a descriptor", "threads"])
+def cable(tmp_path, request, monkeypatch):
+    """A cable whose near end the loop can wait for, and one at which it cannot, such as a COM port."""
+    if request.param == "threads":
+
+        def none(_port):
+            raise io.UnsupportedOperation("fileno")
+
+        monkeypatch.setattr(serial.Serial, "fileno", none)
+    yield Cable(tmp_path / "ttyUSB0")
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("cable")]
 
 
 def test_a_module_at_the_end_of_a_cable(lockstep, cable):
@@ -86,3 +101,16 @@ def test_a_server_that_ends_while_the_device_is_away(lockstep, cable):
     with Threaded(server) as running:
         cable.unplug()
         running.until(lambda: line.host is None)
+
+
+def test_much_at_once_comes_whole_and_in_order(lockstep, cable):
+    server, line = lockstep()
+    server.serial(line, str(cable.path))
+    with Threaded(server):
+        os.write(cable.far, b"F\r" * 500)
+        found = b""
+        while len(found) < 1000:
+            assert select.select([cable.far], [], [], PATIENCE)[0]
+            found += os.read(cable.far, 100)
+        assert found == b"R\r" * 500
+    cable.unplug()

@@ -7,7 +7,6 @@ killed: most often between the carriage return of M and 50 ms after its Y, else 
 from __future__ import annotations
 
 import select
-import signal
 import socket
 import subprocess
 import sys
@@ -56,7 +55,7 @@ class Served:
 
     def kill(self):
         """kill -9; returns what had been sent and not been read."""
-        self.process.send_signal(signal.SIGKILL)
+        self.process.kill()
         self.process.wait()
         self.socket.settimeout(DEADLINE_S)
         left = self.received

@@ -226,6 +226,7 @@ def test_a_transcript_that_cannot_be_written_is_told(lockstep):
         lockstep(log="nowhere/transcript")
 
 
+@pytest.mark.posix
 @pytest.mark.parametrize("path", ["fifo", "/dev/null"])
 def test_a_transcript_goes_to_a_regular_file_only(lockstep, path):
     """To open a FIFO is to wait for its other end."""

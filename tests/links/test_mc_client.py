@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import signal
 import socket
 import subprocess
 import sys
@@ -185,7 +184,7 @@ def test_a_server_that_goes_away_is_told(served):
     server, where, _ = served
     with ChipsetPort(*where) as port:
         assert port.ready()
-        server.end(signal.SIGKILL)
+        server.kill()
         with pytest.raises(ConnectionError):
             port.ready()
         with pytest.raises(OSError):  # closed

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import signal
 import subprocess
 
 import pytest
@@ -115,7 +114,7 @@ def test_a_server_that_goes_away_ends_the_program(serve, run):
     server = serve(*SERVED, ports=2)
     program = run(OPEN, arguments=place(server.where))
     assert program.stdout.readline() == "1\n"
-    server.end(signal.SIGKILL)
+    server.kill()
     assert ended(program) == (1, "", "slewline_port: the server has hung up\n")
 
 

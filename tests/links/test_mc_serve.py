@@ -310,9 +310,10 @@ def test_a_host_that_does_not_read_loses_no_answer(make, client):
         running.do(narrow)
         sender = threading.Thread(target=host.client.send, args=(b"\x01\x00" * number,))
         sender.start()
-        running.until(lambda: port.session.stream.blocked)
-        turns = [running.do(lambda: line.taken) for _ in range(20)]
-        assert turns[-1] < turns[0] + 2 * BACKLOG  # nothing is read on
+        # what the system holds for both sides is its own affair: it may take some more after the first refusal
+        taken = running.standing(lambda: line.taken)
+        assert running.do(lambda: port.session.stream.blocked)
+        assert taken < 2 * number  # nothing is read on
         assert host.answers(number) == b"\xff" * number
         sender.join()
         assert running.do(lambda: (line.taken, line.given, line.dropped)) == (2 * number, number, 0)
@@ -434,13 +435,14 @@ def test_a_server_that_is_killed_lets_a_new_one_begin_afresh(serve, client):
     host = Registers(client(first.where))
     host.ask("2464")
     host.packet(0x10, 1, 2)
-    first.end(signal.SIGKILL)
+    first.kill()
     assert host.client.read(end=b"") == b""
     host = Registers(client(serve(*ONE).where))
     host.ask("2464")
     assert host.packet(0x4A, reads=3) == [0, 0, 0x4A]
 
 
+@pytest.mark.posix
 def test_a_status_line_is_asked_for(serve, client):
     server = serve(*ONE, "--lockstep")
     Registers(client(server.where)).ask("2464")

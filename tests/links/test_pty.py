@@ -11,8 +11,9 @@ import serial
 
 import slewline
 from slewline.errors import UsageError
+from slewline.links import system
 from slewline.links.pace import Lockstep
-from slewline.links.pty import HINT
+from slewline.links.pty import HINT, PLAIN
 from slewline.links.server import Server
 
 from .conftest import PATIENCE, Threaded
@@ -25,6 +26,9 @@ for _ in range(20):
         assert port.read_until(b"\\r") == b"V+0\\r"
 print("well")
 """
+
+
+pytestmark = pytest.mark.posix
 
 
 @pytest.fixture
@@ -147,3 +151,26 @@ def test_a_host_that_never_reads_does_not_stop_the_server(lockstep, link):
         running.do(lambda: [line.give(bytes(1000)) for _ in range(1000)])
         running.until(lambda: line.dropped > 0)
         assert line.given + line.dropped == 1_000_000
+
+
+def test_where_there_is_no_packet_mode_it_takes_8n1_and_says_so(lockstep, link, monkeypatch):
+    """As on macOS."""
+    monkeypatch.setattr(system, "EXTPROC", None)
+    server, line = lockstep()
+    told = []
+    server.tell = told.append
+    server.pty(line, str(link))
+    assert told == [f"x: {link}: {PLAIN}"] or told == [f"{link}: {PLAIN}"]
+    with Threaded(server):
+        for _ in range(3):
+            with serial.Serial(str(link), 9600, timeout=PATIENCE) as host:
+                host.write(b"V1\r")
+                assert host.read_until(b"\r") == b"V+0\r"
+
+
+def test_a_system_without_pseudo_terminals_names_other_ways(lockstep, link, monkeypatch):
+    monkeypatch.delattr(os, "openpty")
+    server, line = lockstep()
+    with pytest.raises(UsageError, match=r"--pty needs Linux or macOS: .*; serve with --tcp or --rfc2217 instead"):
+        server.pty(line, str(link))
+    server.close()

@@ -172,6 +172,29 @@ def test_serialx_opens_it_in_asyncio(port):
     assert asyncio.run(ask()) == b"V+0\r"
 
 
+@pytest.mark.parametrize("kind", ["sync", "async"])
+def test_serialx_opens_exchanges_and_closes_a_hundred_times(port, kind):
+    """One host behind the other, none of which waits before it opens."""
+    running, line, net = port
+
+    def exchange(number):
+        with serialx.serial_for_url(net.where, read_timeout=PATIENCE, **SERIALX) as host:
+            host.write(f"D{number}\r".encode() if number % 2 else b"V1\r")
+            return host.read_until(b"\r")
+
+    async def exchange_async(number):
+        async with serialx.async_serial_for_url(net.where, **SERIALX) as host:
+            await host.write(f"D{number}\r".encode() if number % 2 else b"V1\r")
+            return await host.readuntil(b"\r")
+
+    async def all_async():
+        return [await exchange_async(number) for number in range(100)]
+
+    answers = asyncio.run(all_async()) if kind == "async" else [exchange(number) for number in range(100)]
+    assert answers == [b"V+0\r", b"E4\r"] * 50
+    assert running.do(lambda: (line.taken, line.given)) == (50 * 3 + 5 * 3 + 45 * 4, 50 * 4 + 50 * 3)
+
+
 @pytest.mark.parametrize(("option", "mask"), [(10, b"\x00"), (10, b"\x70"), (11, b"\x0f"), (11, b"\xff\xff")])
 def test_the_masks_of_line_and_modem_state_are_acknowledged(port, client, option, mask):
     """Code + 100, and the same mask; 255 is doubled, as every 255 is."""

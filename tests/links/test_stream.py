@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import select
 import selectors
+import signal
 import socket
+from types import SimpleNamespace
 
 import pytest
 
+from slewline.links import system
 from slewline.links.loop import Loop
-from slewline.links.stream import QUEUE, Stream
+from slewline.links.stream import CHUNK, QUEUE, Stream
 
 MUCH = bytes(range(256)) * 4096  # a megabyte
 
@@ -22,7 +26,7 @@ class Ends:
         self.loop = Loop()
         self.ours, self.theirs = socket.socketpair()
         self.taken, self.why = bytearray(), []
-        self.stream = Stream(self.loop, self.ours.fileno(), self.taken.extend, self.why.append, **more)
+        self.stream = Stream(self.loop, self.ours, self.taken.extend, self.why.append, **more)
 
     def turn(self, times=1):
         for _ in range(times):
@@ -110,6 +114,7 @@ def test_the_end_is_told_once(ends):
     assert one.stream.write(b"R") == 1  # dropped
 
 
+@pytest.mark.posix
 def test_what_nobody_can_take_any_more_ends_the_stream(ends):
     one = ends()
     one.theirs.shutdown(socket.SHUT_RD)
@@ -118,6 +123,7 @@ def test_what_nobody_can_take_any_more_ends_the_stream(ends):
     assert one.why == [os.strerror(32)]
 
 
+@pytest.mark.posix
 def test_one_who_reads_no_more_is_heard_to_the_end(ends):
     over = []
     one = ends(ended=lambda: over.append(1))
@@ -135,7 +141,50 @@ def test_one_who_reads_no_more_is_heard_to_the_end(ends):
     assert one.why == [os.strerror(32)]
 
 
+# ------------------------------------------------------------------------------- a system that does not tell the end
+@pytest.fixture
+def silent(monkeypatch):
+    """What macOS and Windows have: no word that the other side has closed."""
+    monkeypatch.setattr(system, "CLOSED", 0)
+
+
+def test_the_end_behind_bytes_is_found_by_reading_ahead(ends, silent):
+    left = [10]
+    over = []
+    one = ends(room=lambda: left[0] - len(one.taken), ended=lambda: over.append(1))
+    one.theirs.send(MUCH[:1000])
+    one.turn(5)
+    assert not one.stream.has_closed() and one.taken == MUCH[:10]
+    one.theirs.close()
+    assert one.stream.has_closed() and (one.taken, over) == (MUCH[:10], [])
+    for room in (500, 2000):
+        left[0] = room
+        one.stream.resume()
+        one.turn(5)
+    assert (one.taken, over) == (MUCH[:1000], [1])  # not a byte is lost or read twice
+
+
+def test_what_is_read_ahead_is_bounded(ends, silent):
+    one = ends(room=lambda: 0, queue=1000)
+    one.theirs.setblocking(False)
+    one.theirs.send(MUCH)
+    one.turn()
+    for _ in range(100):
+        assert not one.stream.has_closed()
+    assert len(one.stream.ahead) < 1000 + CHUNK
+    assert one.loop.sleep(0) == []  # and nobody is kept busy by it
+
+
+def test_one_that_has_vanished_has_closed(ends, silent):
+    one = ends(room=lambda: 0)
+    one.turn()
+    one.theirs.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")
+    one.theirs.close()
+    assert one.stream.has_closed()
+
+
 # -------------------------------------------------------------------------------------------------------------- loop
+@pytest.mark.skipif(not hasattr(selectors, "EpollSelector"), reason="no epoll here")
 def test_a_sleep_of_part_of_a_millisecond_is_left_to_select(monkeypatch):
     """epoll rounds each sleep up to whole milliseconds, so it is never given one."""
     slept, asked = [], []
@@ -207,3 +256,36 @@ def test_calls_of_other_threads_and_timers_wake_the_loop():
         loop.serve(loop.sleep(None))
     loop.close()
     assert called == ["asked", "timer"]
+
+
+def test_a_signal_ends_a_sleep_even_where_the_system_would_sleep_on():
+    """On Windows `select` is not interrupted: what Python writes for each signal wakes it."""
+    loop = Loop()
+    kept = signal.signal(signal.SIGINT, lambda *_: None)
+    try:
+        loop.hear_signals()
+        signal.raise_signal(signal.SIGINT)
+        assert [key.fd for key, _ in loop.sleep(10)] == [loop.bell.fileno()]
+        loop.close()
+        assert signal.set_wakeup_fd(-1) == -1
+    finally:
+        signal.signal(signal.SIGINT, kept)
+
+
+def test_a_loop_that_is_forgotten_leaves_no_socket_open():
+    loop = Loop()
+    ends = loop.bell, loop.button
+    del loop
+    gc.collect()
+    assert [end.fileno() for end in ends] == [-1, -1]
+
+
+def test_windows_is_asked_for_a_fine_timer_as_long_as_it_is_needed(monkeypatch):
+    asked = []
+    timer = SimpleNamespace(
+        timeBeginPeriod=lambda ms: asked.append(("begin", ms)), timeEndPeriod=lambda ms: asked.append(("end", ms))
+    )
+    monkeypatch.setattr(system, "multimedia", lambda: timer)
+    with pytest.raises(RuntimeError), system.fine_timer():
+        raise RuntimeError
+    assert asked == [("begin", 1), ("end", 1)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import struct
+import time
 
 import pytest
 
@@ -268,3 +269,21 @@ def test_a_port_that_is_taken_is_told(lockstep):
     with socket.create_server(("127.0.0.1", 0)) as taken, pytest.raises(UsageError, match="choose another one"):
         server.tcp(line, f"127.0.0.1:{taken.getsockname()[1]}")
     server.close()
+
+
+@pytest.mark.skipif(not hasattr(socket, "TCP_QUICKACK"), reason="this system has no such option")
+def test_a_host_that_writes_in_small_pieces_does_not_wait_for_acknowledgements(lockstep, client):
+    """Nagle's rule holds its second piece back until the first is acknowledged, which a system does after 40 ms."""
+    server, line = lockstep()
+    port = server.tcp(line, "127.0.0.1:0")
+    with Threaded(server):
+        host = client(port.where)
+        took = []
+        for _ in range(20):
+            began = time.perf_counter()
+            host.send(b"V")
+            host.send(b"1")
+            host.send(b"\r")
+            assert host.read() == b"V+0\r"
+            took.append(time.perf_counter() - began)
+    assert min(took[10:]) < 0.03

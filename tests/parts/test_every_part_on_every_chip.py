@@ -21,9 +21,14 @@ STEPS, BACK = 12, 3
 LETTERS = ("cy525", "cy512")
 SHOWS = (*LETTERS, "cy500")  # the CY500 shows no direction
 LINES = ("gs-c200", "gs-c200s")
+OUTSIDE = ("cy545", "cy545b")  # whose memory is outside
 PACKETS = tuple(part for part in PARTS if part.startswith("mc"))
 ENCODERS = tuple(part for part in PACKETS if part.endswith("-e"))
-SETS = {"cy525": "A 100\rF 10\rR 10\rS 255\rZ 1\r", "cy512": "A\rF 1\rR 200\rS 0\r", "cy500": "A\rF 1\rR 250\r"}
+SETS = {chip: "A 100\rF 100\rR 200\rS 255\r" for chip in OUTSIDE} | {
+    "cy525": "A 100\rF 10\rR 10\rS 255\rZ 1\r",
+    "cy512": "A\rF 1\rR 200\rS 0\r",
+    "cy500": "A\rF 1\rR 250\r",
+}
 SLOW = {"cy525": "A 0\rF 3\rR 3\rS 255\rZ 1\r", "cy512": "A\rF 1\rR 1\rS 0\r", "cy500": "A\rF 1\rR 100\r"}
 RUN, DELAY = {"cy525": "X", "cy512": "D"}, {"cy525": "D", "cy512": "X"}
 MOVES = {chip: f"{sets}N {STEPS}\r+\rG\rN {BACK}\r-\rG\r" for chip, sets in SETS.items()}
@@ -57,7 +62,7 @@ class Bench:
     def move(self, host: Any = None) -> None:
         """Twelve steps clockwise, three back."""
         host = host or self.host()
-        if self.chip in SHOWS:
+        if self.chip in (*SHOWS, *OUTSIDE):
             host.send(MOVES[self.chip])
             self.bench.run_until_idle()
         elif self.chip in LINES:
@@ -274,6 +279,79 @@ def commands(b: Bench) -> None:
     assert b.x.travel == STEPS - BACK
 
 
+def talks_sender(b: Bench) -> None:
+    """Two returns, by which the chip finds the rate, and the moves, each with time to be made."""
+    b.bench.run("20 ms")
+    b.part.send("\r\r")
+    for line in MOVES[b.chip].splitlines(keepends=True):
+        b.part.send(line)
+        b.part.pause("1 s" if line == "G\r" else "10 ms")
+    b.bench.run_until_idle()
+    assert b.x.travel == STEPS - BACK
+
+
+def stores(b: Bench) -> None:
+    """A program that is entered, and run."""
+    b.host().send(f"Y 500\rE\r{MOVES[b.chip]}0\rQY 500\rX\r")
+    b.bench.run_until_idle()
+    assert b.part.content[500:].startswith(MOVES[b.chip].encode())
+    assert b.x.travel == STEPS - BACK
+
+
+def executes(b: Bench) -> None:
+    b.part.load(MOVES[b.chip] + "0\r")
+    b.host().send("X\r")
+    b.bench.run_until_idle()
+    assert b.x.travel == STEPS - BACK
+
+
+def hands_over(b: Bench) -> None:
+    """Bytes through the registers of a card in a PC: each with its handshake."""
+    base = 0x340
+    for byte in (MOVES[b.chip]).encode():
+        while not b.part.inp(base + 4) & 0x80:
+            b.bench.run("1 ms")
+        b.part.out(base, byte)
+        b.part.out(base + 2, 3)
+        while b.part.inp(base + 4) & 0x80:
+            b.bench.run("5 us")
+        b.part.out(base + 2, 0)
+    b.bench.run_until_idle()
+    assert b.x.travel == STEPS - BACK
+
+
+def sets(b: Bench) -> None:
+    b.host().send(f"{SETS[b.chip]}N #\r+\rG\r")
+    b.bench.run_until_idle()
+    assert b.x.travel == STEPS
+
+
+def jogs(b: Bench) -> None:
+    b.part.cw()
+    b.bench.run("1 s")
+    b.part.off()
+    assert b.x.travel > 5
+    b.bench.run("1 s")
+    before = b.x.travel
+    b.part.ccw()
+    b.bench.run("1 s")
+    assert b.x.travel < before - 5
+
+
+def shows_text(b: Bench) -> None:
+    b.host().send('O 85H\r"Hello"\r')
+    b.bench.run_until_idle()
+    assert b.part.text == "Hello   "
+
+
+def shows_parameters(b: Bench) -> None:
+    host = b.bench.host(b.x, name="computer", over="serial")
+    host.send("? R\r")
+    b.bench.run_until_idle()
+    b.bench.run("20 ms")
+    assert b.part.parameters == {"R": "00100"}
+
+
 def writes(b: Bench) -> None:
     """SET_POS, SET_VEL, SET_ACC and UPDATE over the board of a PC."""
     for code, *words in ((0x10, 0, STEPS), (0x11, 0, 0x4000), (0x12, 0, 256), (0x1A,)):
@@ -313,14 +391,31 @@ class Fit:
 MOVED = tuple(part for part in PARTS if part != "cy500")
 ALONE = Fit(needs="has no standard wiring; (connect|it has no pins)")
 ON_A_SHAFT = ("gear", "carriage", "switch")
+ON_THE_BUS = "a pin that (is a wire of the data bus|says when the low byte of an address is on the bus)|data bus"
 HOSTLIKE = "a pin that asks for a byte to be taken"
 FITS = {
     **dict.fromkeys(("inverter", "and", "or", "nand", "nor", "latch8", "delay"), ALONE),
-    "uart": Fit(SHOWS, "a pin that is a wire of the data bus|" + HOSTLIKE, talks_uart),
-    "serial_sender": Fit((), "a pin that takes characters from a computer|is active high, and txd means low"),
-    "serial_port": Fit(LINES, "a pin that takes characters from a computer", talks_lines),
+    "uart": Fit(
+        SHOWS, "a pin that (is a wire of the data bus|tells that a byte is being read)|" + HOSTLIKE, talks_uart
+    ),
+    "serial_sender": Fit(
+        OUTSIDE, "a pin that takes characters from a computer|is active high, and txd means low", talks_sender
+    ),
+    "serial_port": Fit(
+        LINES, "a pin that takes characters from a computer|is active low, and txd means high", talks_lines
+    ),
     "rs232_line": Fit((), "a pin that is the output of a computer's serial port"),
-    "prom": Fit(SHOWS, HOSTLIKE + "|data bus", commands, (("image", ""),)),
+    "prom": Fit(SHOWS, HOSTLIKE + "|data bus|is active high, and load means low", commands, (("image", ""),)),
+    "ram": Fit(OUTSIDE, ON_THE_BUS, stores),
+    "eeprom": Fit(OUTSIDE, ON_THE_BUS, stores),
+    "eprom": Fit(OUTSIDE, ON_THE_BUS, executes),
+    "thumbwheels": Fit(OUTSIDE, ON_THE_BUS, sets, (("letter", "N"), ("value", f"{STEPS:08}"))),
+    "hp_display": Fit(OUTSIDE, ON_THE_BUS, shows_text),
+    "lcd": Fit(
+        OUTSIDE, "a pin that gives characters to a computer|is active high, and rxd means low", shows_parameters
+    ),
+    "parallel_card": Fit(OUTSIDE, "needs a pin that|data bus", hands_over),
+    "jog_switch": Fit(OUTSIDE, "a pin that", jogs),
     "position_latch": Fit(LETTERS, "a pin that tells that a byte is put on the data bus|data bus", catches),
     "phase_latch": Fit(SHOWS, "a pin that energises phase 1", latches),
     "translator": Fit(MOVED, "", turns),
@@ -328,16 +423,18 @@ FITS = {
     "motor": Fit(MOVED, "", turns),
     "encoder": Fit(MOVED, "", counts, (("counts", 1), ("steps", 1))),
     "quadrature": Fit(ENCODERS, "a pin that takes channel A of an encoder", runs_master),
-    "gs_d200": Fit(MOVED, "", energises),
+    "gs_d200": Fit(
+        tuple(part for part in MOVED if part not in OUTSIDE), "is active low, and direction means high", energises
+    ),
     "phase_current": Fit(LINES, "a pin that tells that (the motor is under way|it speeds up)", chooses),
-    "two_clocks": Fit((*LETTERS, *LINES), "rests at the level of a step", splits),
+    "two_clocks": Fit((*LETTERS, *LINES), "is active low, and dir means high|rests at the level of a step", splits),
     "step_check": Fit((*LETTERS, *LINES), "a pin that lets the next step be made", holds),
     "damping": Fit(LINES, "a pin that tells that (the motor is under way|it speeds up)", brakes),
     "bar": Fit((*LETTERS, *LINES), "a pin that is output 1", cuts),
     "drill": Fit(LINES, "a pin that is output 2", drills, (("gap", 5),)),
     "ppi8255": Fit(LETTERS, "needs a pin that", commands),
-    "host8080": Fit(SHOWS, HOSTLIKE + "|data bus", commands),
-    "keyboard": Fit(SHOWS, HOSTLIKE + "|data bus", commands, (("down", "5 ms"), ("apart", "10 ms"))),
+    "host8080": Fit((*SHOWS, *OUTSIDE), HOSTLIKE + "|data bus", commands),
+    "keyboard": Fit((*SHOWS, *OUTSIDE), HOSTLIKE + "|data bus", commands, (("down", "5 ms"), ("apart", "10 ms"))),
     "isa": Fit(PACKETS, "needs a pin that", writes),
     "gpib_listener": Fit(SHOWS, "needs a pin that", talks_gpib),
     "gpib_talker": Fit((), "a pin that is a data line of an IEEE-488 bus"),

@@ -153,6 +153,7 @@ def test_file_has_the_usual_rights(tmp_path):
     assert os.stat(tmp_path / "a").st_mode == os.stat(tmp_path / "b").st_mode
 
 
+@pytest.mark.posix
 def test_what_is_no_regular_file_is_written_as_it_is(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     reader = os.open(tmp_path / "pipe", os.O_RDONLY | os.O_NONBLOCK)

@@ -21,12 +21,12 @@ from slewline.core.motions import Mark, MotionStart
 from slewline.core.quantity import Outline, Quantity
 from slewline.core.timebase import Clock
 from slewline.errors import UsageError
-from slewline.record import figures, lanes, marks, panels
+from slewline.record import figures, lanes, marks, panels, rate_lines
 from slewline.record.figures import Contents, description_of, figure
-from slewline.record.panels import Track
 from slewline.record.pictures import save
 from slewline.record.style import DARK, LIGHT, TimeAxis, duration, inches, number
 from slewline.record.traces import Trace
+from slewline.record.tracks import Track
 
 MS = 10**9
 
@@ -141,7 +141,7 @@ def test_a_title_of_any_letters_is_told_to_a_screen_reader(tmp_path):
 
 
 # ---------------------------------------------------------------------------------------------------------------- rates
-def rate_lines(axes) -> list[tuple[float, list[tuple[float, float]]]]:
+def dashed(axes) -> list[tuple[float, list[tuple[float, float]]]]:
     collections = [each for each in axes.collections if type(each).__name__ == "LineCollection"]
     return [(c.get_segments()[0][0][1], [(s[0][0], s[1][0]) for s in c.get_segments()]) for c in collections]
 
@@ -151,9 +151,9 @@ def test_a_rate_is_drawn_until_another_takes_its_place_in_the_same_motion():
     changes = ((20 * MS, {"R = 5": 500.0}), (40 * MS, {}), (50 * MS, {"R = 90 and more": 900.0}))
     motion = MotionStart(10 * MS, "G", {"R = 7": 700.0}, changes=changes)
     whole = figure(contents(Track("x", [velocity], [motion])))
-    assert rate_lines(whole.axes[0]) == [(700.0, [(10, 20)]), (500.0, [(20, 40)]), (900.0, [(50, 100)])]
+    assert dashed(whole.axes[0]) == [(700.0, [(10, 20)]), (500.0, [(20, 40)]), (900.0, [(50, 100)])]
     later = figure(contents(Track("x", [velocity], [motion]), start=25 * MS, stop=45 * MS))
-    assert rate_lines(later.axes[0]) == [(500.0, [(25, 40)])]
+    assert dashed(later.axes[0]) == [(500.0, [(25, 40)])]
     assert "R = 90 and more, 900 steps/s" in texts(whole)
     narrower = figure(contents(Track("x", [velocity], [MotionStart(10 * MS, "G", {"R = 7": 700.0})])))
     assert whole.axes[0].get_position().x1 < narrower.axes[0].get_position().x1  # room for the longest name
@@ -168,7 +168,7 @@ def test_a_rate_is_drawn_while_it_was_in_force_and_named_once():
     motions = [MotionStart(begin * MS, "G", {"F = 5": 500.0, "R = 7": 700.4}) for begin in (10, 30, 50)]
     motions[1] = MotionStart(30 * MS, "G", {"F = 5": 500.0})
     shown = figure(contents(Track("x", [velocity], motions)))
-    assert dict(rate_lines(shown.axes[0])) == {
+    assert dict(dashed(shown.axes[0])) == {
         500.0: [(10, 20), (30, 40)],
         700.4: [(10, 20)],
         -500.0: [(50, 70)],
@@ -186,7 +186,7 @@ def test_a_rate_of_several_runs_is_one_line_as_long_as_it_was_in_force_in_one_of
     for name, (begin, end) in spans.items():
         velocity = Told("velocity", "steps/s", [(0, 0), (begin * MS, 500), (end * MS, 0)])
         runs.append(Track(name, [velocity], [MotionStart(begin * MS, "G", {"F = 5": 500.0})]))
-    assert dict(rate_lines(figure(contents(*runs)).axes[0])) == {500.0: [(10, 60), (70, 80)]}
+    assert dict(dashed(figure(contents(*runs)).axes[0])) == {500.0: [(10, 60), (70, 80)]}
 
 
 def test_names_of_rates_do_not_meet_and_the_outermost_stay():
@@ -196,7 +196,7 @@ def test_names_of_rates_do_not_meet_and_the_outermost_stay():
     named = [text for text in axes.texts if "R = " in text.get_text()]
     places = sorted(text.xy[1] for text in named)
     low, high = axes.get_ylim()
-    apart = (high - low) * panels.RATE_HEIGHT / figures.HEIGHTS["velocity"]
+    apart = (high - low) * rate_lines.RATE_HEIGHT / figures.HEIGHTS["velocity"]
     assert np.diff(places).min() > 0.99 * apart
     assert {"R = 0, 900 steps/s", "R = 39, 939 steps/s"} <= {text.get_text() for text in named}
     assert places[-1] <= high
@@ -440,7 +440,7 @@ def test_errors_are_clear_and_leave_nothing(tmp_path, monkeypatch):
         return load(name, *rest)
 
     monkeypatch.setattr(builtins, "__import__", refuse)
-    with pytest.raises(UsageError, match=r"pip install slewline\[plot\]"):
+    with pytest.raises(UsageError, match=r"pip install 'slewline\[plot\]'"):
         figure(contents(track()))
     assert list(tmp_path.iterdir()) == []
 
@@ -480,7 +480,7 @@ def test_a_flag_at_the_end_has_its_text_on_its_left():
 
 
 def test_names_of_rates_have_thin_spaces_in_their_numbers():
-    assert panels.rate_text(["VEL = 65536", "R = 80"], 3052.0) == "VEL = 65\u2009536, R = 80, 3\u2009052 steps/s"
+    assert rate_lines.rate_text(["VEL = 65536", "R = 80"], 3052.0) == "VEL = 65\u2009536, R = 80, 3\u2009052 steps/s"
 
 
 @pytest.mark.parametrize(("width", "bands"), [("page", 0), ("phone", 1)])

@@ -38,7 +38,18 @@ def within(modules: set[str], *layers: str) -> set[str]:
 def test_an_empty_bench_loads_no_chip_no_language_no_host_and_nothing_that_draws() -> None:
     empty = loaded("import slewline; slewline.Bench()")
     assert within(empty, "chips", "language", "parts", "record", "links") == {"slewline.parts.part"}
-    asked = {"by_name", "bench", "curves", "drawing", "furnishing", "motions", "recording", "timing", "wiring"}
+    asked = {
+        "by_name",
+        "bench",
+        "curves",
+        "drawing",
+        "furnishing",
+        "hosting",
+        "motions",
+        "recording",
+        "timing",
+        "wiring",
+    }
     assert within(empty, "bench") == {f"slewline.bench.{name}" for name in asked}
     assert not within(empty, "core") & {f"slewline.core.{name}" for name in ("deviation", "ideal", "serial", "shaft")}
     assert not empty & {"difflib", "json", "numpy", "pathlib", "textwrap"}

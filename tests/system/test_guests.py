@@ -343,16 +343,16 @@ def asked(port):
 
 
 def test_a_url_opens_a_guest_where_the_caller_allows_it(lab):
-    with serial.serial_for_url(f"slewline://{NAME}?name=left", 9600, timeout=1, allow_code=True) as port:
+    with serial.serial_for_url(f"slewline://{NAME}?name=guest", 9600, timeout=1, allow_code=True) as port:
         assert asked(port) == b"40\r" and port.chip.sheet.part == "mx10"
-        rig = NAMED["left"]
+        rig = NAMED["guest"]
     try:
-        with serial.serial_for_url(f"slewline://{NAME}?name=left", 9600, timeout=1) as again:
+        with serial.serial_for_url(f"slewline://{NAME}?name=guest", 9600, timeout=1) as again:
             assert again.rig is rig  # nothing is imported: it is there
-        with pytest.raises(ValueError, match=r"'left' is slewline://my_lab.mx10:Mx10\?name=left already"):
-            serial.serial_for_url("slewline://gs-c200?name=left")
+        with pytest.raises(ValueError, match=r"'guest' is slewline://my_lab.mx10:Mx10\?name=guest already"):
+            serial.serial_for_url("slewline://gs-c200?name=guest")
     finally:
-        NAMED.pop("left").close()
+        NAMED.pop("guest").close()
 
 
 def test_a_url_opens_what_is_installed(installed):

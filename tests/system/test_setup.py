@@ -2,14 +2,19 @@
 
 import ast
 import importlib.util
+import os
+import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 SCRIPT = Path(__file__).parents[2] / "tools" / "setup.py"
+BIN = "Scripts" if os.name == "nt" else "bin"
+MAKEFILE = (SCRIPT.parents[1] / "Makefile").read_text("utf-8")
 
 
 def load(path):
@@ -35,13 +40,22 @@ class Machine:
 
     def __init__(self):
         self.installed = []
+        self.ran = []  # how a task calls Python
+        self.tools = set()
         self.online = True
+        self.status = 0
 
-    def call(self, command, cwd):
-        if "pip" not in command:
-            python = Path(command[-1], "bin/python")
-            python.parent.mkdir(parents=True)
-            python.touch()
+    def call(self, command, cwd, env=None):
+        tool = Path(command[0]).name
+        self.tools.add(tool if tool in ("uv", "virtualenv") else "python")
+        if "venv" in command or tool == "virtualenv":
+            for folder, name in (("bin", "python"), ("Scripts", "python.exe")):
+                python = Path(command[-1], folder, name)
+                python.parent.mkdir(parents=True)
+                python.touch()
+        elif "install" not in command:
+            self.ran.append([Path(command[0]).parent.name, *command[1:]])
+            return self.status
         elif not self.online:
             return 1
         self.installed.append(Path(command[-1]).name)
@@ -75,6 +89,7 @@ def test_an_old_python_can_parse_the_script():
 
 def test_a_missing_ensurepip_is_named_with_its_package(setup, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "ensurepip", None)
+    monkeypatch.setattr(shutil, "which", lambda _name: None)
     assert setup.main(["dev"]) == 1
     message = capsys.readouterr().err
     assert "`ensurepip` is missing" in message
@@ -120,3 +135,129 @@ def test_usage(setup):
     result = subprocess.run([sys.executable, setup.__file__, "all"], capture_output=True, text=True, check=False)
     assert result.returncode == 2
     assert "usage" in result.stderr
+
+
+# --------------------------------------------------------------------------------------------------------- no ensurepip
+@pytest.mark.parametrize("tool", ["uv", "virtualenv"])
+def test_without_ensurepip_another_maker_is_tried(setup, machine, monkeypatch, capsys, tool):
+    monkeypatch.setitem(sys.modules, "ensurepip", None)
+    monkeypatch.setattr(shutil, "which", lambda name: f"/usr/bin/{name}" if name == tool else None)
+    for _ in range(2):
+        assert setup.main(["run"]) == 0
+    assert machine.installed == [".venv", "run.lock", ""]
+    assert machine.tools == ({"uv"} if tool == "uv" else {"virtualenv", "python"})  # virtualenv brings pip
+    assert f"no ensurepip here; {tool} takes its place" in capsys.readouterr().err
+
+
+def test_without_any_maker_all_of_them_are_named(setup, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "ensurepip", None)
+    monkeypatch.setattr(shutil, "which", lambda _name: None)
+    assert setup.main(["dev"]) == 1
+    message = capsys.readouterr().err
+    assert "apt install python3-venv" in message and "`uv` or `virtualenv`" in message
+
+
+# ---------------------------------------------------------------------------------------------------------------- tasks
+def test_make_has_a_task_for_every_task_and_says_the_same_of_it(setup):
+    told = re.findall(r"^([a-z-]+): ## (.*)$", MAKEFILE, re.MULTILINE)
+    assert told == [(name, what) for name, _, what, _ in setup.TASKS if name not in ("run", "dev")]
+    assert re.search(r"^TASKS := (.*)$", MAKEFILE, re.MULTILINE)[1].split() == [name for name, _ in told]
+
+
+@pytest.mark.parametrize("task", ["demo", "test", "test-long", "check", "conformance", "mutations", "bench", "docs"])
+def test_a_task_is_done_in_the_environment_and_its_status_counts(setup, machine, task):
+    assert setup.main([task]) == 0
+    assert machine.installed == [".venv", "run.lock" if task == "demo" else "dev.lock", ""]
+    assert machine.ran and {call[0] for call in machine.ran} == {BIN}
+    for call in machine.ran:  # what it calls is there
+        found = Path(SCRIPT.parents[1], call[1]).is_file() if call[1][0] != "-" else call[1] in ("-m", "-c")
+        assert found, call
+    machine.status = 3
+    assert setup.main([task]) != 0
+
+
+def test_arguments_go_to_the_last_call(setup, machine):
+    assert setup.main(["test", "-k", "cy525", "tests/chips"]) == 0
+    assert machine.ran == [[BIN, "-m", "pytest", "-n", "2", "-k", "cy525", "tests/chips"]]
+
+
+def test_a_check_that_fails_ends_them(setup, machine):
+    machine.status = 1
+    assert setup.main(["check"]) == 1
+    assert len(machine.ran) == 1
+
+
+def test_windows_has_scripts(setup, machine, monkeypatch):
+    monkeypatch.setattr(setup, "WINDOWS", True)
+    assert setup.main(["demo"]) == 0
+    assert machine.ran == [["Scripts", "-m", "slewline", "demo"]]
+
+
+def test_windows_locks_a_byte_far_behind_the_end(setup, monkeypatch):
+    locked = []
+
+    def locking(file, mode, length):
+        locked.append((os.lseek(file, 0, os.SEEK_CUR) > 1 << 20, mode, length))
+        if len(locked) < 3:
+            raise OSError  # the other one has it for more than ten seconds
+
+    monkeypatch.setitem(sys.modules, "fcntl", None)
+    monkeypatch.setitem(sys.modules, "msvcrt", SimpleNamespace(locking=locking, LK_LOCK=1))
+    with open(SCRIPT, "rb") as file:
+        setup.lock(file)
+    assert locked == [(True, 1, 1)] * 3
+
+
+def test_clean_takes_away_what_was_made(setup, tmp_path):
+    for made in (".venv/bin", "build/docs", "src/slewline/__pycache__", ".mypy_cache"):
+        (tmp_path / made).mkdir(parents=True)
+    (tmp_path / "src/slewline/bench.py").touch()
+    (tmp_path / ".coverage").touch()
+    assert setup.main(["clean"]) == 0
+    left = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()}
+    assert left == {
+        "src/slewline/bench.py",
+        "tools/setup.py",
+        "requirements/run.lock",
+        "requirements/dev.lock",
+        "pyproject.toml",
+    }
+    assert not list(tmp_path.rglob("__pycache__"))
+
+
+# ----------------------------------------------------------------------------------------------- a read-only checkout
+@pytest.fixture
+def frozen(setup, monkeypatch, tmp_path):
+    """The checkout cannot be written; the caches of the user can."""
+    real = setup.is_writable
+    monkeypatch.setattr(setup, "is_writable", lambda folder: folder != setup.ROOT and real(folder))
+    for name in ("XDG_CACHE_HOME", "LOCALAPPDATA"):
+        monkeypatch.setenv(name, str(tmp_path / "caches"))
+    return tmp_path
+
+
+def test_a_checkout_that_can_only_be_read_gets_its_environment_elsewhere(setup, machine, frozen, capsys):
+    before = {path for path in frozen.rglob("*") if "caches" not in path.parts}
+    for _ in range(2):
+        assert setup.main(["demo"]) == 0
+    assert machine.installed == [".venv", "run.lock", ""]
+    place = next((frozen / "caches/slewline").iterdir())
+    assert (place / ".venv" / BIN).is_dir()
+    assert f"can only be read; the environment and what is made go to {place}" in capsys.readouterr().err
+    assert machine.ran[0] == [BIN, "-m", "slewline", "demo", "-o", str(place / "build/demo")]
+    assert {path for path in frozen.rglob("*") if "caches" not in path.parts} == before
+
+
+def test_where_nothing_can_be_written_a_remedy_is_told(setup, frozen, monkeypatch, capsys):
+    (frozen / "file").touch()
+    for name in ("XDG_CACHE_HOME", "LOCALAPPDATA"):
+        monkeypatch.setenv(name, str(frozen / "file"))
+    assert setup.main(["demo"]) == 1
+    assert "XDG_CACHE_HOME=/some/folder" in capsys.readouterr().err
+
+
+@pytest.mark.posix
+def test_whether_a_folder_can_be_written_is_found_out(setup, tmp_path):
+    assert setup.is_writable(str(tmp_path)) and not list(tmp_path.glob(".setup-*"))
+    assert not setup.is_writable(str(tmp_path / "none"))
+    assert not setup.is_writable("/proc")

@@ -335,7 +335,7 @@ def test_faults_that_cannot_be(gs_c200s):
 
 
 def test_a_face_that_is_not_there():
-    with pytest.raises(UsageError, match="on 'usb'; allowed url, tcp, pty, rfc2217"):
+    with pytest.raises(UsageError, match="on 'usb'; allowed url, host, tcp, pty, rfc2217"):
         running("gs-c200s", on="usb")
 
 

@@ -101,8 +101,27 @@ def test_what_goes_wrong_is_told(run):
     result = run(BAD + "def test_that_passes(gs_c200s):\n    gs_c200s.ask('F')\n", "-rA")
     result.assert_outcomes(passed=1, failed=1, errors=1)
     result.stdout.fnmatch_lines(REPORT)
-    result.stdout.fnmatch_lines(["E*UsageError: on 'usb'; allowed url, tcp, pty, rfc2217"])
+    result.stdout.fnmatch_lines(["E*UsageError: on 'usb'; allowed url, host, tcp, pty, rfc2217"])
     assert result.stdout.str().count("- slewline: ") == 1
+
+
+TWO_SIDES = """
+def test_both(cy545, cy545b):
+    for module in (cy545, cy545b):
+        with serial.serial_for_url(module.url, timeout=2) as port:
+            port.write(b"\\r\\rN 30\\r+\\rG\\r")
+            module.until_idle()
+            module.assert_steps(30, direction=+1)
+            module.assert_reply("? P", "P=00000030")
+
+@pytest.mark.slewline(on="tcp", fixed_baud=9600)
+def test_marked(cy545b):
+    assert cy545b.ask("? N") == "N=00000200"
+"""
+
+
+def test_fixtures_have_the_names_of_their_parts(run):
+    run(TWO_SIDES, "--strict-markers", alone=("slewline",)).assert_outcomes(passed=2)
 
 
 def test_a_run_that_does_not_use_it_loads_nothing_of_the_simulator(run):

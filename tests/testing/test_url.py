@@ -11,10 +11,10 @@ import pytest
 import serial
 import serial.threaded
 
-import slewline.testing  # noqa: F401  makes pySerial know the URL
+import slewline.testing  # makes pySerial know the URL
 from slewline.errors import StoreError, Timeout, UsageError
 from slewline.language.lines import framed
-from slewline.testing import rig
+from slewline.testing import protocol_slewline, rig
 
 SETTINGS = {"baudrate": 9600, "bytesize": 7, "parity": "O", "stopbits": 2, "timeout": 1}
 CHARACTER_PS = 11 * 10**12 // 9600
@@ -66,6 +66,15 @@ def test_an_exchange_takes_the_time_of_the_line_and_no_other(opened):
     assert ask(port, "F") == b"RR\r"
     # three characters, the turnround, three characters
     assert port.bench.now_ps - began == pytest.approx(6 * CHARACTER_PS + 10**9, abs=10)
+
+
+def test_a_port_with_a_type():
+    with slewline.testing.open_url("slewline://gs-c200s", bytesize=7, parity="O", stopbits=2, timeout=1) as port:
+        assert ask(port, "F") == b"RR\r"
+        port.sleep(0.1)
+        assert (port.chip.position, port.baudrate, type(port)) == (0, 9600, protocol_slewline.Serial)
+    with pytest.raises(UsageError, match=r"'socket://localhost:1': expected slewline://PART; other ports"):
+        slewline.testing.open_url("socket://localhost:1")
 
 
 def test_each_opening_without_a_name_is_a_new_module(opened):
@@ -432,9 +441,9 @@ def test_a_character_that_comes_while_others_are_taken_is_not_lost(opened):
             return found
 
     port = opened(timeout=0)
-    port._buffer = Growing(b"V+")
+    port._end.buffer = Growing(b"V+")
     assert port.read(100) == b"V+"
-    assert port._buffer == b"R"
+    assert port._end.buffer == b"R"
 
 
 def test_no_write_waits_so_that_its_timeout_is_never_over(opened):
@@ -474,10 +483,14 @@ def test_with_a_rate_a_time_counts_from_the_present_and_is_virtual(late, wait):
 @pytest.mark.parametrize(
     ("url", "changes", "says"),
     [
-        ("slewline://gs-c300", {}, "no chip 'gs-c300'; there are: cy525, cy500, cy512, gs-c200, gs-c200s"),
+        (
+            "slewline://gs-c300",
+            {},
+            "no chip 'gs-c300'; there are: cy525, cy500, cy512, cy545, cy545b, gs-c200, gs-c200s",
+        ),
         ("slewline://gs-c200s/extra?chs=0", {}, "'extra' belongs to nothing; expected slewline://gs-c200s"),
         ("slewline://gs-c200s#x", {}, "'x' belongs to nothing; expected slewline://gs-c200s"),
-        ("slewline://", {}, "no chip ''; there are: cy525, cy500, cy512, gs-c200, gs-c200s"),
+        ("slewline://", {}, "no chip ''; there are: cy525, cy500, cy512, cy545, cy545b, gs-c200, gs-c200s"),
         ("slewline://cy525", {}, r"cy525: has no serial line; use bench\.host"),
         ("slewline://gs-c200s?sel9=0", {}, "no option 'sel9'; its options: store, cold, firmware"),
         ("slewline://gs-c200s?chs=2", {}, "strap chs=2; straps put an input to 0 or 1"),

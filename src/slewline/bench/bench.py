@@ -10,25 +10,26 @@ bench.run_until_idle()
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..core.net import Net
 from ..core.pin import Condition
 from ..core.timebase import PS_PER_S, Seconds, Time, picoseconds, readable
 from ..errors import Timeout, UsageError
-from .furnishing import Furnished
+from .hosting import Hosted
 from .timing import TimingDiagrams
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
     from ..parts.part import Part
+    from .awaiting import VirtualLoop
 
 
 def _seen(_net: Net) -> None:
     """An observer that only makes promised edges instants."""
 
 
-class Bench(Furnished, TimingDiagrams):
+class Bench(Hosted, TimingDiagrams):
     """Chips and the parts around them, in virtual time from 0 on.
 
     Args:
@@ -140,16 +141,18 @@ class Bench(Furnished, TimingDiagrams):
             TimeError: `timeout` is no duration.
             UsageError: neither a condition nor a function, or the call comes from within a run.
         """
+        self._until(*self._meant("run_until", condition, timeout))
+
+    def _meant(self, verb: str, condition: Condition | Callable[[], bool], timeout: Time) -> tuple[Any, ...]:
+        """Return what a wait for a condition needs to know: met, foreseen, in words, the timeout, its nets."""
         if isinstance(condition, Condition):
             condition.begin()
-            self._until(condition.met, condition.foreseen, condition.text, timeout, condition.nets)
-        elif callable(condition):
+            return condition.met, condition.foreseen, condition.text, timeout, condition.nets
+        if callable(condition):
             what = getattr(condition, "__name__", "the condition")
-            self._until(
-                condition, None, what, timeout, [net for chip in self.chips.values() for net in chip.step_nets()]
-            )
-        else:
-            raise UsageError(f"run_until({condition!r}): expected a condition such as x.reaches(40), or a function")
+            nets = [net for chip in self.chips.values() for net in chip.step_nets()]
+            return condition, None, what, timeout, nets
+        raise UsageError(f"{verb}({condition!r}): expected a condition such as x.reaches(40), or a function")
 
     def _wait_for(self, met: Callable[[], bool], what: str, timeout: Time) -> None:
         self._until(met, None, what, timeout)
@@ -183,6 +186,62 @@ class Bench(Furnished, TimingDiagrams):
         self.outside.tell("run", to=kernel.now)
         if not reached:
             raise Timeout(self._explain(what, timeout, dead))
+
+    # ------------------------------------------------------------------------------------------------------- asyncio
+    async def until(self, condition: Condition | Callable[[], bool], timeout: Time = "60 s") -> None:
+        """Wait until a condition is met, in a task of asyncio: `run_until` for a host that does several things at once.
+
+        The loop must be one of virtual time: `slewline.testing.aio.run(main())`.
+
+        Args:
+            condition: as `run_until` takes it.
+            timeout: of virtual time, from now on.
+
+        Raises:
+            Timeout: it is not met in time; the message says what everybody waits for.
+            TimeError: `timeout` is no duration.
+            UsageError: neither a condition nor a function, or the loop goes by the wall clock.
+        """
+        from .awaiting import virtual_loop
+
+        loop = virtual_loop("until")
+        await self._awaited(loop, *self._meant("until", condition, timeout))
+
+    async def until_idle(self, timeout: Time = "60 s") -> None:
+        """Wait until every host queue is empty and every chip idle, in a task of asyncio; raises as `until`."""
+        from .awaiting import virtual_loop
+
+        loop = virtual_loop("until_idle")
+        await self._awaited(loop, self._all_idle, None, "every queue empty and every chip idle", timeout, ())
+
+    async def wait(self, duration: Time) -> None:
+        """Wait for a time, in a task of asyncio; others go on meanwhile.
+
+        Args:
+            duration: "12 ms", or picoseconds (0, or at least 1000).
+
+        Raises:
+            TimeError: not a duration.
+            UsageError: the loop goes by the wall clock.
+        """
+        from .awaiting import virtual_loop
+
+        loop = virtual_loop("wait")
+        self._start()
+        await loop.passed(self, lambda: False, None, (), picoseconds(duration))
+
+    async def _awaited(
+        self,
+        loop: VirtualLoop,
+        met: Callable[[], bool],
+        when: Callable[[], int | None] | None,
+        what: str,
+        timeout: Time,
+        nets: Iterable[Net],
+    ) -> None:
+        self._start()
+        if not await loop.passed(self, met, when, nets, picoseconds(timeout)):
+            raise Timeout(self._explain(what, timeout, self.kernel.next_time() is None))
 
     def _predicted(self, met: Callable[[], bool], when: Callable[[], int | None], limit: int) -> bool:
         """Like Kernel.run_while, for a condition that may come about between two events: `when` tells."""

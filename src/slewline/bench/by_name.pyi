@@ -6,16 +6,20 @@ from typing import Any, Literal, Protocol, TypeVar, overload
 from ..chips.cy500.firmware import Cy500
 from ..chips.cy512.firmware import Cy512
 from ..chips.cy525.firmware import Cy525
+from ..chips.cy545.firmware import Cy545, Cy545B
 from ..chips.gs_c200.firmware import GsC200, GsC200S
 from ..chips.line import LineChip
 from ..chips.mc1451a.firmware import Mc1151A, Mc1151AE, Mc1251A, Mc1251AE, Mc1451A, Mc1451AE
 from ..core.chip import Chip
 from ..core.timebase import Time
+from ..parts.adaptive_host import AdaptiveHost
 from ..parts.carriage import Carriage, Gear
 from ..parts.computer import Computer
 from ..parts.computer8080 import Host8080, Ppi8255
+from ..parts.displays import HpDisplay, Lcd
 from ..parts.drilling import Bar, Drill
 from ..parts.encoder import Encoder, Quadrature
+from ..parts.flow_host import FlowHost
 from ..parts.gates import And, Delay, Inverter, Latch8, Nand, Nor, Or
 from ..parts.gpib import GpibListener, GpibTalker
 from ..parts.gpib_device import GpibController, GpibDevice, GpibInterrupts
@@ -25,8 +29,11 @@ from ..parts.host import Host
 from ..parts.isa import Isa
 from ..parts.keyboard import Keyboard
 from ..parts.latches import PhaseLatch, PositionLatch
+from ..parts.memory import Eeprom, Eprom, Ram
 from ..parts.motor import Motor, Rotor, Translator
 from ..parts.packet_host import PacketHost
+from ..parts.panel_parts import JogSwitch, Thumbwheels
+from ..parts.parallel_card import ParallelCard
 from ..parts.part import Part
 from ..parts.prom import Prom
 from ..parts.rs232 import SerialHost, SerialPort
@@ -72,6 +79,28 @@ class Adds(Protocol):
         bare: bool = False,
         **options: Any,
     ) -> Cy512: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        part: Literal["cy545"],
+        name: str | None = None,
+        crystal: str | int | None = None,
+        straps: Mapping[str, int] | None = None,
+        bare: bool = False,
+        **options: Any,
+    ) -> Cy545: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        part: Literal["cy545b"],
+        name: str | None = None,
+        crystal: str | int | None = None,
+        straps: Mapping[str, int] | None = None,
+        bare: bool = False,
+        **options: Any,
+    ) -> Cy545B: ...
     @overload
     def __call__(
         self,
@@ -308,6 +337,76 @@ class Makes(Protocol):
     def __call__(
         self,
         /,
+        kind: Literal["ram"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Ram: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["eeprom"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Eeprom: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["eprom"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Eprom: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["thumbwheels"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Thumbwheels: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["hp_display"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> HpDisplay: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["lcd"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Lcd: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["jog_switch"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> JogSwitch: ...
+    @overload
+    def __call__(
+        self,
+        /,
         kind: Literal["position_latch"],
         name: str | None = None,
         to: Chip | Part | str | None = None,
@@ -508,6 +607,16 @@ class Makes(Protocol):
     def __call__(
         self,
         /,
+        kind: Literal["parallel_card"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> ParallelCard: ...
+    @overload
+    def __call__(
+        self,
+        /,
         kind: Literal["isa"],
         name: str | None = None,
         to: Chip | Part | str | None = None,
@@ -606,6 +715,28 @@ class Makes(Protocol):
     ) -> Part: ...
 
 class Hosts(Protocol):
+    @overload
+    def __call__(
+        self,
+        /,
+        *chips: Cy545,
+        name: str | None = None,
+        delay: Time = 0,
+        baud: int | None = None,
+        line: Part | None = None,
+        over: Literal["parallel"] | None = None,
+    ) -> FlowHost: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        *chips: Cy545,
+        name: str | None = None,
+        delay: Time = 0,
+        baud: int | None = None,
+        line: Part | None = None,
+        over: Literal["serial"],
+    ) -> AdaptiveHost: ...
     @overload
     def __call__(
         self,

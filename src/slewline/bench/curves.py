@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from ..core.chip import Chip
+from ..core.near import hint
 from ..core.one_axis import OneAxis
 from ..core.quantity import Quantity
 from ..errors import UnknownName
@@ -34,8 +35,8 @@ def quantity_of(chips: Mapping[str, Chip], parts: Mapping[str, Part], name: str)
     owner, _, what = name.partition(".") if isinstance(name, str) else ("", "", "")
     full = f"{owner}.axis1.{what}" if owner in chips and chips[owner].sheet.axes > 1 and "." not in what else name
     if full not in known:
-        own = [each for each in known if each.partition(".")[0] == owner]
-        raise UnknownName(f"no quantity {name!r}; there are: {', '.join(own or known) or 'none yet'}")
+        own = [each for each in known if each.partition(".")[0] == owner] or list(known)
+        raise UnknownName(f"no quantity {name!r}; there are: {', '.join(own) or 'none yet'}{hint(name, own)}")
     return known[full]
 
 
@@ -62,7 +63,8 @@ def chosen(parts: Mapping[str, Part], wanted: Sequence[str] | str | None, chips:
         named = [quantity for quantity in quantities if not dot or quantity.name == what]
         if not named:
             known = [f"{part.name}.{each.name}" for part in parts.values() for each in part.quantities()]
-            raise UnknownName(f"parts: no quantity {name!r}; there are: {', '.join(known) or 'none'}")
+            says = f"parts: no quantity {name!r}; there are: {', '.join(known) or 'none'}"
+            raise UnknownName(says + hint(name, known))
         own = shown.setdefault(owner, [])
         own += [quantity for quantity in named if quantity.name not in {each.name for each in own}]
     return [(parts[owner], tuple(quantities)) for owner, quantities in shown.items()]

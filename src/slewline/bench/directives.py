@@ -6,7 +6,8 @@ import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
-from ..core.channel import BusHandshake, Channel, HostPort, SerialLine
+from ..core.channel import AdaptiveLine, BusHandshake, Channel, FlowBus, HostPort, SerialLine
+from ..core.near import hint
 from ..core.table import Arg
 from ..core.timebase import picoseconds, readable
 from ..core.waits import first_of, level, until
@@ -15,7 +16,8 @@ from ..language import packets
 from ..language.dialect import spoken_as
 from ..language.lines import Lines
 from ..parts.packet_host import POLL
-from .stage import Act, Fits, Queue, Stage, answers, asking, meaning, returned
+from .speech import answers, asking, meaning, returned
+from .stage import Act, Fits, Queue, Stage
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
@@ -33,14 +35,19 @@ class Reading(NamedTuple):
     fits: Fits | None = None
 
 
-WRONG = {  # what a directive is for, and what the host is on instead
-    (BusHandshake, SerialLine): ("a directive for a chip on a bus", "is on a serial line"),
-    (BusHandshake, HostPort): ("a directive for a chip that takes letters", "takes packets"),
-    (SerialLine, BusHandshake): ("a directive for a module on a serial line", "has a bus"),
-    (SerialLine, HostPort): ("a directive for a module on a serial line", "has a bus"),
-    (HostPort, BusHandshake): ("for a chipset that takes packets", "takes none"),
-    (HostPort, SerialLine): ("for a chipset that takes packets", "takes none"),
+MEANT = {  # whom a directive is for, by the channel
+    BusHandshake: "a directive for a chip on a bus",
+    SerialLine: "a directive for a module on a serial line",
+    HostPort: "for a chipset that takes packets",
 }
+INSTEAD: dict[type[Channel], str] = {  # what the host is on instead
+    BusHandshake: "has a bus",
+    SerialLine: "is on a serial line",
+    HostPort: "has a bus",
+    FlowBus: "is asked by its own commands",
+    AdaptiveLine: "is asked by its own commands",
+}
+LETTERS = "a directive for a chip that takes letters"  # where packets are taken instead
 
 
 def _over(kind: type[Channel]) -> Fits:
@@ -55,8 +62,12 @@ def _over(kind: type[Channel]) -> Fits:
 
 
 def _refuse(kind: type[Channel], found: type[Channel], chip: Chip) -> None:
-    wanted, instead = WRONG[kind, found]
-    raise UsageError(f"{wanted}; {chip.name} ({chip.sheet.part}) {instead}")
+    meant, instead = MEANT[kind], INSTEAD[found]
+    if kind is HostPort:
+        instead = "takes none"
+    elif found is HostPort and kind is BusHandshake:
+        meant, instead = LETTERS, "takes packets"
+    raise UsageError(f"{meant}; {chip.name} ({chip.sheet.part}) {instead}")
 
 
 _on_bus, _on_line, _with_packets = _over(BusHandshake), _over(SerialLine), _over(HostPort)
@@ -217,10 +228,11 @@ def _told(rest: str) -> Reading:
 
     def fits(stage: Stage, _chip: Chip) -> None:
         if name not in stage.scene.parts:
-            raise UnknownName(f"the bench has no part {name!r}; there are: {', '.join(stage.scene.parts)}")
+            parts = stage.scene.parts
+            raise UnknownName(f"the bench has no part {name!r}; there are: {', '.join(parts)}{hint(name, parts)}")
         verbs = stage.scene.parts[name].verbs
         if verb not in verbs:
-            raise UsageError(f"tell {name} {verb!r}; allowed {', '.join(verbs) or 'nothing'}")
+            raise UsageError(f"tell {name} {verb!r}; allowed {', '.join(verbs) or 'nothing'}{hint(verb, verbs)}")
 
     async def act(stage: Stage, chip: Chip) -> None:
         part = stage.scene.parts[name]
@@ -244,7 +256,7 @@ def _reset(_rest: str) -> Reading:
         await stage.next_round()
         pin = chip.sheet.role("reset")
         if pin is not None:
-            await level(chip.pins[pin.name].net, 1)
+            await level(chip.pins[pin.name].net, 0 if pin.active else 1)
 
     return Reading(_acting(act), fits=_resettable)
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.axis import Steps
 from ..core.chip import Chip
 from ..core.motions import Mark
+from ..core.near import hint
 from ..core.one_axis import OneAxis
 from ..core.timebase import Time, moment, readable
 from ..errors import UnknownName, UsageError
@@ -23,8 +24,8 @@ if TYPE_CHECKING:
 
     from ..record.cursors import Readings
     from ..record.figures import Contents
-    from ..record.panels import Track
     from ..record.traces import Trace
+    from ..record.tracks import Track
     from .recording import FilePath
 
 AROUND = 20  # so much of the motion is shown before and after it: 1/20
@@ -272,8 +273,9 @@ class Drawing(Recording):
         for one in wanted:
             fits = [axis for chip, n, axis in all_of_them if one in (n, axis.name, chip.name)]
             if not fits or isinstance(one, bool):
-                names = ", ".join(axis.name for _, _, axis in all_of_them)
-                raise UnknownName(f"axes: no axis {one!r}; there are {names}, and numbers from 1 on")
+                names = [axis.name for _, _, axis in all_of_them]
+                says = f"axes: no axis {one!r}; there are {', '.join(names)}, and numbers from 1 on"
+                raise UnknownName(says + hint(one, names))
             found += [axis for axis in fits if axis not in found]
         return found
 
@@ -313,7 +315,7 @@ class Drawing(Recording):
         """What parts did; `moving`: no quantity that does not change."""
         import numpy as np
 
-        from ..record.panels import Track
+        from ..record.tracks import Track
 
         for part, quantities in around:
             shown = [each for each in quantities if not moving or np.ptp(each.outline(first, last, 1).values)]
@@ -328,7 +330,7 @@ class Drawing(Recording):
                 )
 
     def _track(self, axis: OneAxis, zero: int, first: int, last: int, ideal: bool) -> Track:
-        from ..record.panels import Track
+        from ..record.tracks import Track
 
         motions = axis.motions(first, last)
         if any(axis.motor.played(first + 1, motions[0].time_ps if motions else last)):  # the one before was under way

@@ -15,7 +15,8 @@
 
     [[part]]                        # anything else with pins; further keys are its own options
     kind = "inverter"               # or a guest, as above
-    name = "not"
+    name = "not"                    # file = "dump.hex": the image of a memory, beside or below this file
+
 
     [[wire]]
     from = "x.programmable_output"
@@ -53,17 +54,18 @@ import re
 import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from difflib import get_close_matches
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..chips import chip_class
+from ..core.near import hint
 from ..core.timebase import picoseconds
 from ..errors import BenchFileError, ProgramError, SlewlineError
 from ..parts import part_class
 from .bench import Bench
-from .furnishing import channel_over
+from .hosting import channel_over
+from .images import read_image
 from .script import check_script, read_script, run_script
 from .stage import Script
 from .tables import Place, Tables, ValidationError, convert, keys_of
@@ -72,6 +74,7 @@ from .text import read_text
 if TYPE_CHECKING:
     from ..core.chip import Chip
     from ..parts.computer import Computer
+    from ..parts.part import Part
 
 PORTS = ("tcp", "pty", "rfc2217", "serial")
 TIMES = 'a time such as "25 us"; text, because a number with a point would be rounded'
@@ -164,9 +167,7 @@ class BenchFile:
         missing = re.match(r"Object missing required field `(.*)`", says)
         if unknown:
             keys = keys_of(place)
-            near = get_close_matches(unknown[1], keys, 1)
-            remedy = f"; did you mean {near[0]}?" if near else ""
-            return self.error([*place, unknown[1]], f"unknown key; allowed {', '.join(keys)}{remedy}")
+            return self.error([*place, unknown[1]], f"unknown key; allowed {', '.join(keys)}{hint(unknown[1], keys)}")
         if missing:
             return self.error(place, f"needs the key {missing[1]}; its keys: {', '.join(keys_of(place))}")
         found, key = self.value(place), str(next((part for part in reversed(place) if isinstance(part, str)), ""))
@@ -269,7 +270,19 @@ class BenchFile:
                     if not isinstance(part.get(key, ""), str):
                         raise SlewlineError(f"{key}: found {part[key]!r}; allowed text")
                 kind = part_class(part["kind"], allow_code=self.allow_code)
-                bench.part(kind, **{key: value for key, value in part.items() if key != "kind"})
+                bench.part(kind, **self.part_options(kind, part))
+
+    def part_options(self, kind: type[Part], part: dict[str, Any]) -> dict[str, Any]:
+        """Return the options of a [[part]]; `file` names a file with the image of one that has an image."""
+        options = {key: value for key, value in part.items() if key != "kind"}
+        if "file" in options and any(row.name == "image" for row in kind.options):
+            if "image" in options:
+                raise SlewlineError("file: beside image; give one of the two")
+            file = options.pop("file")
+            if not isinstance(file, str):
+                raise SlewlineError(f"file: found {file!r}; allowed text")
+            options["image"] = read_image(self.beside(file))
+        return options
 
     def hosts(self, bench: Bench) -> list[Computer]:
         """Put the hosts on the bench."""
@@ -289,7 +302,10 @@ class BenchFile:
         for name in names:
             if name not in bench.chips:
                 known = ", ".join(bench.chips) or "none"
-                raise self.error((key, number, "chips"), f"no chip {name!r} on the bench; there are: {known}")
+                raise self.error(
+                    (key, number, "chips"),
+                    f"no chip {name!r} on the bench; there are: {known}{hint(name, bench.chips)}",
+                )
         return [bench.chips[name] for name in names]
 
     def served(self, bench: Bench) -> list[Served]:

@@ -1,45 +1,34 @@
-"""Furnishing a bench: chips, parts and hosts are put on it, and wired, before time passes or later."""
+"""Furnishing a bench: chips and parts are put on it, and wired, before time passes or later."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from random import Random
 from typing import TYPE_CHECKING, Any
 
 from ..chips import CATALOGUE as CHIPS
 from ..chips import chip_class, sheet_of
-from ..core.channel import BusHandshake, Channel, HostPort, SerialLine
 from ..core.chip import Chip, Finding
 from ..core.hook import Hook
 from ..core.kernel import Kernel
+from ..core.near import hint
 from ..core.net import Bus, Net
 from ..core.pin import Terminal
-from ..core.timebase import Time, hertz, picoseconds
+from ..core.timebase import Time, hertz
 from ..errors import UnknownName, UsageError, WiringError
 from ..parts import CATALOGUE as PARTS
 from ..parts import make_part, part_class
 from ..parts.part import Part
-from .by_name import adds, hosts, makes
+from .by_name import adds, makes
 from .drawing import Drawing
-from .wiring import as_needed, in_role, joints
+from .wiring import as_needed, joints
 
 if TYPE_CHECKING:
     from os import PathLike
 
     from ..core.shaft import Shaft
     from ..core.table import Sheet
-    from ..parts.computer import Computer
-    from ..parts.connection import Connection
-    from ..parts.host import Host
-    from ..parts.packet_host import PacketHost
-    from ..parts.rs232 import SerialHost
     from .journal import Journal
-
-HOSTS: Mapping[type[Channel], str] = {  # the method that furnishes the host of a channel
-    BusHandshake: "_bus_host",
-    SerialLine: "_serial_host",
-    HostPort: "_packet_host",
-}
 
 
 class Furnished(Drawing):
@@ -159,15 +148,19 @@ class Furnished(Drawing):
         kind = PARTS.name_of(cls)
         name = self._new_name(name, cls.__name__.lower() if ":" in kind else kind.replace("-", "_"))
         neighbour = None if to is None else self._there(to)
+        if self.stores is not None and cls.keeps:
+            options.setdefault("store", self.stores(name))
         part = make_part(cls, self.kernel, name, options, **self._mounted(kind, cls.sits, name, on))
         pairs = [] if neighbour is None else joints(kind, part, neighbour)
         lists = (bytes, bytearray, set, frozenset)
+        store = options.get("store") if cls.keeps and (self.outside.on_input or self.outside.write) else None
+        kept = {} if store is None else {"store": list(store.read())}
         self.outside.tell(
             "part",
             kind=kind,
             name=name,
             to=neighbour and neighbour.name,
-            options={key: list(value) if isinstance(value, lists) else value for key, value in options.items()},
+            options={key: list(value) if isinstance(value, lists) else value for key, value in options.items()} | kept,
             **{} if on is None else {"on": on if isinstance(on, str) else on.name},
         )
         self.place(part)
@@ -245,146 +238,13 @@ class Furnished(Drawing):
             raise UsageError(f"the bench has a {name!r} already; names are unique")
         return name
 
-    @hosts
-    def host(
-        self,
-        *chips: Chip,
-        name: str | None = None,
-        delay: Time = 0,
-        baud: int | None = None,
-        line: Part | None = None,
-        over: str | None = None,
-    ) -> Computer:
-        """Put a host computer on the command port of a chip, or of several that share its bus or its line, at any time.
-
-        Args:
-            delay: what the host's own program takes before each byte (on a bus).
-            baud: another rate than the chip is strapped for (on a serial line).
-            line: a part of kind rs232_line between the host and the chips.
-            over: "bus", "serial" or "port", of a chip that has several channels; its first one by default.
-
-        Raises:
-            UsageError: no chip, a channel that one of them does not have, chips that are spoken to in different ways,
-                or an argument that does not fit them.
-            WiringError: a chip's serial line has a host already, or a chip of one's own has no pins for one.
-        """
-        if not chips:
-            raise UsageError("host: which chip? bench.host(x)")
-        for chip in chips:
-            if not any(chip is own for own in self.chips.values()):
-                raise UsageError(f"host: {getattr(chip, 'name', chip)!r}; expected chips of this bench")
-        channels = [channel_over(chip, over) for chip in chips]
-        kinds = sorted({channel.says for channel in channels})
-        if len(kinds) > 1:
-            raise UsageError(f"host: some of these chips have {', some '.join(kinds)}; one host speaks to one kind")
-        channel = channels[0]
-        if not isinstance(channel, SerialLine) and (baud is not None or line is not None):
-            wrong = f"baud {baud!r}" if baud is not None else "line"
-            raise UsageError(f"host: {wrong}; {chips[0].name} has no serial line")
-        asked = {} if over is None else {"over": over}  # journals of a part with one channel stay as they are
-        furnish = getattr(self, HOSTS[type(channel)])
-        host: Computer = furnish(chips, channel, name, delay, asked, baud=baud, line=line)
-        return host
-
-    def _bus_host(
-        self, chips: Sequence[Chip], channel: Channel, name: str | None, delay: Time, asked: dict[str, str], **_: None
-    ) -> Computer:
-        """A host on a bus, which its chips share."""
-        from ..parts.host import Host
-
-        return self._on_bus(Host, chips, channel, name, delay, asked)
-
-    def _packet_host(
-        self, chips: Sequence[Chip], channel: Channel, name: str | None, delay: Time, asked: dict[str, str], **_: None
-    ) -> Computer:
-        """A host that sends packets over a bus, which its chips share."""
-        from ..parts.packet_host import PacketHost
-
-        return self._on_bus(PacketHost, chips, channel, name, delay, asked)
-
-    def _on_bus(
-        self,
-        kind: type[Host | PacketHost],
-        chips: Sequence[Chip],
-        channel: Channel,
-        name: str | None,
-        delay: Time,
-        asked: dict[str, str],
-    ) -> Computer:
-        name, delay_ps = self._new_name(name, "host"), picoseconds(delay)
-        for chip in chips[1:]:
-            chips[0].bus.join(chip.bus)
-        self.outside.tell("host", name=name, chips=[chip.name for chip in chips], delay_ps=delay_ps, **asked)
-        host = kind(self.kernel, name, [connection(chip, channel) for chip in chips], delay_ps)
-        self.place(host)
-        self.kernel.settle()
-        return host
-
-    def _serial_host(
-        self,
-        chips: Sequence[Any],
-        channel: Channel,
-        name: str | None,
-        delay: Time,
-        asked: dict[str, str],
-        baud: int | None = None,
-        line: Part | None = None,
-    ) -> SerialHost:
-        """A host on an RS-232 line, wired to every module on it."""
-        from ..parts.rs232 import SerialHost
-
-        if picoseconds(delay):
-            raise UsageError(f"host: delay {delay!r}; on a serial line let the host's program pause")
-        for other in self.parts.values():
-            taken = [chip.name for chip in chips if isinstance(other, SerialHost) and chip.name in other.chips]
-            if taken:
-                raise WiringError(f"host: {other.name} is on the line of {', '.join(taken)} already; one host a line")
-        for chip in chips:
-            for role in ("serial_in", "serial_out"):
-                in_role(chip, role)
-        name = self._new_name(name, "host")
-        host = SerialHost(self.kernel, name, [connection(chip, channel) for chip in chips], baud=baud)
-        for chip in chips:
-            chip.on_power.add(lambda _chip, on: host.switched_on() if on else None)
-        pairs = [] if line is None else joints("rs232_line", line, host)
-        names = [chip.name for chip in chips]
-        self.outside.tell("host", name=name, chips=names, delay_ps=0, baud=baud, line=line and line.name, **asked)
-        self.place(host)
-        for own, theirs in pairs:
-            theirs.net.join(own.net)
-        self._connect(host if line is None else line, chips)
-        return host
-
-    def connect(self, connector: Part, chips: Sequence[Chip]) -> None:
-        """Wire a serial connector to modules on one line; several need the pull-down of the last one."""
-        self.outside.tell("connect", part=connector.name, chips=[chip.name for chip in chips])
-        self._connect(connector, [chip for chip in chips if chip.sheet.channel(SerialLine) is not None])
-
-    def _connect(self, connector: Part, chips: Sequence[Any]) -> None:
-        out, rxd = in_role(connector, "computer_out").net, in_role(connector, "computer_in").net
-        for chip in chips:
-            out.join(in_role(chip, "serial_in").net)
-            rxd.join(in_role(chip, "serial_out").net)
-        addresses = [chip.strapped_address() for chip in chips]
-        for address in sorted({own for own in addresses if addresses.count(own) > 1 or (own == 0 and len(chips) > 1)}):
-            who = ", ".join(chip.name for chip, own in zip(chips, addresses, strict=True) if own == address)
-            what = "have the same address on one line" if address else "without an address on a line that modules share"
-            pins = chips[0].sheet.channel(SerialLine).address_pins
-            apart = f"; strap {', '.join(pins)} apart" if pins else ""
-            connector.finding("same-address", f"{who} {what}: all of them answer{apart}")
-        downs = [chip.pins[down.name].net for chip in chips if (down := chip.sheet.role("serial_pull_down"))]
-        if downs and not any(down.hub is rxd.hub for down in downs):
-            rxd.join(downs[-1])
-        self.kernel.settle()
-
     def __getitem__(self, name: str) -> Chip | Part:
         """A chip or part by name."""
         for owners in (self.chips, self.parts):
             if name in owners:
                 return owners[name]
-        raise UnknownName(
-            f"the bench has no {name!r}; there are: {', '.join([*self.chips, *self.parts]) or 'none yet'}"
-        )
+        names = [*self.chips, *self.parts]
+        raise UnknownName(f"the bench has no {name!r}; there are: {', '.join(names) or 'none yet'}{hint(name, names)}")
 
     def pin(self, name: str) -> Terminal:
         """Return a pin by its full name, for example "x.slew".
@@ -440,42 +300,6 @@ class Furnished(Drawing):
     def findings(self) -> list[Finding]:
         """What hosts did wrong, of all chips and parts, in order of time; parts that are lazy catch up first."""
         return sorted((found for owner in self._owners() for found in owner.findings), key=lambda found: found.time_ps)
-
-
-def connection(chip: Chip, channel: Channel) -> Connection:
-    """Return what a host is handed of a chip that it reaches over a channel."""
-    from ..parts.connection import Connection
-
-    straps = getattr(chip, "straps", None)
-    if straps is None and isinstance(channel, SerialLine):
-        from ..core.serial import Straps
-        from ..language.lines import KEPT
-
-        straps = Straps(channel, chip.pins, kept=KEPT)
-    return Connection(
-        name=chip.name,
-        sheet=chip.sheet,
-        channel=channel,
-        pins=chip.pins,
-        crystal_hz=chip.crystal_hz,
-        bus=chip.bus,
-        straps=straps,
-        up_ps=getattr(chip, "up_ps", 0),
-    )
-
-
-def channel_over(chip: Chip, over: str | None) -> Channel:
-    """Return the channel of a chip by its name, or its first one.
-
-    Raises:
-        UsageError: it has none, or none of this name; the message lists those there are.
-    """
-    channels = chip.sheet.channels
-    found = channels[:1] if over is None else [channel for channel in channels if channel.name == over]
-    if found:
-        return found[0]
-    has = ", ".join(channel.name for channel in channels) or "none"
-    raise UsageError(f"host: over={over!r}; {chip.name} ({chip.sheet.part}) has these channels: {has}")
 
 
 def crystal_for(sheet: Sheet, crystal: str | int) -> int:

@@ -7,6 +7,9 @@ slewline.find_ramps("cy525", time="0.5 s", F=3, R="6000 steps/s")[0].values
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from ..chips import ramps_of
 from ..core.timebase import Time, picoseconds
 from ..errors import UsageError
@@ -14,20 +17,23 @@ from ..language.ramps import Goal, Ramp, Search, Value, Wanted, nearest, read
 from .furnishing import crystal_for
 
 
-def ramp(part: str, *, crystal: str | int | None = None, **values: Value) -> Ramp:
+def ramp(
+    part: str, *, crystal: str | int | None = None, options: Mapping[str, Any] | None = None, **values: Value
+) -> Ramp:
     """Return the ramp that these parameters give.
 
     Args:
         part: "cy525", "gs-c200" ...
         crystal: such as "11 MHz"; the part's own by default.
-        values: parameters by name: F, R, S, Z (CY525); S, T, R, law (GS-C); SET_VEL, SET_ACC ... (MC1451A family).
-            A whole number is what the command takes; text may give a rate, such as "4000 steps/s".
+        options: of the part, as `bench.add` takes them: rates of one's own, for example.
+        values: parameters by name: F, R, S, Z (CY525); F, R, S (CY545); S, T, R, law (GS-C); SET_VEL, SET_ACC ...
+            (MC1451A family).  A whole number is what the command takes; text may give a rate, such as "4000 steps/s".
 
     Raises:
         UnknownName: no such part or parameter.
         UsageError: a value that is missing or out of range.
     """
-    calculator = ramps_of(part)
+    calculator = ramps_of(part, options)
     hz = calculator.sheet.crystal_hz if crystal is None else crystal_for(calculator.sheet, crystal)
     return calculator.ramp(read(calculator, values, hz, search=False)[0], hz)
 
@@ -40,6 +46,7 @@ def find_ramps(
     steps: float | None = None,
     crystal: str | int | None = None,
     count: int = 5,
+    options: Mapping[str, Any] | None = None,
     **values: Value,
 ) -> list[Ramp]:
     """Return the ramps that come nearest to what is wanted, of all values of the free parameters, best first.
@@ -50,7 +57,7 @@ def find_ramps(
     R, acceleration or jerk.
 
     Args:
-        part, crystal, values: as for `ramp`.
+        part, crystal, options, values: as for `ramp`.
         time, acceleration, steps: what is wanted of the ramp, one of the three: a time such as "0.5 s" or ps; the mean
             acceleration in steps/s^2; steps.
         count: how many, 1 and more.
@@ -59,7 +66,7 @@ def find_ramps(
         UnknownName: no such part or parameter.
         UsageError: not one thing wanted, no free parameter, a value that is missing or out of range.
     """
-    calculator = ramps_of(part)
+    calculator = ramps_of(part, options)
     hz = calculator.sheet.crystal_hz if crystal is None else crystal_for(calculator.sheet, crystal)
     wanted = _wanted(
         {"time": None if time is None else picoseconds(time), "acceleration": acceleration, "steps": steps}

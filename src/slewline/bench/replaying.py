@@ -176,9 +176,7 @@ def apply(bench: Bench, entry: dict[str, Any], classes: Named) -> None:
     """Do again what an entry says."""
     do = entry["do"]
     if do == "add":
-        options = entry["options"]
-        if options.get("store") is not None:
-            options["store"] = Memory(bytes(options["store"]))
+        options = recalled(entry["options"])
         cls = classes.chips[entry["part"]]
         bench.add(cls, entry["name"], entry["crystal_hz"], entry["straps"], entry["bare"], **options)
     elif do == "host":
@@ -195,7 +193,8 @@ def apply(bench: Bench, entry: dict[str, Any], classes: Named) -> None:
     elif do == "connect":
         bench.connect(bench.parts[entry["part"]], [bench.chips[name] for name in entry["chips"]])
     elif do == "part":
-        bench.part(classes.parts[entry["kind"]], entry["name"], entry.get("to"), entry.get("on"), **entry["options"])
+        options = recalled(entry["options"])
+        bench.part(classes.parts[entry["kind"]], entry["name"], entry.get("to"), entry.get("on"), **options)
     elif do == "input":
         input_of(bench[entry["part"]], entry["verb"])(*entry["args"])
     elif do == "wire":
@@ -212,6 +211,12 @@ def apply(bench: Bench, entry: dict[str, Any], classes: Named) -> None:
         tell(bench, entry["host"], do, entry["args"])
     else:
         raise BenchFileError(f"unknown entry {do!r}")
+
+
+def recalled(options: dict[str, Any]) -> dict[str, Any]:
+    """Return options as they were given: of a store, its content at that time in the memory of this run."""
+    store = options.get("store")
+    return options if store is None else options | {"store": Memory(bytes(store))}
 
 
 def tell(bench: Bench, name: str, do: str, args: list[Any]) -> None:

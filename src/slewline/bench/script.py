@@ -57,11 +57,13 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from ..core.near import hint
 from ..errors import SlewlineError, UsageError
 from ..language.dialect import dialect_of
 from ..language.problems import Problem
 from ..language.source import host_lines
 from .directives import DIRECTIVES, Reading
+from .speech import SPEECH
 from .stage import Script, Stage, Step, command
 
 if TYPE_CHECKING:
@@ -92,7 +94,7 @@ def run_script(bench: Scene, host: Computer, script: Script | str | Iterable[str
         script = read_script(script if isinstance(script, str) else "\n".join(script), where)
     check_script(bench, host, script)
     bench.kernel.outside.tell("script", host=host.name, args=[host.chip.name, script.text, script.where])
-    stage = Stage(bench, host, script)
+    stage = Stage(bench, host, script, SPEECH[type(host.channel)])
     following = [*script.steps[1:], None]
     for stage.step, then in zip(script.steps, following, strict=False):
         stage.directed = then is not None and then.directs
@@ -114,7 +116,7 @@ def refused(bench: Scene, host: Computer, script: Script) -> list[Problem]:
     `run` plays nothing of a script with such lines, and `lint` calls each of them an error.
     """
     found = list(script.problems)
-    stage, chip = Stage(bench, host, script), bench.chips[host.chip.name]
+    stage, chip = Stage(bench, host, script, SPEECH[type(host.channel)]), bench.chips[host.chip.name]
     for step in script.steps:
         if step.to in host.chips:
             chip = bench.chips[step.to]
@@ -188,7 +190,8 @@ def _line(step: Step) -> Step:
 
 def _directive(step: Step) -> Step:
     if step.verb not in DIRECTIVES:
-        raise UsageError(f"no directive @{step.verb}; there are {' '.join('@' + verb for verb in DIRECTIVES)}")
+        there = " ".join("@" + verb for verb in DIRECTIVES)
+        raise UsageError(f"no directive @{step.verb}; there are {there}{hint(step.verb, DIRECTIVES)}")
     queue, pin, fits = _reading(step.verb, step.text[1:])
     return replace(step, queue=queue, pin=pin, fits=fits, to=step.text[3:].strip() if step.verb == "to" else "")
 

@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-from ..core.channel import BusHandshake, Channel, HostPort, SerialLine
 from ..core.net import Driver, Net
-from ..core.waits import edge, first_of, level
+from ..core.waits import edge
 from ..errors import SlewlineError
-from ..language import packets
 from ..language.assemble import RefusedProgram
-from ..language.dialect import dialect_of, spoken_as
-from ..language.letters import Letters
 from ..language.problems import Problem
+from ..parts.adaptive_host import AdaptiveHost
 from ..parts.computer import Computer
+from ..parts.flow_host import FlowHost
 from ..parts.host import Host, Port
-from ..parts.packet_host import USUAL, PacketHost, Result
-from ..parts.packet_port import operations, packet_of
+from ..parts.packet_host import PacketHost
 from ..parts.rs232 import SerialHost
 
 if TYPE_CHECKING:
@@ -27,12 +24,12 @@ if TYPE_CHECKING:
     from ..core.chip import Chip
     from ..core.kernel import Kernel
     from ..core.pin import Terminal
-    from ..core.table import Arg, Sheet
     from ..core.timebase import Time
     from ..parts.packet_port import PacketPort
     from ..parts.part import Part
 
 SHOWN = 160  # characters of a line in a message
+US_PS = 1_000_000
 TAKEN_US = 1000  # a command that keeps the chip busy for longer has begun a motion, a delay or a wait
 
 Act = Callable[["Stage", "Chip"], Awaitable[None]]
@@ -117,10 +114,9 @@ class Stage:
     `step` is the line that is being queued, `directed` says whether a directive follows it.
     """
 
-    def __init__(self, scene: Scene, host: Computer, script: Script) -> None:
-        self.scene, self.host, self.script = scene, host, script
+    def __init__(self, scene: Scene, host: Computer, script: Script, speech: Speech) -> None:
+        self.scene, self.host, self.script, self.speech = scene, host, script, speech
         self.kernel = scene.kernel
-        self.speech = SPEECH[type(host.channel)]
         self.step: Step | None = None
         self.directed = False
         self.bell, self.rung = Driver(Net(self.kernel, f"{host.name}.(bell)"), host.name), 0
@@ -156,6 +152,18 @@ class Stage:
     def packet_host(self) -> PacketHost:
         """The host, which sends packets."""
         assert isinstance(self.host, PacketHost)
+        return self.host
+
+    @property
+    def flow_host(self) -> FlowHost:
+        """The host, on a bus that works both ways."""
+        assert isinstance(self.host, FlowHost)
+        return self.host
+
+    @property
+    def adaptive_host(self) -> AdaptiveHost:
+        """The host, on a serial line that finds its rate."""
+        assert isinstance(self.host, AdaptiveHost)
         return self.host
 
     def port(self, chip: Chip) -> Port:
@@ -231,136 +239,3 @@ class Speech:
     def axis(self, stage: Stage, chip: Chip) -> int:
         """Return the number of the axis that the host speaks of."""
         return 1
-
-
-class OverBus(Speech):
-    """A command goes out when the chip is READY, as text or in binary form, as the chip takes it then."""
-
-    def command(self, body: str) -> Queue:
-        """Return how a command is queued: as text or in binary form, as the chip takes it when its turn comes."""
-
-        async def send(stage: Stage, chip: Chip) -> None:
-            port = stage.port(chip)
-            await level(port.ready, 1)
-            letters = spoken_as(port.sheet, Letters)
-            data = (letters.sent if port.mode.level != 0 else letters.sent_binary)(port.sheet, body)
-            stage.tell(body)
-            await stage.bus_host.send_now(port, data)
-
-        return sending(send)
-
-    def send(self, data: bytes, act: Act) -> Queue:
-        """Return how an act is queued that sends bytes."""
-        return sending(act)
-
-    async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
-        """Send bytes by the handshake."""
-        await stage.bus_host.send_now(stage.port(chip), data)
-
-
-class OverLine(Speech):
-    """A command is a line that is answered."""
-
-    def command(self, body: str) -> Queue:
-        """Return how a line is sent, and its answer told."""
-        return asking(body)
-
-    async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
-        """Send bytes as they are, and tell what the module answers if a line ends with them."""
-        if data.endswith(b"\r"):
-            stage.tell(f"-> {meaning(await answers(stage, chip, data), chip.sheet)}")
-        else:
-            stage.line_host.send(data)
-
-
-class OverPort(Speech):
-    """A command is a packet, and the host waits for what it returns."""
-
-    def command(self, body: str) -> Queue:
-        """Return how a command is sent as a packet, and what it returns told."""
-        return exchanging(body)
-
-    async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
-        """Send a command byte, and words behind it."""
-        port = stage.packet_port(chip)
-        for part, is_command in operations(data):
-            await port.write(part, is_command, USUAL)
-        port.note_axis(data[0])
-        await port.ready()
-        port.note_update(data[0])
-
-    def axis(self, stage: Stage, chip: Chip) -> int:
-        """Return the number of the current axis, as far as the host knows it."""
-        return stage.packet_port(chip).axis or 1
-
-
-SPEECH: Mapping[type[Channel], Speech] = {BusHandshake: OverBus(), SerialLine: OverLine(), HostPort: OverPort()}
-
-
-def sending(send: Act) -> Queue:
-    """Bytes over a bus; a directive behind them waits until the chip has taken them."""
-
-    def queue(stage: Stage) -> None:
-        stage.do(send)
-        if stage.directed:
-            stage.do(_taken)
-
-    return queue
-
-
-async def _taken(stage: Stage, chip: Chip) -> None:
-    """The chip is READY again, or at work for so long that it moves or waits."""
-    port = stage.port(chip)
-    await first_of(stage.kernel, stage.kernel.now + port.ps(TAKEN_US), (port.ready, 1))
-
-
-def asking(text: str) -> Queue:
-    """Return how a line is sent over a serial line, and its answer told."""
-
-    async def ask(stage: Stage, chip: Chip) -> None:
-        stage.tell(f"{text} -> {meaning(await answers(stage, chip, text), chip.sheet)}")
-
-    return lambda stage: stage.do(ask)
-
-
-async def answers(stage: Stage, chip: Chip, line: str | bytes) -> list[str]:
-    """Send a line, and return what the module answers."""
-    return await stage.line_host.to(chip.name).exchange(line)
-
-
-def meaning(found: Sequence[str], sheet: Sheet) -> str:
-    """Answers, with what the sheet says to one that is an error or a state."""
-    if not found:
-        return "no answer"
-    says = dialect_of(sheet).said(found[0])
-    return f"{' '.join(found)}{f' ({says})' if says else ''}"
-
-
-def exchanging(text: str) -> Queue:
-    """Return how a command is sent as a packet, and what it returns told."""
-
-    async def exchange(stage: Stage, chip: Chip) -> None:
-        host, port, command = (
-            stage.packet_host,
-            stage.packet_port(chip),
-            packets.command(chip.sheet, text, chip.crystal_hz),
-        )
-        row = command.row
-        found = await host.exchange(port, packet_of(row, command.values))
-        for arg, value in zip(row.reads, packets.values(row.reads, found), strict=True):
-            host.results.append(Result(port.axis, row.name, value))
-            stage.tell(f"{text} -> {returned(chip.sheet, arg, value)}")
-        if not found:
-            stage.tell(f"{text} = {command.values[0]}" if "/" in text else text)
-
-    return lambda stage: stage.do(exchange)
-
-
-def returned(sheet: Sheet, arg: Arg, value: int) -> str:
-    """Return in words what a chipset returned: words of bits in hexadecimal, with the names of those that are 1."""
-    dialect = spoken_as(sheet, packets.Packets)
-    bits = {"status": dialect.status, "mode": dialect.mode}.get(arg.name, ())
-    if arg.unit and not arg.unit.startswith("bits"):
-        return str(value)
-    names = packets.shown(value, bits)
-    return f"0x{value:04X}{f' ({names})' if names else ''}"

@@ -7,12 +7,13 @@ from typing import Any, Literal
 
 from ..core.timebase import Time
 from ..errors import SlewlineError
+from ..extras import needs
 
 try:
     import msgspec
     from msgspec import ValidationError, convert
 except ImportError:
-    raise SlewlineError("bench files need msgspec: pip install 'slewline[bench]'") from None
+    raise SlewlineError(needs("bench files need", "files")) from None
 
 __all__ = ["Place", "Tables", "ValidationError", "convert", "keys_of"]
 

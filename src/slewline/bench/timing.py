@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from ..core.near import hint
 from ..core.timebase import Time, picoseconds
 from ..errors import UnknownName, UsageError
 from .recording import Recording
@@ -132,7 +133,7 @@ class TimingDiagrams(Recording):
 
     def _chip(self, name: str) -> Chip:
         if not isinstance(name, str) or name not in self.chips:
-            raise UnknownName(f"chip {name!r}: allowed {', '.join(self.chips)}")
+            raise UnknownName(f"chip {name!r}: allowed {', '.join(self.chips)}{hint(name, self.chips)}")
         return self.chips[name]
 
     def _diagram(

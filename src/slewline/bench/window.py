@@ -7,10 +7,11 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
 from typing import TYPE_CHECKING
 
-from ..core.channel import HostPort, SerialLine
+from ..core.channel import AdaptiveLine, HostPort, SerialLine
 from ..core.chip import Chip
-from ..core.serial import RS232, Word, bit_clock
+from ..core.serial import OVERSAMPLING, RS232, TTL, Word
 from ..core.table import Limit
+from ..core.timebase import Clock
 from ..errors import NotRecorded, UsageError
 from ..record.intervals import Bound, Checked, Edge, Interval, Signal, intervals
 
@@ -130,14 +131,16 @@ class Window:
         from ..record.characters import characters, shown
         from ..record.diagram import Word as Written
 
-        port, baud = chip.sheet.channel(SerialLine), getattr(chip, "baud", 0)
+        port: SerialLine | AdaptiveLine | None = chip.sheet.channel(SerialLine) or chip.sheet.channel(AdaptiveLine)
+        baud = getattr(chip, "baud", 0)
         if port is None or not baud:
             return []
-        word, clock = Word(port.bits, port.parity, port.stop), bit_clock(baud, chip.name)
+        word, clock = Word(port.bits, port.parity, port.stop), Clock(round(baud * OVERSAMPLING))
+        mark = RS232 if isinstance(port, SerialLine) else TTL
         probe, recorder = self.bench._chosen([name])[name], self.bench.recorder
         stop = min(self.stop + clock.ps(word.ticks), self.bench.kernel.now)
         whole = Signal.of(probe, recorder, recorder.since(probe), stop)
-        found = characters(whole, stop, clock, word, RS232)
+        found = characters(whole, stop, clock, word, mark)
         return [
             Written(c.start_ps, c.end_ps, shown(c.byte), not c.good)
             for c in found

@@ -11,12 +11,14 @@ A guest is a class whose `sheet` is all that it must have.  What the tools take 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from ..core.catalogue import Catalogue
 from ..core.chip import Chip
+from ..core.option import checked
 from ..core.table import Sheet
 from ..errors import UsageError
 
@@ -31,7 +33,8 @@ class Listed:
     """A chip of ours: what it is, and where its things are, as `module:name` within its folder.
 
     `checks` is a function of the sheet: what only the linter of this chip knows; `ramps` one that returns its ramp
-    calculator; `quirks` are what its manual leaves open.
+    calculator; `quirks` are what its manual leaves open; `fitted` a function of the sheet and options of the part, all
+    of them, that returns the sheet by which tools go then.
     """
 
     says: str
@@ -41,6 +44,7 @@ class Listed:
     checks: str = "checks:checks"
     ramps: str = "ramps:ramps"
     quirks: str = "quirks:QUIRKS"
+    fitted: str = ""
 
 
 # fmt: off
@@ -48,6 +52,8 @@ PARTS = {
     "cy525": Listed(folder="cy525", chip="firmware:Cy525", sheet="sheet:SHEET", says="CY525 intelligent ramping stepper motor controller (Cybernetic, 1984)"),
     "cy500": Listed(folder="cy500", chip="firmware:Cy500", sheet="sheet:SHEET", says="CY500 stored program stepper motor controller (Cybernetic, 1979)"),
     "cy512": Listed(folder="cy512", chip="firmware:Cy512", sheet="sheet:SHEET", says="CY512 intelligent positioning stepper motor controller (Cybernetic, 1981)"),
+    "cy545": Listed(folder="cy545", chip="firmware:Cy545", sheet="sheet:CY545", fitted="fitted:fitted", says="CY545 stepper system controller (Cybernetic, 1999)"),
+    "cy545b": Listed(folder="cy545", chip="firmware:Cy545B", sheet="sheet:CY545B", fitted="fitted:fitted", says="CY545B stepper system controller (Cybernetic, 1999)"),
     "gs-c200": Listed(folder="gs_c200", chip="firmware:GsC200", sheet="sheet:GS_C200", says="GS-C200 stepper motor controller module (SGS-Thomson, 1994)"),
     "gs-c200s": Listed(folder="gs_c200", chip="firmware:GsC200S", sheet="sheet:GS_C200S", says="GS-C200S stepper motor controller module (SGS-Thomson, 1994)"),
     "mc1151a": Listed(folder="mc1451a", chip="firmware:Mc1151A", sheet="sheet:MC1151A", says="MC1151A step motor control chipset, 1 axis (PMD, 1997)"),
@@ -97,30 +103,45 @@ def chip_class(part: str, *, allow_code: bool = True) -> type[Chip]:
     return cls
 
 
-def sheet_of(part: str | type[Chip], *, allow_code: bool = True) -> Sheet:
-    """Return the data sheet of a part, without starting anything; args and errors are those of `chip_class`."""
+def sheet_of(part: str | type[Chip], *, allow_code: bool = True, options: Mapping[str, Any] | None = None) -> Sheet:
+    """Return the data sheet of a part, without starting anything.
+
+    Args:
+        part, allow_code: as for `chip_class`.
+        options: of the part; where they replace something in the sheet, such as its rates, it is replaced.
+
+    Raises:
+        UnknownName, UsageError: as `chip_class`; or an option that there is not, or a value that is not allowed.
+    """
     row = _ours(part)
     if row is not None:
-        return _of(row, row.sheet)  # type: ignore[no-any-return]
-    return _sheet(part if isinstance(part, type) else CATALOGUE.load(part, allow_code=allow_code))
+        sheet = _of(row, row.sheet)
+    else:
+        sheet = _sheet(part if isinstance(part, type) else CATALOGUE.load(part, allow_code=allow_code))
+    if options is None:
+        return sheet  # type: ignore[no-any-return]
+    checked_options = checked(sheet.part, sheet.options, options)
+    return _of(row, row.fitted)(sheet, checked_options) if row is not None and row.fitted else sheet  # type: ignore[no-any-return]
 
 
-def checks_of(part: str | type[Chip]) -> tuple[Check, ...]:
-    """Return what only the linter of this part knows; raises as `chip_class`."""
+def checks_of(part: str | type[Chip], sheet: Sheet | None = None) -> tuple[Check, ...]:
+    """Return what only the linter of this part knows, by its sheet or another one; raises as `chip_class`."""
     row = _ours(part)
     if row is not None:
-        return _of(row, row.checks)(sheet_of(part))  # type: ignore[no-any-return]
+        return _of(row, row.checks)(sheet or sheet_of(part))  # type: ignore[no-any-return]
     found = _named(part, "checks", ())
     if not isinstance(found, tuple) or not all(callable(check) for check in found):
         raise UsageError(f"{_called(part)}.checks: found {found!r}; allowed a tuple of functions of a source")
     return found
 
 
-def ramps_of(part: str | type[Chip]) -> Calculator:
-    """Return the ramp calculator of a part; raises as `chip_class`, and UsageError for a part that has none."""
+def ramps_of(part: str | type[Chip], options: Mapping[str, Any] | None = None) -> Calculator:
+    """Return the ramp calculator of a part, as options of the part make it; raises as `sheet_of`, and UsageError for a
+    part that has none.
+    """
     row = _ours(part)
     if row is not None:
-        return _of(row, row.ramps)(sheet_of(part))  # type: ignore[no-any-return]
+        return _of(row, row.ramps)(sheet_of(part, options=options))  # type: ignore[no-any-return]
     from ..language.ramps import Calculator
 
     found = _named(part, "ramps", None)

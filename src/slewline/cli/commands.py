@@ -6,7 +6,8 @@ from typing import Any
 
 import click
 
-from .options import Drive, Frequency, Names, Part, Setting, Strap, TimeWithUnit, look_here
+from . import completion
+from .options import DIRECTORY, FILE, Drive, Frequency, Names, Part, Setting, Strap, TimeWithUnit, look_here
 
 EXIT = "Exit status: 0 all is well, 1 a problem was found or time ran out, 2 wrong use."
 CHIP = click.option(
@@ -17,6 +18,11 @@ ALLOW_CODE = click.option(
     is_flag=True,
     callback=look_here,
     help="A bench file or journal may name a chip or part as module:Class, which runs the code of the module.",
+)
+OPTIONS = click.option(
+    "--options",
+    metavar="F.toml",
+    help='Options of the chip (`describe` lists them), as a bench file has them: rate_table = "27k", [inferred] ...',
 )
 JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON instead.")
 
@@ -46,9 +52,10 @@ class Guided(click.Command):
 
 
 @cli.command("run", cls=Guided, short_help="Run a program, or a bench file of several chips and parts.", epilog=EXIT)
-@click.argument("file", required=False)
+@click.argument("file", required=False, type=FILE)
 @CHIP
 @click.option("--crystal", type=Frequency(), help="Such as '11 MHz'; the chip's own by default.")
+@click.option("--over", metavar="CHANNEL", help="The side of a chip that has two, such as serial.")
 @click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=1. May be repeated.")
 @click.option(
     "--until", type=TimeWithUnit(), help="Run or replay to this instant, such as '2 s'; else until all is idle."
@@ -57,14 +64,33 @@ class Guided(click.Command):
 @click.option("--drive", type=Drive(), multiple=True, help="Drive a pin: 'abort=0@12 ms', 'x.wait=1'. May be repeated.")
 @click.option("--strict", is_flag=True, help="Exit status 1 if there are findings.")
 @click.option("-q", "--quiet", is_flag=True, help="No transcript.")
-@click.option("--journal", metavar="F", help="Write every input from outside, for --replay.")
-@click.option("--replay", metavar="F", help="Repeat the run of a journal; no FILE then.")
+@click.option("--journal", metavar="F", type=FILE, help="Write every input from outside, for --replay.")
+@click.option("--replay", metavar="F", type=FILE, help="Repeat the run of a journal; no FILE then.")
+@click.option("--memory", metavar="F", type=FILE, help="Image of the memory beside the chip: a dump, or Intel HEX.")
+@click.option(
+    "--save-memory",
+    metavar="F",
+    type=FILE,
+    help="Write what that memory holds at the end; .hex: as Intel HEX.",
+)
 @click.option("--other-laws", is_flag=True, help="Replay also what parts of another behaviour did, with a warning.")
 @click.option("--anywhere", is_flag=True, help="The bench file may name files outside its own folder.")
 @ALLOW_CODE
-@click.option("--json", metavar="F", is_flag=False, flag_value="-", help="Write the result as JSON; - prints it.")
-@click.option("--steps", metavar="F.csv", help="Write every step: time_ps, chip, axis, direction, position.")
-@click.option("--vcd", metavar="F", help="Write all pins as a VCD file, for waveform viewers.")
+@click.option(
+    "--json",
+    metavar="F",
+    type=FILE,
+    is_flag=False,
+    flag_value="-",
+    help="Write the result as JSON; - prints it.",
+)
+@click.option(
+    "--steps",
+    metavar="F.csv",
+    type=FILE,
+    help="Write every step: time_ps, chip, axis, direction, position.",
+)
+@click.option("--vcd", metavar="F", type=FILE, help="Write all pins as a VCD file, for waveform viewers.")
 @click.option("--pins", type=Names(), help="With --vcd: only these pins, such as pulse,direction or x.slew,y.slew.")
 @click.option("--timescale", help="With --vcd: the unit of its times, such as '1 us'; 1 ns by default.")
 @click.option(
@@ -74,8 +100,9 @@ class Guided(click.Command):
 )
 @click.option("--vcd-values", is_flag=True, help="With --vcd: also velocity, position, commands and findings.")
 @click.option("--layout", is_flag=True, help="With --vcd: layouts for GTKWave and Surfer beside it (.gtkw, .sucl).")
-@click.option("--plot", metavar="F.svg", help="Draw velocity and position (SVG, PNG or PDF).")
+@click.option("--plot", metavar="F.svg", type=FILE, help="Draw velocity and position (SVG, PNG or PDF).")
 @click.option("--dark", is_flag=True, help="The plot is light on dark.")
+@OPTIONS
 def run_command(**options: Any) -> int:
     """Run a program on a virtual chip, or a bench file (BENCH.toml) with several chips and parts.
 
@@ -88,9 +115,15 @@ def run_command(**options: Any) -> int:
 
 
 @cli.command("asm", short_help="Assemble a stored program.", epilog=EXIT)
-@click.argument("file")
+@click.argument("file", type=FILE)
 @CHIP
-@click.option("--output", "-o", metavar="F", help="Write to a file; an ending .hex or .bin chooses the format.")
+@click.option(
+    "--output",
+    "-o",
+    metavar="F",
+    type=FILE,
+    help="Write to a file; an ending .hex or .bin chooses the format.",
+)
 @click.option(
     "--format",
     "form",
@@ -111,12 +144,12 @@ def asm_command(**options: Any) -> int:
 
 
 @cli.command("dis", short_help="Disassemble a program buffer.", epilog=EXIT)
-@click.argument("file")
+@click.argument("file", type=FILE)
 @CHIP
 @click.option("--format", "form", type=click.Choice(["hex", "bin"]), help="What FILE holds; else its look decides.")
 @click.option("--stream", is_flag=True, help="FILE is what a host sends in binary mode, not a program buffer.")
 @click.option("--labels", is_flag=True, help="Name branch targets.")
-@click.option("--output", "-o", metavar="F", help="Write to a file.")
+@click.option("--output", "-o", metavar="F", type=FILE, help="Write to a file.")
 @JSON
 def dis_command(**options: Any) -> int:
     """Disassemble a program buffer; the text assembles to the same bytes."""
@@ -126,11 +159,12 @@ def dis_command(**options: Any) -> int:
 
 
 @cli.command("lint", short_help="Look for mistakes in programs.", epilog=EXIT)
-@click.argument("files", metavar="FILE...", nargs=-1, required=True)
+@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=FILE)
 @CHIP
 @click.option("--strict", is_flag=True, help="Exit status 1 for warnings too.")
 @ALLOW_CODE
 @JSON
+@OPTIONS
 def lint_command(**options: Any) -> int:
     """Look for mistakes in programs, or in the scripts of bench files (BENCH.toml); exit status 1 if there are errors.
 
@@ -143,7 +177,7 @@ def lint_command(**options: Any) -> int:
 
 @cli.command("ramp", short_help="What a ramp does, and which parameters give the ramp that is wanted.", epilog=EXIT)
 @click.argument("chip", type=Part())
-@click.argument("parameters", metavar="[NAME=VALUE]...", nargs=-1)
+@click.argument("parameters", metavar="[NAME=VALUE]...", nargs=-1, shell_complete=completion.parameter)
 @click.option("--crystal", type=Frequency(), help="Such as '11 MHz'; the chip's own by default.")
 @click.option("--distance", type=int, metavar="STEPS", help="Tell of a move of so many steps, too.")
 @click.option("--time", type=TimeWithUnit(), help="Look for the ramp that takes nearest to this time, such as '0.5 s'.")
@@ -154,13 +188,19 @@ def lint_command(**options: Any) -> int:
 @click.option("--best", type=int, metavar="N", default=5, show_default=True, help="How many of the nearest to list.")
 @click.option("--table", is_flag=True, help="Print the ramp rate by rate, step by step, or cycle by cycle.")
 @JSON
-@click.option("--plot", metavar="F.svg", help="Draw velocity and position of the move (SVG, PNG or PDF).")
+@click.option(
+    "--plot",
+    metavar="F.svg",
+    type=FILE,
+    help="Draw velocity and position of the move (SVG, PNG or PDF).",
+)
+@OPTIONS
 def ramp_command(**options: Any) -> int:
     """Calculate a ramp of a chip: its time, its steps, its acceleration, and which moves come to its rate.
 
-    Parameters have the names of the commands that set them: F, R, S, Z (CY525); S, T, R and law (GS-C modules);
-    SET_VEL, SET_ACC, SET_START_VEL and output, or profile=s-curve with SET_VEL, SET_MAX_ACC, SET_JERK and output
-    (MC1451A family).  Try: slewline ramp cy525 F=3 R=127 S=200
+    Parameters have the names of the commands that set them: F, R, S, Z (CY525); F, R, S (CY545); S, T, R and law
+    (GS-C); SET_VEL, SET_ACC, SET_START_VEL and output, or profile=s-curve with SET_VEL, SET_MAX_ACC, SET_JERK and
+    output (MC1451A family).  Try: slewline ramp cy525 F=3 R=127 S=200
 
     A number is what the command takes; "SET_VEL=12345 steps/s" or "R=6000 steps/s" is the nearest to a rate, and
     "SET_ACC=20000 steps/s2" to an acceleration.  With --time, --accel or --steps these may be left out: S and Z, R,
@@ -174,8 +214,8 @@ def ramp_command(**options: Any) -> int:
 
 
 @cli.command("compare", short_help="A measured waveform against the model's.", epilog=EXIT)
-@click.argument("model", metavar="MODEL.vcd")
-@click.argument("measured", metavar="MEASURED.vcd")
+@click.argument("model", metavar="MODEL.vcd", type=FILE)
+@click.argument("measured", metavar="MEASURED.vcd", type=FILE)
 @click.option(
     "--map",
     "pairs",
@@ -208,8 +248,9 @@ def compare_command(**options: Any) -> int:
 
 @cli.command("describe", short_help="The reference of a chip, or of a command.", epilog=EXIT)
 @click.argument("chip", type=Part())
-@click.argument("command", required=False)
+@click.argument("command", required=False, shell_complete=completion.command)
 @JSON
+@OPTIONS
 def describe_command(**options: Any) -> int:
     """Print the reference of a chip, or of one of its commands, from its data sheet."""
     from .programs import describe
@@ -228,11 +269,22 @@ def chips_command(**options: Any) -> int:
 
 @cli.command("serve", short_help="Chips on ports, for host software that knows nothing of this.", epilog=EXIT)
 @click.argument("chip", type=Part(), required=False)
-@click.option("--bench", metavar="FILE", help="A bench file with [[serve]] tables, instead of CHIP.")
-@click.option("--pty", metavar="LINK", help="On a pseudo-terminal, found by a link of this name.")
+@click.option(
+    "--bench",
+    metavar="FILE",
+    type=FILE,
+    help="A bench file with [[serve]] tables, instead of CHIP.",
+)
+@click.option(
+    "--pty",
+    metavar="LINK",
+    type=FILE,
+    help="On a pseudo-terminal, found by a link of this name. Linux; macOS: 8N1 only.",
+)
 @click.option("--tcp", metavar="HOST:PORT", help="On a TCP socket; port 0: any free one.")
 @click.option("--rfc2217", metavar="HOST:PORT", help="On a TCP socket that takes rate, parity, DTR and RTS.")
-@click.option("--serial", metavar="DEV", help="On a serial port of this machine.")
+@click.option("--serial", metavar="DEV", type=FILE, help="On a serial port of this machine: /dev/ttyUSB0, COM3.")
+@click.option("--registers", metavar="HOST:PORT", help="The bus of a chip beside its serial line: on a TCP socket.")
 @click.option("--framing", is_flag=True, help="For a chip on a bus: lines of text, which can also read back.")
 @click.option("--rate", metavar="R", help="Virtual seconds per second of the wall clock; 1 by default.")
 @click.option("--lockstep", is_flag=True, help="Time passes only by the bytes of the line, and by `advance`.")
@@ -243,9 +295,20 @@ def chips_command(**options: Any) -> int:
     envvar="SLEWLINE_TOKEN",
     help="What clients of the control port must know; also taken from the environment, SLEWLINE_TOKEN.",
 )
-@click.option("--state", metavar="DIR", help="Where the EEPROMs are kept.")
-@click.option("--log", metavar="F", help="Write a transcript of all lines behind what is in F; -: on standard error.")
-@click.option("--journal", metavar="F", help="Write every input from outside, for slewline run --replay.")
+@click.option("--state", metavar="DIR", type=DIRECTORY, help="Where the EEPROMs are kept.")
+@click.option(
+    "--log",
+    metavar="F",
+    type=FILE,
+    help="Write a transcript of all lines behind what is in F; -: on standard error.",
+)
+@click.option(
+    "--journal",
+    metavar="F",
+    type=FILE,
+    help="Write every input from outside, for slewline run --replay.",
+)
+@click.option("--memory", metavar="F", type=FILE, help="Image of the memory beside the chip: a dump, or Intel HEX.")
 @click.option("--anywhere", is_flag=True, help="The bench file may name files outside its own folder.")
 @ALLOW_CODE
 @click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=0. May be repeated.")
@@ -257,6 +320,7 @@ def chips_command(**options: Any) -> int:
 )
 @click.option("--allow-remote", is_flag=True, help="Other machines may connect; to the control port with --token only.")
 @click.option("--status", is_flag=True, help="Show a status line every second; else SIGUSR1 asks for one.")
+@OPTIONS
 def serve_command(**options: Any) -> int:
     """Put a chip on a port, where host software finds it as if it were real, until SIGINT, SIGTERM or SIGHUP.
 
@@ -271,6 +335,10 @@ def serve_command(**options: Any) -> int:
     The MC1451A family has registers instead of a line, and is served with --tcp only.  registers://HOST:PORT takes the
     messages of slewline.links.registers; slewline.links.chipset_port is their other end for a program in Python, and
     examples/mc1451a/slewline_port.h for one in C that reads and writes I/O ports.
+
+    A chip with a bus beside its serial line has the line on one of these ports and the bus on --registers: the
+    registers of a parallel card, at registers://HOST:PORT, whose other end is slewline.links.card_port.  The line has
+    9600 baud, unless a host on --rfc2217 says otherwise.
     """
     from .serve import Serve
 
@@ -278,9 +346,39 @@ def serve_command(**options: Any) -> int:
 
 
 @cli.command("demo", short_help="The welding machine of the CY525 manual.", epilog=EXIT)
-@click.option("--output", "-o", metavar="DIR", default="build/demo", show_default=True, help="Where the files go.")
+@click.option(
+    "--output",
+    "-o",
+    metavar="DIR",
+    default="build/demo",
+    show_default=True,
+    help="Where the files go.",
+    type=DIRECTORY,
+)
 def demo_command(output: str) -> int:
     """Run the welding machine of the CY525 manual: six spots on each of two workpieces, with picture and waveform."""
     from .demo import demo
 
     return demo(output)
+
+
+@cli.command("examples", short_help="Examples: list them, or copy one out.", epilog=EXIT)
+@click.argument("name", required=False, shell_complete=completion.example)
+@click.option(
+    "--output",
+    "-o",
+    metavar="DIR",
+    default=".",
+    show_default=True,
+    help="Where the files go.",
+    type=DIRECTORY,
+)
+def examples_command(**options: Any) -> int:
+    """List the examples, which the package brings along, or copy one out.
+
+    NAME is a file, whose folder and ending may be left out, or a folder such as drill: all that is in it is copied.  A
+    bench file brings its folder along.
+    """
+    from .examples import examples
+
+    return examples(**options)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 import sys
+import tomllib
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -52,6 +54,23 @@ def chip_of(path: str, chip: str | None) -> str:
 def is_bench(path: str) -> bool:
     """Return whether a file is a bench file; its name says so."""
     return path.lower().endswith(".toml")
+
+
+def read_options(path: str | None) -> dict[str, Any]:
+    """Return the options in a TOML file, not yet checked; none without a file.
+
+    Raises:
+        BenchFileError: the file cannot be read, is no TOML, or is a bench file, whose chips have options of their own.
+    """
+    if path is None:
+        return {}
+    try:
+        found = tomllib.loads(read_text(path))
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise BenchFileError(f"{path}: not TOML: {error}") from None
+    if "chip" in found:
+        raise BenchFileError(f"{path}: a bench file; allowed options of a chip, such as rate = 80, a line each")
+    return found
 
 
 def sheet_for(path: str, chip: str | None) -> Sheet:

@@ -10,6 +10,7 @@ import sys
 from collections.abc import Sequence
 
 from ..errors import Endless, ProgramError, SlewlineError, Timeout
+from ..extras import needs
 from . import FOUND, WRONG_USE
 
 
@@ -25,7 +26,7 @@ def invoke(arguments: Sequence[str]) -> int:
     except ModuleNotFoundError as error:
         if error.name != "click":
             raise
-        sys.stderr.write("slewline: the command line needs click and rich: pip install 'slewline[cli]'\n")
+        sys.stderr.write(f"slewline: {needs('the command line needs', 'cli')}\n")
         return WRONG_USE
     try:
         status = _called(cli, arguments)
@@ -50,13 +51,20 @@ def _called(cli: object, arguments: Sequence[str]) -> int:
 
     assert isinstance(cli, click.Command)
     try:
-        return int(cli.main(list(arguments), prog_name="slewline", standalone_mode=False) or 0)
+        # None: colours where there is a terminal (https://no-color.org)
+        colours = False if os.environ.get("NO_COLOR") else None
+        return int(cli.main(list(arguments), prog_name="slewline", standalone_mode=False, color=colours) or 0)
     except click.ClickException as error:
         error.show()
         return error.exit_code
     except click.Abort:
         click.echo("slewline: interrupted; no file was written", err=True)
         return FOUND
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] != "rich":
+            raise
+        click.echo(f"slewline: {needs('the command line needs', 'cli')}", err=True)
+        return WRONG_USE
     except SlewlineError as error:
         click.echo(f"slewline: {error}", err=True)
         return FOUND if isinstance(error, (Timeout, Endless, ProgramError)) else WRONG_USE

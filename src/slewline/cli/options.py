@@ -8,9 +8,27 @@ import sys
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
 
 from ..core.timebase import hertz, picoseconds
 from ..errors import TimeError
+from . import completion
+
+
+class Place(click.ParamType[str]):
+    """The name of a file or a directory, which the shell completes."""
+
+    name = "text"
+
+    def __init__(self, complete: completion.Complete) -> None:
+        self.complete = complete
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Return what leaves it to the shell."""
+        return self.complete(ctx, param, incomplete)
+
+
+FILE, DIRECTORY = Place(completion.file), Place(completion.directory)
 
 
 class TimeWithUnit(click.ParamType[int]):
@@ -45,6 +63,10 @@ class Drive(click.ParamType[tuple[str, int, int]]):
 
     name = "pin=level@time"
 
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Return what a shell may go on with."""
+        return completion.drive(ctx, param, incomplete)
+
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, int, int]:
         """Return (pin, level, picoseconds)."""
         if isinstance(value, tuple):
@@ -62,6 +84,10 @@ class Part(click.ParamType[str]):
     """The name of a chip: a part number, or module:Class."""
 
     name = "chip"
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Return what a shell may go on with."""
+        return completion.parts(ctx, param, incomplete)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Return the name as it was written; one with a colon may be found in the current directory."""
@@ -81,6 +107,10 @@ class Names(click.ParamType[tuple[str, ...]]):
 
     name = "a,b,c"
 
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Return what a shell may go on with."""
+        return completion.pins(ctx, param, incomplete)
+
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, ...]:
         """Return the names."""
         if isinstance(value, tuple):
@@ -98,6 +128,10 @@ class Strap(click.ParamType[tuple[str, int]]):
 
     name = "pin=level"
 
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Return what a shell may go on with."""
+        return completion.strap(ctx, param, incomplete)
+
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, int]:
         """Return (pin, level)."""
         if isinstance(value, tuple):
@@ -112,6 +146,10 @@ class Setting(click.ParamType[tuple[str, str]]):
     """name=value, or table.name=value; the part says what the text stands for."""
 
     name = "name=value"
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Return what a shell may go on with."""
+        return completion.setting(ctx, param, incomplete)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, str]:
         """Return (name, text)."""

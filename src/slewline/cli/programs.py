@@ -6,7 +6,9 @@ import dataclasses
 import json
 import re
 import sys
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
@@ -14,7 +16,7 @@ import click
 from ..bench.text import read_file, read_text
 from ..chips import CATALOGUE, PARTS, checks_of, sheet_of
 from ..errors import BenchFileError, UsageError
-from .files import STDIN, Outputs, chip_of, is_bench, read_program, sheet_for
+from .files import STDIN, Outputs, chip_of, is_bench, read_options, read_program, sheet_for
 
 if TYPE_CHECKING:
     from ..bench import Bench
@@ -96,7 +98,7 @@ def assembly_object(assembly: Assembly) -> dict[str, Any]:
         "program": assembly.stored.hex(),
         "bytes": len(assembly.stored),
         "labels": assembly.labels,
-        "lines": [line._asdict() | {"data": assembly.stored[s.address : s.end].hex()} for line, s in pairs],
+        "lines": [line._asdict() | {"data": assembly.data_of(s).hex()} for line, s in pairs],
         "preset": list(assembly.preset),
         "findings": [dataclasses.asdict(problem) for problem in assembly.findings],
     }
@@ -182,13 +184,18 @@ def looks_like_source(raw: bytes, sheet: Sheet) -> bool:
 
 
 # ----------------------------------------------------------------------------------------------------------------- lint
-def lint(files: tuple[str, ...], chip: str | None, strict: bool, allow_code: bool, as_json: bool) -> int:
+def lint(
+    files: tuple[str, ...], chip: str | None, strict: bool, allow_code: bool, as_json: bool, options: str | None = None
+) -> int:
     """Print what is odd about programs."""
     from ..language.problems import picture
 
     if allow_code and not any(is_bench(file) for file in files):
         raise click.UsageError("--allow-code goes with a bench file; --chip is allowed to name a module anyway")
-    found = [linted for file in files for linted in texts_of(file, chip, allow_code)]
+    if options is not None and any(is_bench(file) for file in files):
+        raise click.UsageError("a bench file says which options its chips have; leave out --options")
+    fitting = read_options(options)
+    found = [linted for file in files for linted in texts_of(file, chip, allow_code, fitting)]
     if as_json:
         told: dict[str, list[dict[str, Any]]] = {}
         for where, _, problems in found:  # two hosts of a bench may play the same file
@@ -212,7 +219,9 @@ class Linted(NamedTuple):
     problems: list[Problem]
 
 
-def texts_of(file: str, chip: str | None, allow_code: bool = False) -> list[Linted]:
+def texts_of(
+    file: str, chip: str | None, allow_code: bool = False, options: Mapping[str, Any] = MappingProxyType({})
+) -> list[Linted]:
     """Return a program file, or the scripts of a bench file, with what is odd about each.
 
     Raises:
@@ -231,7 +240,8 @@ def texts_of(file: str, chip: str | None, allow_code: bool = False) -> list[Lint
     part, text = chip_of(file, chip), read_program(file)
     script, straps = read(text, file, sheet_of(part))
     bench = Bench()
-    return [Linted(file, text, problems_of(bench, bench.host(bench.add(part, straps=straps)), script))]
+    host = bench.host(bench.add(part, straps=straps, **options))
+    return [Linted(file, text, problems_of(bench, host, script))]
 
 
 def problems_of(bench: Bench, host: Computer, script: Script) -> list[Problem]:
@@ -243,7 +253,10 @@ def problems_of(bench: Bench, host: Computer, script: Script) -> list[Problem]:
     from ..language.lint import lint as check
 
     alone = len(host.chips) == 1
-    found = check(script.text, host.chip.sheet, checks_of(type(bench.chips[host.chip.name]))) if alone else []
+    found = []
+    if alone:
+        sheet = host.chip.sheet
+        found = check(script.text, sheet, checks_of(type(bench.chips[host.chip.name]), sheet))
     wrong = {problem.line for problem in found if problem.severity == "error"}
     return sorted([*found, *(problem for problem in refused(bench, host, script) if problem.line not in wrong)])
 
@@ -257,11 +270,11 @@ def tally(problems: list[Problem]) -> str:
 
 
 # ------------------------------------------------------------------------------------------------------ describe, chips
-def describe(chip: str, command: str | None, as_json: bool) -> int:
+def describe(chip: str, command: str | None, as_json: bool, options: str | None = None) -> int:
     """Print the reference of a chip."""
     from ..language.describe import describe as text_of
 
-    sheet = sheet_of(chip)
+    sheet = sheet_of(chip, options=read_options(options) or None)
     text = text_of(sheet, command)
     if as_json:
         print_json(sheet_object(sheet, command))

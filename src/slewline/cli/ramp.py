@@ -14,12 +14,12 @@ from ..core.timebase import readable
 from ..errors import UsageError
 from ..language.ramps import Calculator, Move, Ramp
 from ..record.pictures import SUFFIXES
-from .files import Outputs
+from .files import Outputs, read_options
 from .programs import print_json
 from .transcript import counted
 
 if TYPE_CHECKING:
-    from ..record.panels import Track
+    from ..record.tracks import Track
 
 MOST_DRAWN = 5_000_000  # steps
 
@@ -36,15 +36,20 @@ def ramp(
     table: bool,
     as_json: bool,
     plot: str | None,
+    options: str | None = None,
 ) -> int:
     """Print a ramp, or the ramps that come nearest to what is wanted."""
     outputs = Outputs([])
     outputs.claim(plot, SUFFIXES)
-    calculator = ramps_of(chip)
+    fitting = read_options(options) or None
+    calculator = ramps_of(chip, fitting)
     values = named(calculator, parameters)
     wanted = {"time_ps": time, "acceleration_sps2": accel, "steps": steps}
     goal = {name: value for name, value in wanted.items() if value is not None}
-    found = nearest(chip, crystal, best, wanted, values) if goal else [ramp_of(chip, crystal=crystal, **values)]
+    if goal:
+        found = nearest(chip, crystal, best, wanted, values, fitting)
+    else:
+        found = [ramp_of(chip, crystal=crystal, options=fitting, **values)]
     moves = [None if distance is None else each.move(distance) for each in found]
     outputs.save(plot, lambda path: draw(path, calculator, found[0], moves[0]))
     free = [name for name in found[0].values if calculator.quantity(name).free and name not in values]
@@ -62,12 +67,18 @@ def ramp(
 
 
 def nearest(
-    chip: str, crystal: str | None, best: int, wanted: Mapping[str, float | None], values: Mapping[str, str]
+    chip: str,
+    crystal: str | None,
+    best: int,
+    wanted: Mapping[str, float | None],
+    values: Mapping[str, str],
+    options: Mapping[str, Any] | None = None,
 ) -> list[Ramp]:
     """Return the ramps that come nearest to what is wanted; the time in whole ps."""
     time, accel, steps = wanted.values()
     duration = None if time is None else f"{time} ps"  # a bare number below 1000 would be refused
-    return find_ramps(chip, time=duration, acceleration=accel, steps=steps, crystal=crystal, count=best, **values)
+    goal = {"time": duration, "acceleration": accel, "steps": steps}
+    return find_ramps(chip, crystal=crystal, count=best, options=options, **goal, **values)  # type: ignore[arg-type]
 
 
 def named(calculator: Calculator, parameters: Iterable[str]) -> dict[str, str]:
@@ -236,7 +247,7 @@ def track_of(calculator: Calculator, ramp: Ramp, move: Move) -> Track:
     from ..core.motions import MotionStart
     from ..core.quantity import Position, Velocity
     from ..core.train import Playing
-    from ..record.panels import Track
+    from ..record.tracks import Track
 
     kernel = Kernel()
     axis = Axis(kernel, range(move.steps + 1), 0)

@@ -17,7 +17,7 @@ from ..errors import ProgramError, Timeout, TornJournal
 from ..record.layouts import layout_paths
 from ..record.pictures import SUFFIXES
 from ..record.vcd import unit_of
-from .files import STDIN, Outputs, chip_of, is_bench, read_program, say_replaced
+from .files import STDIN, Outputs, chip_of, is_bench, read_options, read_program, say_replaced
 from .transcript import Transcript, seconds
 
 if TYPE_CHECKING:
@@ -55,6 +55,8 @@ class Run:
     chip: str | None
     crystal: str | None
     strap: tuple[tuple[str, int], ...]
+    memory: str | None
+    save_memory: str | None
     until: int | None
     timeout: int | None
     drive: tuple[tuple[str, int, int], ...]
@@ -75,13 +77,15 @@ class Run:
     layout: bool
     plot: str | None
     dark: bool
+    options: str | None = None
+    over: str | None = None
     torn: bool = False  # the journal that is replayed was cut off
 
     def perform(self) -> int:
         """Do it; returns the exit status."""
         self.check_options()
-        with Outputs(path for path in (self.file, self.replay) if path) as outputs:
-            for path in (self.json, self.steps, self.vcd, self.journal):
+        with Outputs(path for path in (self.file, self.replay, self.memory) if path) as outputs:
+            for path in (self.json, self.steps, self.vcd, self.journal, self.save_memory):
                 outputs.claim(path)
             for path in self.layouts:
                 outputs.claim(path)
@@ -108,7 +112,7 @@ class Run:
                 raise click.UsageError(f"{', '.join(given)}: goes with --vcd FILE")
         elif self.timescale is not None:
             unit_of(self.timescale)
-        names = ("chip", "crystal", "strap", "timeout", "drive", "journal")
+        names = ("chip", "crystal", "over", "strap", "options", "memory", "timeout", "drive", "journal")
         given = [name for name in names if getattr(self, name) not in (None, ())]
         if self.replay is not None and given:
             raise click.UsageError(f"--replay repeats a run as it was; leave out --{' --'.join(given)}")
@@ -120,8 +124,11 @@ class Run:
             raise click.UsageError(
                 "--allow-code goes with a bench file or --replay; --chip is allowed to name a module anyway"
             )
-        if self.is_bench and {"chip", "crystal", "strap"} & set(given):
-            raise click.UsageError("a bench file says which chips there are; leave out --chip, --crystal and --strap")
+        if self.is_bench and {"chip", "crystal", "over", "strap", "options", "memory"} & set(given):
+            raise click.UsageError(
+                "a bench file says which chips there are; leave out --chip, --crystal, --over, --strap, --options, "
+                "--memory"
+            )
 
     @property
     def is_bench(self) -> bool:
@@ -153,13 +160,17 @@ class Run:
     def single(self, file: str, journal: str | None) -> Bench:
         """Return a bench with a chip, a host, and a program."""
         from ..bench import Bench
+        from ..bench.memories import put_memory
         from ..bench.script import check_script, run_script
 
         text = read_program(file)
         part = chip_of(file, self.chip)
         script, straps = read(text, file, sheet_of(part))
         bench = Bench(journal=journal)
-        host = bench.host(bench.add(part, crystal=self.crystal, straps=straps | dict(self.strap)))
+        options = read_options(self.options)
+        chip = bench.add(part, crystal=self.crystal, straps=straps | dict(self.strap), **options)
+        put_memory(bench, chip, self.memory)
+        host = bench.host(chip, over=self.over)
         check_script(bench, host, script)
         self.prepare(bench)
         run_script(bench, host, script)
@@ -239,6 +250,7 @@ class Run:
         if self.json:
             outputs.write(self.json, as_json(bench, ended, self.is_bench or len(bench.chips) != 1))
         outputs.save(self.steps, bench.save_steps)
+        outputs.save(self.save_memory, lambda path: write_memory(bench, path))
         outputs.save(self.vcd, lambda path: self.write_vcd(bench, path))
         outputs.written += self.layouts
         outputs.save(self.plot, lambda path: bench.plot(path, pins=self.plotted(bench), dark=self.dark))
@@ -262,12 +274,30 @@ class Run:
             for path in outputs.written:
                 click.echo(f"wrote {path}")
         else:
-            for found in self.wrong(bench):
+            wrong = self.wrong(bench)
+            for found in wrong:
                 click.echo(f"slewline: {found}", err=True)
+            if untold := len(bench.findings) - len(wrong):
+                what = f"{untold} finding{'s' * (untold > 1)}"
+                click.echo(
+                    f"slewline: {what}; without -q the transcript has them, --strict makes them a failure", err=True
+                )
 
     def wrong(self, bench: Bench) -> list[Finding]:
         """Return the findings for which the run has failed: all if it is strict, else what a script did not expect."""
         return [found for found in bench.findings if self.strict or found.code == "expect"]
+
+
+def write_memory(bench: Bench, path: str) -> None:
+    """Write the content of the only memory on a bench, as the name of the file says."""
+    from ..bench.images import write_image
+    from ..parts.memory import Ram
+
+    found = [part for part in bench.parts.values() if isinstance(part, Ram)]
+    if len(found) != 1:
+        what = f"{len(found)} of them" if found else "none"
+        raise Refused(f"{path}: --save-memory wants one memory on the bench, and there are {what}")
+    write_image(path, found[0].content)
 
 
 def read(text: str, file: str, sheet: Sheet) -> tuple[Script, dict[str, int]]:

@@ -5,30 +5,24 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from ..bench import Bench
+from ..bench.memories import is_outside, put_memory
 from ..chips import sheet_of
+from ..core.channel import AdaptiveLine, FlowBus
 from ..core.option import read
-from ..errors import SlewlineError, UsageError
-from .files import say_replaced
-
-try:
-    import fcntl
-    import termios  # noqa: F401  # for a pty; where one of them is missing, signals and pipes differ as well
-except ImportError:
-    raise SlewlineError(
-        "serve needs Linux, or another POSIX system (WSL has one); here everything else works: run, lint, plots, the "
-        "pytest plugin, and slewline:// URLs, with which a program in Python finds a module without a server"
-    ) from None
+from ..errors import UsageError
+from .files import read_options, say_replaced
 
 if TYPE_CHECKING:
+    from ..core.table import Sheet
     from ..links.line import Line
     from ..links.pace import Pace
     from ..links.server import Server
@@ -38,6 +32,7 @@ if TYPE_CHECKING:
     Call = Callable[..., object]
 
 PORTS = ("tcp", "pty", "rfc2217", "serial")
+REGISTERS = "registers"  # of the bus of a chip, beside its serial line
 STATUS_S = 1.0
 
 
@@ -51,18 +46,21 @@ class Serve:
     pty: str | None
     rfc2217: str | None
     serial: str | None
+    registers: str | None
     framing: bool
     rate: str | None
     lockstep: bool
     control: str | None
     token: str | None
     state: str | None
+    memory: str | None
     log: str | None
     journal: str | None
     anywhere: bool
     allow_code: bool
     strap: tuple[tuple[str, int], ...]
     option: tuple[tuple[str, str], ...]
+    options: str | None
     allow_remote: bool
     status: bool
 
@@ -83,7 +81,7 @@ class Serve:
     def open_ports(self, server: Server, ports: list[tuple[str, str]]) -> None:
         """Open what is asked for, and tell where it is found."""
         try:
-            found = self.open_bench_file(server) if self.bench else self.open_chip(server, *ports[0])
+            found = self.open_bench_file(server) if self.bench else self.open_chip(server, ports)
             if self.control:
                 found.append(("control", server.control(self.control, self.token).where))
             for name, where in found:
@@ -98,15 +96,24 @@ class Serve:
         ports = [(kind, where) for kind in PORTS if (where := getattr(self, kind)) is not None]
         if (self.chip is None) == (self.bench is None):
             raise click.UsageError("give a chip, such as gs-c200s, or --bench FILE; and only one of them")
-        if self.bench is not None and (ports or self.strap or self.option or self.framing):
+        own = (*ports, self.registers, self.strap, self.option, self.options, self.framing, self.memory)
+        if self.bench is not None and any(own):
             raise click.UsageError(
-                "a bench file says all of this itself; leave out ports, --strap, --option, --framing"
+                "a bench file says all of this itself; leave out ports, --strap, --option, --options, --memory, "
+                "--framing"
             )
-        if self.chip is not None and not ports:
+        if self.registers is not None and (self.chip is None or bus_of(self.chip) is None):
+            raise click.UsageError(
+                f"--registers is for a chip with a bus beside its serial line; a {self.chip} is served with "
+                f"--{', --'.join(PORTS)}"
+            )
+        if self.chip is not None and not ports and self.registers is None:
             raise click.UsageError(f"where? Give one of --{', --'.join(PORTS)}")
         if len(ports) > 1:
             given = " and ".join(f"--{kind}" for kind, _ in ports)
             raise click.UsageError(f"a chip has one port, and {given} are {len(ports)}; leave out all but one")
+        if self.registers is not None:
+            ports.append((REGISTERS, self.registers))
         if self.lockstep and self.rate is not None:
             raise click.UsageError("--lockstep has no clock; leave out --rate")
         if self.anywhere and self.bench is None:
@@ -133,7 +140,9 @@ class Serve:
         bench = Bench(journal=self.journal, stores=stores)
         sheet = sheet_of(self.chip)
         # nothing strapped is the slowest
-        bench.add(self.chip, straps=sheet.fastest | dict(self.strap), **read(sheet.options, self.option))
+        options = joined(read_options(self.options), read(sheet.options, self.option))
+        chip = bench.add(self.chip, straps=sheet.fastest | dict(self.strap), **options)
+        put_memory(bench, chip, self.memory)
         return bench
 
     def server(self, bench: Bench) -> Server:
@@ -144,10 +153,14 @@ class Serve:
         pace: Pace = Lockstep(bench) if self.lockstep else Paced(bench, self.rate or "1")
         return Server(bench, pace, self.log, self.allow_remote, lambda text: say(f"slewline: {text}"))
 
-    def open_chip(self, server: Server, kind: str, where: str) -> list[tuple[str, str]]:
-        """Open the port of the only chip; return its name, and where it is found."""
-        line = server.line(*server.bench.chips.values(), framing=self.framing)
-        return [(titled(line), getattr(server, kind)(line, where).where)]
+    def open_chip(self, server: Server, ports: list[tuple[str, str]]) -> list[tuple[str, str]]:
+        """Open the ports of the only chip; return the name of each, and where it is found."""
+        (chip,), found = server.bench.chips.values(), []
+        for kind, where in ports:
+            over = over_which(chip.sheet, kind)
+            line = server.line(chip, framing=self.framing, over=over)
+            found.append((titled(line), getattr(server, "tcp" if kind == REGISTERS else kind)(line, where).where))
+        return found
 
     def open_bench_file(self, server: Server) -> list[tuple[str, str]]:
         """Open the ports of a bench file; return the name of each, and where it is found."""
@@ -163,9 +176,29 @@ class Serve:
         return found
 
 
+def bus_of(part: str) -> str | None:
+    """Return the name of the bus of a part that has several channels; None: it has one channel, or no such bus."""
+    return over_which(sheet_of(part), REGISTERS)
+
+
+def over_which(sheet: Sheet, kind: str) -> str | None:
+    """Return the channel that a port of a kind serves, where a part has several; None: its only one."""
+    if len(sheet.channels) == 1:
+        return None
+    wanted = FlowBus if kind == REGISTERS else AdaptiveLine
+    return next((channel.name for channel in sheet.channels if isinstance(channel, wanted)), None)
+
+
+def joined(one: Mapping[str, Any], two: Mapping[str, Any]) -> dict[str, Any]:
+    """Return options from two places; of one that is in both the second counts, of a table each of its rows."""
+    both = {name for name in one if isinstance(one[name], dict) and isinstance(two.get(name), dict)}
+    return {**one, **two, **{name: one[name] | two[name] for name in both}}
+
+
 def keeps(part: str) -> bool:
     """Return whether a part keeps anything without power."""
-    return sheet_of(part).keeps
+    sheet = sheet_of(part)
+    return sheet.keeps or is_outside(sheet)
 
 
 def titled(line: Line) -> str:
@@ -186,17 +219,17 @@ def state_directory(path: str | None) -> Iterator[Stores | None]:
     if path is None:
         yield None
         return
+    from ..links import system
+
     directory = Path(path)
     try:
         directory.mkdir(parents=True, exist_ok=True)
         lock = os.open(directory / ".lock", os.O_RDWR | os.O_CREAT, 0o666)
     except OSError as error:
         raise UsageError(f"--state {path}: {error.strerror}; give a directory that can be written") from None
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
+    if not system.lock(lock):
         os.close(lock)
-        raise UsageError(f"--state {path}: another server has it; end that one, or give another directory") from None
+        raise UsageError(f"--state {path}: another server has it; end that one, or give another directory")
     try:
         yield lambda name: stored(directory / f"{name}.eeprom")
     finally:
@@ -233,34 +266,30 @@ def show_again(server: Server) -> None:
 
 @contextmanager
 def signals(server: Server) -> Iterator[None]:
-    """End the server in good order on SIGINT, SIGTERM and SIGHUP; print a status line on SIGUSR1.
+    """End the server in good order on SIGINT, SIGTERM, SIGHUP and SIGBREAK; print a status line on SIGUSR1.
 
     From the first one on they mean nothing any more: the process ends anyway.  A SIGHUP that is ignored, as `nohup` has
-    it, stays so.
+    it, stays so.  A system may lack some of them.
     """
-    ends = [signal.SIGINT, signal.SIGTERM]
-    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
-        ends.append(signal.SIGHUP)
+    from ..links import system
+
+    hangup = system.numbers("SIGHUP")
+    ends = system.numbers("SIGINT", "SIGTERM", "SIGBREAK")
+    ends += [number for number in hangup if signal.getsignal(number) is not signal.SIG_IGN]
 
     def end(*_: object) -> None:
-        ignore(ends)
+        system.ignore(ends)
         server.stop()
 
     calls: dict[int, Call] = dict.fromkeys(ends, end)
-    calls[signal.SIGUSR1] = lambda *_: server.loop.ask(lambda: show(server))
+    for number in system.numbers("SIGUSR1"):
+        calls[number] = lambda *_: server.loop.ask(lambda: show(server))
     kept = {number: signal.signal(number, call) for number, call in calls.items()}
+    server.loop.hear_signals()
     try:
         yield
     except BaseException:
         for number, handler in kept.items():
             signal.signal(number, handler)
         raise
-    ignore(kept)
-
-
-def ignore(numbers: Iterable[int]) -> None:
-    """Let signals mean nothing, held back meanwhile: one that finds its handler gone would be complained of."""
-    kept = signal.pthread_sigmask(signal.SIG_BLOCK, numbers)
-    for number in numbers:
-        signal.signal(number, signal.SIG_IGN)
-    signal.pthread_sigmask(signal.SIG_SETMASK, kept)
+    system.ignore(kept)

@@ -20,7 +20,9 @@ from ..core.table import Pin
 from ..core.timebase import PS_PER_S, readable
 from ..core.waits import level
 from ..parts.computer import Computer
+from ..parts.displays import Display
 
+STAYS_PS = 20 * 10**9  # that a display stays as it is before it is told
 MOST = 100  # lines about the same pin; an endless program would never come to an end
 
 Say = Callable[[int, str, str, str], object]  # picoseconds, who, what kind of event, text
@@ -46,6 +48,8 @@ class Transcript:
         for part in self.bench.parts.values():
             if isinstance(part, Computer):
                 part.on_event.add(partial(self.tell, part.name, "host"))
+            if isinstance(part, Display):
+                part.on_change.add(Shown(self, part).changed)
         for chip in self.bench.chips.values():
             for row in chip.sheet.pins:
                 if row.told is not None:
@@ -90,6 +94,31 @@ class Transcript:
             self.tell(who, kind, text)
         elif self.lines[about] == MOST + 1:
             self.tell(who, kind, f"{about} goes on like this; no more of it is shown")
+
+
+class Shown:
+    """What a display shows: told when it has stayed so for a while, for it is written character by character."""
+
+    def __init__(self, transcript: Transcript, display: Display) -> None:
+        self.transcript, self.display, self.kernel = transcript, display, display.kernel
+        self.since = 0  # when it changed last
+        self.waits = False
+
+    def changed(self) -> None:
+        """Tell it later, unless it changes again by then."""
+        self.since = self.kernel.now
+        if not self.waits:
+            self.waits = True
+            self.kernel.call_at(self.since + STAYS_PS, self.tell)
+
+    def tell(self) -> None:
+        """Print what it shows, if it has stayed so."""
+        if self.kernel.now < self.since + STAYS_PS:
+            self.kernel.call_at(self.since + STAYS_PS, self.tell)
+            return
+        self.waits = False
+        name = self.display.name
+        self.transcript.seldom(name, "display", self.display.said, f"{name}, what it shows")
 
 
 class MotionsTold:

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from weakref import WeakKeyDictionary
 
 from ..errors import UnknownName, UsageError
+from .near import hint
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -125,12 +126,9 @@ class Catalogue(Generic[T]):
 
     def unknown(self, name: object) -> UnknownName:
         """Return the error that nothing has a name, with the names there are."""
-        from difflib import get_close_matches
-
-        names, remedy = self.names(), ""
-        if near := get_close_matches(self.spelled(str(name)), names, 1):
-            remedy = f"; did you mean {near[0]}?"
-        elif "." in str(name):
+        names = self.names()
+        remedy = hint(self.spelled(str(name)), names)
+        if not remedy and "." in str(name):
             remedy = f"; a class of your own is module:Class, such as {name}:Class"
         return UnknownName(f"no {self.what} {name!r}; there are: {', '.join(names)}{remedy}")
 

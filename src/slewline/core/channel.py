@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,3 +75,41 @@ class SerialLine(Channel):
     def plain(self) -> dict[str, int]:
         """Return the straps without checksums."""
         return {self.checksum_pin: 0} if self.checksum_pin else {}
+
+
+@dataclass(frozen=True, eq=False)
+class FlowBus(Channel):
+    """A data bus with a request and an answer for every byte, and a line that says which way the bytes go.
+
+    The pins have the roles "request", "ready" and "flow".  `ends` tells when the line ends a message of the part:
+    "before" it answers the request of the last byte, or "after" that request is over.  `live` tells whether the part
+    takes commands while its program runs, behind a first request without a byte.  The line is in use while the mode
+    register, under the mask `in_use[0]`, is `in_use[1]`; otherwise its pin says something else.
+    """
+
+    name = "parallel"
+    says = "a bus that works both ways"
+
+    ends: Literal["before", "after"] = "after"
+    live: bool = True
+    in_use: tuple[int, int] = (0, 0)
+
+
+@dataclass(frozen=True, eq=False)
+class AdaptiveLine(Channel):
+    """A serial port that measures the rate of two carriage returns, unless one of `bauds` is fixed by an option.
+
+    `flow_pin` is the part's own: low lets the host send, while the mode register, under the mask `in_use[0]`, is one of
+    the numbers behind it; otherwise the pin says something else.
+    """
+
+    name = "serial"
+    says = "a serial line that finds its rate"
+
+    bauds: tuple[int, ...]
+    bits: int = 8
+    parity: str = "none"
+    stop: int = 1
+    flow_pin: str = ""
+    in_use: tuple[int, ...] = (0, 0)
+    where: str = ""

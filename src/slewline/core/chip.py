@@ -14,6 +14,7 @@ from ..errors import UnknownName, UsageError
 from .axis import Axis
 from .hook import CommandHook, Hook
 from .kernel import Kernel, Task
+from .near import hint
 from .net import Bus, Driver, Net
 from .one_axis import OneAxis
 from .option import checked
@@ -167,8 +168,9 @@ class Chip(OneAxis):
         try:
             return self.pins[name]
         except KeyError:
-            names = ", ".join(row.name for row in self.sheet.pins if row.way not in ("power", "none"))
-            raise UnknownName(f"{self.name} ({self.sheet.part}) has no pin {name!r}; its pins: {names}") from None
+            names = [row.name for row in self.sheet.pins if row.way not in ("power", "none")]
+            says = f"{self.name} ({self.sheet.part}) has no pin {name!r}; its pins: {', '.join(names)}"
+            raise UnknownName(says + hint(name, names)) from None
 
     @property
     def moving(self) -> bool:
@@ -178,6 +180,11 @@ class Chip(OneAxis):
     @property
     def answering(self) -> bool:
         """Is a line of a host in work, or its answer on its way?"""
+        return False
+
+    @property
+    def awaits_host(self) -> bool:
+        """Does the chip, in the middle of something, wait for one of its hosts to go on, so that others must wait?"""
         return False
 
     @property

@@ -11,13 +11,14 @@ text, in a URL or on a command line, is made a value by its row first: `read`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from numbers import Integral
 from types import MappingProxyType
 from typing import Any, Literal
 
 from ..errors import SlewlineError, UsageError
+from .near import hint
 from .timebase import hertz, picoseconds, readable
 
 Kind = Literal[
@@ -245,11 +246,8 @@ def checked(owner: str, rows: Iterable[Option], given: Mapping[str, Any]) -> dic
     known = {row.name: row for row in rows}
     for name in given:
         if name not in known:
-            from difflib import get_close_matches
-
-            near = get_close_matches(str(name), known, 1)
-            hint = f"; did you mean {near[0]}?" if near else ""
-            raise UsageError(f"{owner}: no option {name!r}; its options: {', '.join(known) or 'none'}{hint}")
+            allowed = ", ".join(known) or "none"
+            raise UsageError(f"{owner}: no option {name!r}; its options: {allowed}{hint(name, known)}")
     found = {}
     for name, row in known.items():
         if name not in given and row.required:
@@ -274,6 +272,23 @@ def read(rows: Iterable[Option], pairs: Iterable[tuple[str, str]]) -> dict[str, 
         else:
             found[name] = known[name].read(text) if name in known else text
     return {name: read(known[name].table, within) for name, within in tables.items()} | found
+
+
+def defaulted(rows: Iterable[Option], given: Mapping[str, Any]) -> tuple[Option, ...]:
+    """Return the rows with what is given, checked, as their defaults; a table's are those of its rows."""
+    found = []
+    for row in rows:
+        if row.name in given and row.table:
+            row = replace(row, table=defaulted(row.table, given[row.name]))
+        elif row.name in given:
+            row = replace(row, default=given[row.name])
+        found.append(row)
+    return tuple(found)
+
+
+def defaults(rows: Iterable[Option]) -> dict[str, Any]:
+    """Return what holds where nothing is said, by full names: "ramp_jumps", "inferred.rates"."""
+    return {name: row.default for name, row in flat(rows)}
 
 
 def flat(rows: Iterable[Option], of: str = "") -> Iterator[tuple[str, Option]]:

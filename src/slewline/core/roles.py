@@ -8,7 +8,7 @@ from types import MappingProxyType
 AXIS_ROLES: Mapping[str, str] = MappingProxyType(  # a pin of an axis that ...
     {
         "step": "shows every step",
-        "direction": "gives the direction; high: clockwise, or positive",
+        "direction": "gives the direction; high, or at the level that is named: clockwise, or positive",
         "moving": "tells that the motor is under way",
         "ramping": "tells that it speeds up or slows down",
         "slewing": "tells that it runs at its steady rate",
@@ -21,6 +21,7 @@ AXIS_ROLES: Mapping[str, str] = MappingProxyType(  # a pin of an axis that ...
         "end": "is told that it is at an end of its travel, whichever",
         "end_plus": "is told that it is at the end of its travel in positive direction",
         "end_minus": "is told that it is at the end of its travel in negative direction",
+        "jog": "lets a hand step the motor",
         "encoder_a": "takes channel A of an encoder, ahead of B in positive direction",
         "encoder_b": "takes channel B of an encoder",
         "index": "takes the mark of an encoder, once a turn",
@@ -43,6 +44,7 @@ ROLES: Mapping[str, str] = MappingProxyType(  # what a pin is for; parts that ar
         "in_strobe": "tells that a byte is being read from the data bus",
         "out_strobe": "tells that a byte is put on the data bus",
         "text": "says whether commands are text or binary",
+        "flow": "says which way the bytes of a message go; low: the part has some for its host",
         "chip_select": "selects the part",
         "command": "says whether a command or data are on the data bus",
         "write": "writes a byte from the data bus",
@@ -53,6 +55,13 @@ ROLES: Mapping[str, str] = MappingProxyType(  # what a pin is for; parts that ar
         "serial_pull_down": "pulls a line low that modules share",
         "computer_in": "is the input of a computer's serial port",
         "computer_out": "is the output of a computer's serial port",
+        # the bus of a part that has memory and displays of its own
+        "memory_select": "selects the memory, whose high address is on the bus as it becomes so",
+        "display_select": "selects a display",
+        "switch_select": "selects thumbwheel switches",
+        "address_latch": "says when the low byte of an address is on the bus",
+        "read_strobe": "lets what is selected drive the bus",
+        "write_strobe": "lets what is selected take what is on the bus",
         # IEEE-488
         "dio": "is a data line of an IEEE-488 bus",
         **{line: f"is {line.upper()} of an IEEE-488 bus" for line in ("dav", "nrfd", "ndac", "atn", "ifc", "srq")},
@@ -67,6 +76,7 @@ ROW_ROLES: Mapping[str, str] = MappingProxyType(  # a command that ...
         "stop": "ends the program that runs",
         "erase": "forgets the program, and ends one that runs",
         "loop": "repeats a part of the program so many times",
+        "pointer": "says where the program begins that is entered, or run, next",
         "mark": "stands where such a repetition begins",
         "read": "says what is to be read back",
         "list": "asks for the program, in as many lines as it takes",

@@ -75,6 +75,58 @@ def put(content: bytearray, data: bytes, at: int | None = None) -> int:
     return address
 
 
+class Gathered:
+    """A large memory on its way to a store: what is put is there at once, and `flush` brings it to the store.
+
+    Bytes that stand close together go as one piece, so a flush costs as much as a few bytes do.
+
+    Args:
+        store: where the memory is kept; one without `append` gets all of it with every flush.
+        content: what the memory holds if the store is empty, which then gets it at once.
+
+    Raises:
+        OSError: the store has refused.
+    """
+
+    CLOSE = 16  # bytes between two that go together; a piece of its own costs as much
+
+    def __init__(self, store: Store, content: bytes) -> None:
+        found = store.read()
+        self.store, self.content = store, bytearray(found or content)
+        self.unsaved: set[int] = set()  # addresses that have been put since the last flush
+        if not found:
+            store.write(content)
+
+    def put(self, address: int, byte: int) -> None:
+        """Put a byte, 0 to 255, at an address."""
+        self.content[address] = byte
+        self.unsaved.add(address)
+
+    def flush(self) -> None:
+        """Bring to the store what has been put since the last flush.
+
+        Raises:
+            OSError: the store has refused; everything that it may lack goes with the next flush.
+        """
+        append = getattr(self.store, "append", None)
+        if append is None:
+            self.store.write(bytes(self.content))
+        else:
+            for first, last in self._pieces():
+                append(bytes(self.content[first : last + 1]), first)
+        self.unsaved.clear()
+
+    def _pieces(self) -> list[tuple[int, int]]:
+        """The first and the last address of each piece that is to be kept."""
+        pieces: list[tuple[int, int]] = []
+        for address in sorted(self.unsaved):
+            if pieces and address - pieces[-1][1] <= self.CLOSE:
+                pieces[-1] = pieces[-1][0], address
+            else:
+                pieces.append((address, address))
+        return pieces
+
+
 def _missing(store: object) -> str:
     has = all(callable(getattr(store, name, None)) for name in ("read", "write"))
     return "" if has else "expected an object with read() and write(data)"

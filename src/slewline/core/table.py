@@ -408,6 +408,12 @@ class Sheet:
         return self.acting("leave")
 
     @property
+    def takes_live(self) -> bool:
+        """Whether the part takes commands while its program runs: a host may pull its pin of program entry low."""
+        entry = self.role("program_entry")
+        return entry is not None and entry.way == "both"
+
+    @property
     def bus(self) -> str:
         """What the names of the data bus pins begin with."""
         data = self.role("data")

@@ -54,9 +54,18 @@ class Assembly:
     statements: tuple[Statement, ...]
     framing: tuple[Row, ...]
 
+    @property
+    def base(self) -> int:
+        """The address of its first byte."""
+        return self.statements[0].address if self.statements else 0
+
+    def data_of(self, statement: Statement) -> bytes:
+        """Return the bytes of an instruction."""
+        return self.stored[statement.address - self.base : statement.end - self.base]
+
     def listing(self) -> str:
         """Address, bytes and source of every instruction."""
-        parts = ((s.address, self.stored[s.address : s.end], s.text) for s in self.statements)
+        parts = ((s.address, self.data_of(s), s.text) for s in self.statements)
         return "\n".join(listed(*part, self.sheet) for part in parts)
 
 
@@ -147,7 +156,7 @@ def to_binary(assembly: Assembly, single_count: bool = False) -> bytes:
         UsageError: the part has no binary mode, or keeps no program.
     """
     _enterable(assembly.sheet)
-    block = Block(list(assembly.statements), assembly.labels)
+    block = Block(list(assembly.statements), assembly.labels, base=assembly.base)
     resolved = [_resolved(statement, block) for statement in assembly.statements]
     return dialect_of(assembly.sheet).entered_binary(assembly.sheet, assembly.framing, resolved, single_count)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ..core.channel import SerialLine
+from ..core.channel import AdaptiveLine, FlowBus, SerialLine
 from ..core.option import Option, flat
 from ..core.roles import AXIS_ROLES
 from ..core.table import Pin, Sheet
@@ -28,7 +28,7 @@ def describe(sheet: Sheet, command: str | None = None) -> str:
     commands = f"## Commands\n\n{dialect.table(sheet)}"
     port = _port(serial, dialect) if serial is not None else ""
     tables = (_pins, _wires, _registers, _times, _printed, _rates, _options)
-    parts = [_head(sheet), commands, port, *dialect.chapters(sheet), *(write(sheet) for write in tables)]
+    parts = [_head(sheet), commands, port, _sides(sheet), *dialect.chapters(sheet), *(write(sheet) for write in tables)]
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
@@ -71,6 +71,28 @@ def _port(port: SerialLine, dialect: Dialect) -> str:
     if dialect.answers:
         parts.append(table(("answer", "meaning"), ((f"`{answer}`", says) for answer, says in dialect.answers.items())))
     return "\n\n".join(parts)
+
+
+def _sides(sheet: Sheet) -> str:
+    """The two sides of a part that is reached over a bus that works both ways and over a serial line."""
+    bus, line = sheet.channel(FlowBus), sheet.channel(AdaptiveLine)
+    if bus is None or line is None:
+        return ""
+    ends = "behind the request for its last byte" if bus.ends == "after" else "with its last byte on the bus"
+    live = "takes commands, behind a first request without a byte" if bus.live else "takes no commands"
+    rates = ", ".join(map(str, line.bauds))
+    return (
+        "## Two ways in\n\nBoth at once: a side that has begun a command has the chip until its end.\n\n"
+        f"- `{bus.name}`: a request and an answer for every byte; `{_named(sheet, 'flow')}` is low while the part\n"
+        f"  has a message, and high again {ends}. While a program runs the part {live}.\n"
+        f"- `{line.name}`: {line.bits} data bits, {line.parity} parity, {line.stop} stop bit. The rate is that of two\n"
+        f"  carriage returns, near {rates}, or fixed by the option `fixed_baud`. Source: {line.where}."
+    )
+
+
+def _named(sheet: Sheet, role: str) -> str:
+    pin = sheet.role(role)
+    return "" if pin is None else pin.name
 
 
 def _pins(sheet: Sheet) -> str:

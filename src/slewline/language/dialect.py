@@ -1,6 +1,7 @@
 """How commands are written, sent and stored: the face that every dialect has.  A sheet names its own.
 
     letters/     a letter and its numbers, as text or binary                  R 100        52 01 64
+    verbatim/    the same, kept character for character in a memory           R 87H        52 01 87
     lines/       a line of text, its answer another one                       jc1,18
     packets/     a command byte and words, written as a mnemonic              SET_POS 12345
 
@@ -116,6 +117,19 @@ class Dialect:
     def stored(self, statement: Statement) -> bytes:
         """Return an instruction as the program buffer keeps it, or as a host writes it, if none is kept."""
         return statement.row.pack(statement.values)
+
+    def start(self, said: Sequence[Statement]) -> int:
+        """Return the address at which a program begins that is entered behind these statements."""
+        return 0
+
+    def placed(self, statement: Statement) -> Statement:
+        """Return a statement that has its address in a program, with the address to which it branches."""
+        return statement
+
+    def shown(self, instruction: Instruction, labels: str, names: Mapping[int, str]) -> str:
+        """Return an instruction of the buffer as it is written; `labels` and `names` as for `spell`."""
+        assert instruction.row is not None
+        return self.spell(instruction.row, instruction.values, labels, names)
 
     def cut(self, stored: bytes, at: int, sheet: Sheet) -> Instruction:
         """Return the instruction that begins at an address of the buffer; without a row, a byte that is no opcode."""

@@ -17,6 +17,7 @@ from .dialect import Command, Note, dialect_of
 from .statements import Instruction
 
 COMMENT = 16  # column of the comments
+SHOWN = 16  # equal bytes that are shown one by one
 
 
 def instructions(stored: bytes, sheet: Sheet) -> list[Instruction]:
@@ -126,13 +127,16 @@ def _line(instruction: Instruction, sheet: Sheet, marks: Mapping[str, int], name
 
 
 def _text(instruction: Instruction, sheet: Sheet, marks: Mapping[str, int], names: Mapping[int, str]) -> str:
-    address, data, row, values = instruction
+    address, data, row, _ = instruction
     dialect = dialect_of(sheet)
     before = "".join(dialect.label(letter) for letter, at in marks.items() if at == address)
     if row is None:
         return f"{before}??? {_hex(data)}"
-    return before + dialect.spell(row, values, sheet.labels, names)
+    return before + dialect.shown(instruction, sheet.labels, names)
 
 
 def _hex(data: bytes) -> str:
+    """Bytes in hexadecimal; of many equal ones how many there are."""
+    if len(data) > SHOWN and len(set(data)) == 1:
+        return f"{data[:1].hex().upper()} ({len(data)} times)"
     return data.hex(" ").upper()

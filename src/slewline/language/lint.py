@@ -93,10 +93,10 @@ def branches(source: Source) -> list[tuple[Statement, Operand, Block]]:
 
 
 def reached(source: Source, block: Block) -> set[int]:
-    """The addresses of all instructions that a run can come to, from byte 0 or from a branch in command mode."""
+    """The addresses of all instructions to which its first byte or a branch in command mode leads."""
     at = {statement.address: statement for statement in block.statements}
     starts = [block.address_of(target) for jump, target, goal in branches(source) if goal is block and jump.block < 0]
-    todo = [0, *(address for address in starts if address is not None)]
+    todo = [block.base, *(address for address in starts if address is not None)]
     seen: set[int] = set()
     while todo:
         address = todo.pop()
@@ -121,7 +121,12 @@ def targets(source: Source) -> None:
         address = block.address_of(target)
         if address is None or address > source.sheet.buffer_bytes - 1:
             continue  # the assembler's business
+        if statement.block < 0 and statement.row.role == "pointer":
+            continue  # the next program may be anywhere
         inside = next((other for other in block.statements if other.address <= address < other.end), None)
+        others = (other for other in source.blocks if other.base != block.base)
+        if inside is None and any(other.base <= address < other.end for other in others):
+            continue  # into another program of the same memory
         if inside is None:
             found = f"{statement.row.name} to {unit} {address}, but the program has {block.size} {unit}s"
             source.report(target, "branch-outside", "warning", found, section=section(statement.row))

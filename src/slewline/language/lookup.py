@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ..core.near import hint
 from ..core.table import Row, Sheet
 from ..errors import UnknownName
 from .dialect import dialect_of
@@ -23,4 +24,5 @@ def find(sheet: Sheet, command: str) -> list[Row]:
     if command in sheet.slips:
         raise UnknownName(f"{sheet.part} has no command {command!r}; {sheet.slips[command]}")
     letters = ", ".join(f"{row.form} ({row.name})" for row in sheet.commands)
-    raise UnknownName(f"{sheet.part} has no command {command!r}; it has {letters}")
+    near = hint(command, [name for row in sheet.commands for name in (row.form, row.name)])
+    raise UnknownName(f"{sheet.part} has no command {command!r}; it has {letters}{near}")

@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
+from ..core.near import hint
 from ..core.table import Arg, Sheet
 from ..core.timebase import PS_PER_S
 from ..core.train import Train
@@ -191,8 +192,9 @@ class Calculator(ABC):
         for quantity in self.quantities:
             if quantity.name.lower() == name.lower():
                 return quantity
-        names = ", ".join(quantity.name for quantity in self.quantities)
-        raise UnknownName(f"{self.sheet.part}: no parameter {name!r}; there are: {names}")
+        names = [quantity.name for quantity in self.quantities]
+        says = f"{self.sheet.part}: no parameter {name!r}; there are: {', '.join(names)}"
+        raise UnknownName(says + hint(name, names))
 
     def told(self, values: Values) -> dict[str, Value]:
         """Return values without those that are at their default and cannot be looked for."""

@@ -72,7 +72,7 @@ def _lay_out(source: Source, bare: bool) -> None:
         elif block is not None and item.row.coded:
             item = _place(source, block, item)
         elif item.row.role == "enter":
-            block = Block(entry=item)
+            block = Block(entry=item, base=dialect_of(source.sheet).start(source.statements))
             source.blocks.append(block)
         elif block is not None and item.row.role == "leave":
             block.quit, block = item, None
@@ -101,7 +101,8 @@ def _outside(source: Source, item: Statement, block: Block | None) -> None:
 def _place(source: Source, block: Block, statement: Statement) -> Statement:
     dialect = dialect_of(source.sheet)
     size = len(dialect.stored(statement))
-    statement = replace(statement, block=len(source.blocks) - 1, address=block.size, size=size)
+    statement = replace(statement, block=len(source.blocks) - 1, address=block.end, size=size)
+    statement = dialect.placed(statement)
     for letter in statement.labels:
         if letter in block.labels:
             found = f"label {dialect.label(letter)} a second time; the chip would take the last one"

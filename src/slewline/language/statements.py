@@ -90,17 +90,23 @@ class Instruction(NamedTuple):
 
 @dataclass(slots=True)
 class Block:
-    """A stored program, from the command that begins its entry to the one that ends it."""
+    """A stored program, from the command that begins its entry to the one that ends it, and from address `base` on."""
 
     statements: list[Statement] = field(default_factory=list)
     labels: dict[str, int] = field(default_factory=dict)
     entry: Statement | None = None
     quit: Statement | None = None
+    base: int = 0
+
+    @property
+    def end(self) -> int:
+        """The address behind its last instruction."""
+        return self.statements[-1].end if self.statements else self.base
 
     @property
     def size(self) -> int:
         """Bytes in the buffer."""
-        return self.statements[-1].end if self.statements else 0
+        return self.end - self.base
 
     def address_of(self, target: Operand) -> int | None:
         """Where a branch goes; None if its label is nowhere."""

@@ -21,6 +21,7 @@ import socket
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
+from ..core.near import hint
 from ..core.pin import Condition
 from ..core.timebase import moment, picoseconds
 from ..errors import SlewlineError, UsageError
@@ -87,7 +88,7 @@ class Client:
         self.incoming = bytearray()
         self.waiting = self.too_long = False
         self.known = self.refused = False  # by the first line
-        self.stream = Stream(self.server.loop, connection.fileno(), self.take, self.gone, self.room, QUEUE, self.ended)
+        self.stream = Stream(self.server.loop, connection, self.take, self.gone, self.room, QUEUE, self.ended)
 
     def room(self) -> int:
         """Return how many bytes may be read now: none while a reply is owed, or replies are not read."""
@@ -207,9 +208,10 @@ class Requests:
         Raises:
             UnknownName: no such chip.
         """
-        if name not in self.bench.chips:
-            raise UsageError(f"no chip {name!r}; there are: {', '.join(self.bench.chips)}")
-        return self.bench.chips[name]
+        chips = self.bench.chips
+        if name not in chips:
+            raise UsageError(f"no chip {name!r}; there are: {', '.join(chips)}{hint(name, chips)}")
+        return chips[name]
 
     def axis(self, request: Data) -> OneAxis:
         """Return the axis of a chip that a request names, the first one by default."""
@@ -269,7 +271,8 @@ class Requests:
         for line in lines:
             if name == line.name or name in (chip.name for chip in line.chips):
                 return line
-        raise UsageError(f"no serial line {name!r}; there are: {', '.join(line.name for line in lines) or 'none'}")
+        names = [line.name for line in lines]
+        raise UsageError(f"no serial line {name!r}; there are: {', '.join(names) or 'none'}{hint(name, names)}")
 
     def eeprom(self, request: Data, fails: bool) -> Data:
         """Let the EEPROM of a module fail, or no more."""

@@ -95,8 +95,8 @@ class FramedLine(Line):
     def _takes(self) -> bool:
         """Does the chip take a command now?  A program that admits no live ones leaves READY high."""
         sheet, pins = self.chip.sheet, self.chip.pins
-        entry, running = sheet.role("program_entry"), sheet.role("running")
-        deaf = entry is not None and entry.way != "both" and running is not None and pins[running.name].level == 0
+        running = sheet.role("running")
+        deaf = not sheet.takes_live and running is not None and pins[running.name].level == 0
         return pins["ready"].level == 1 and not deaf
 
     def _check_room(self, text: str) -> None:

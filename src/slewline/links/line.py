@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 from ..core.serial import Character
 from ..language.dialect import dialect_of
+from ..parts.adaptive_host import AdaptiveHost
 from ..parts.noise import LINKED, Noise
 from ..parts.rs232 import LATE_PS, SerialPort
 from .log import TO_CHIP, TO_HOST, Log
@@ -43,6 +44,7 @@ class Line:
         self.resume: Callable[[], object] | None = None
         self.taken = self.given = self.dropped = 0  # bytes from the host, to the host, and those nobody read
         self.wait: Wait | None = None  # in lockstep, what lets time pass for what has come
+        self.beside: list[Line] = []  # lines to the same chip
 
     # ---------------------------------------------------------------------------------------------------- the host
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
@@ -64,8 +66,12 @@ class Line:
         if self.wait is not None:
             self.wait.limit_ps = limit_ps
         elif self.pace.lockstep:
-            self.wait = Wait(self.quiet, limit_ps, self._rests)
+            self.wait = Wait(self._all_quiet, limit_ps, self._rests)
             self.pace.wait(self.wait)
+
+    def _all_quiet(self) -> bool:
+        """Return whether this line is quiet, and those beside it: what it lets the chip do may be for them."""
+        return self.quiet() and all(line.quiet() for line in self.beside)
 
     def when_answered(self, call: Callable[[], object]) -> None:
         """Call a function when what has come is answered, or is not for a long time."""
@@ -89,6 +95,9 @@ class Line:
         self.dropped += lost
 
     # ------------------------------------------------------------------------------------------- what a kind brings
+    def obey(self, on: bool) -> None:
+        """Let characters wait for CTS of a chip that has it, or not; where there is none, nothing changes."""
+
     def note(self, way: str, data: bytes) -> None:
         """Write bytes into the transcript."""
         self.log.characters(self.name, way, data)
@@ -134,6 +143,16 @@ class SerialLine(Line):
             if passed is not None:
                 self.port.write(bytes([passed]), fault)
 
+    def obey(self, on: bool) -> None:
+        """Let characters wait for CTS of a chip that has it, while it says that, or not."""
+        if isinstance(self.port, AdaptiveHost) and self.port.heeding is not (wanted := None if on else False):
+            self.port.heed(wanted)
+
+    @property
+    def clear(self) -> bool | None:
+        """Is CTS on?  None: the chip has none."""
+        return self.port.pins["cts"].level == 0 if isinstance(self.port, AdaptiveHost) else None
+
     def room(self) -> int:
         """Return how many bytes may come now; with none, `resume` is called once half of them have gone out."""
         port = self.port
@@ -148,8 +167,12 @@ class SerialLine(Line):
         return not self.port.outgoing
 
     def quiet(self) -> bool:
-        """Return whether every character has gone out, and nothing is on its way back."""
-        if self.port.outgoing or self.coming:
+        """Return whether every character has gone out, and nothing is on its way back.
+
+        Characters that wait for CTS do not count while the chip waits for another host.
+        """
+        held = isinstance(self.port, AdaptiveHost) and self.port.held and any(chip.awaits_host for chip in self.chips)
+        if (self.port.outgoing and not held) or self.coming:
             return False
         return not any(chip.answering for chip in self.chips)
 

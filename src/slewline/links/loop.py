@@ -1,36 +1,26 @@
-"""The loop: one thread that waits for file descriptors and for the next thing to do, whichever comes first.
+"""The loop: one thread that waits for sockets and descriptors and for the next thing to do, whichever comes first.
 
-Whoever paces virtual time needs to sleep for a part of a millisecond, and epoll rounds its sleep up to whole ones.  So
-the loop waits in `select` for the one descriptor that epoll itself has, which is good to some 0.1 ms, whatever number
-of descriptors lies behind it.
+Whoever paces virtual time needs to sleep for a part of a millisecond (see `links.system`), which the loops of asyncio
+cannot: they wait in epoll, whose sleeps are whole milliseconds.
 """
 
 from __future__ import annotations
 
-import os
-import select
 import selectors
+import signal
+import weakref
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from heapq import heappop, heappush
 from itertools import count
+from socket import socket
 from time import perf_counter
+
+from .system import FineSelector, Ready, bell
 
 Call = Callable[[], object]
 Calls = tuple[Call | None, Call | None]  # when readable, when writable
-Ready = tuple[selectors.SelectorKey, int]
-
-
-class FineSelector(selectors.DefaultSelector):
-    """The selector of the system, with sleeps of any length."""
-
-    def select(self, timeout: float | None = None) -> list[Ready]:
-        """Return what is ready, after at most so many seconds."""
-        if timeout:
-            select.select([self.fileno()], [], [], timeout)
-            timeout = 0
-        return super().select(timeout)
 
 
 class Loop:
@@ -43,11 +33,10 @@ class Loop:
         self.order = count()
         self.asked: deque[Call] = deque()
         self.dirty: list[Call] = []  # what flushes bytes that were written in this turn
-        self.closed = False
-        self.bell, self.button = os.pipe()
-        for end in (self.bell, self.button):
-            os.set_blocking(end, False)
-        self.watch(self.bell, self._answer)
+        self.closed = self.hears_signals = False
+        self.bell, self.button = bell()
+        self._forgotten = weakref.finalize(self, _hush, self.bell, self.button)  # closed even so
+        self.watch(self.bell.fileno(), self._answer)
 
     # --------------------------------------------------------------------------------------------- file descriptors
     def watch(self, fd: int, readable: Call | None = None, writable: Call | None = None) -> None:
@@ -71,12 +60,17 @@ class Loop:
     def ask(self, call: Call) -> None:
         """Call a function in the thread of the loop; may be used in any thread, and in a signal handler."""
         self.asked.append(call)
-        with suppress(BlockingIOError):  # it has been rung often enough
+        with suppress(OSError):  # it has been rung often enough, or is closed by now
             if not self.closed:
-                os.write(self.button, b"\0")
+                self.button.send(b"\0")
+
+    def hear_signals(self) -> None:
+        """Let a signal end the sleep; Windows would not.  To be called in the main thread, as `close` is then."""
+        signal.set_wakeup_fd(self.button.fileno(), warn_on_full_buffer=False)
+        self.hears_signals = True
 
     def _answer(self) -> None:
-        os.read(self.bell, 4096)
+        self.bell.recv(4096)
         while self.asked:
             self.asked.popleft()()
 
@@ -106,6 +100,13 @@ class Loop:
     def close(self) -> None:
         """Let go of everything; what is asked from now on is not done."""
         self.closed = True
+        if self.hears_signals:
+            signal.set_wakeup_fd(-1)
+            self.hears_signals = False
         self.selector.close()
-        os.close(self.bell)
-        os.close(self.button)
+        self._forgotten()
+
+
+def _hush(*ends: socket) -> None:
+    for end in ends:
+        end.close()

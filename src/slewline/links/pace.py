@@ -100,6 +100,13 @@ class Pace:
             net.watch(_seen)
         self.waits.append(wait)
 
+    def forget(self, wait: Wait) -> None:
+        """Take away somebody who no longer waits."""
+        if wait in self.waits:
+            self.waits.remove(wait)
+            for net in wait.nets:
+                net.unwatch(_seen)
+
     def pass_time(self) -> bool:
         """Let time pass up to the goal, for a slice at most; false when there is more to do at once."""
         self.stop_ns = self.clock() + SLICE_NS
@@ -136,9 +143,7 @@ class Pace:
         for wait in list(self.waits):
             met = wait.met()
             if met or wait.limit_ps <= self.kernel.now:
-                self.waits.remove(wait)
-                for net in wait.nets:
-                    net.unwatch(_seen)
+                self.forget(wait)
                 wait.done(met)
 
 

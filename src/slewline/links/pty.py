@@ -12,33 +12,35 @@ The C library reads the settings back at once, and the inversion must come after
 first byte that the host sends.  Two calls that are closer together than this fail: pySerial's `timeout` set right after
 an open, a `bytesize` behind another setting, an open right after a close, most calls of stty.  A host that fails cannot
 be told why; the user can (`HINT`).  TCP and RFC 2217 have none of this.
+
+On macOS there is no EXTPROC of this kind: a pseudo-terminal there is for hosts that ask for 8N1 (`PLAIN`).
 """
 
 from __future__ import annotations
 
-import fcntl
 import os
 import stat
 import struct
-import termios
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from time import perf_counter
 
 from ..errors import UsageError
+from . import system
 from .line import Line
 from .loop import Loop
 from .stream import Stream
 
-PTS = "/dev/pts/"
-EXTPROC = 0o200000  # Linux; the module termios has no name for it
+DEVICES = ("/dev/pts/", "/dev/ttys")  # of Linux, of macOS
 CFLAG, LFLAG = 2, 3  # places in what tcgetattr returns
 SETTLE_S = 0.0005
+WAYS = "let it ask for 8N1, or serve with --tcp (socket://) or --rfc2217 (rfc2217://)"
 HINT = (
-    "a pty has no 7 data bits and no parity: a host that sets 7O2 twice at once gets EINVAL (invalid argument); "
-    "let it ask for 8N1, or serve with --tcp (socket://) or --rfc2217 (rfc2217://)"
+    f"a pty has no 7 data bits and no parity: a host that sets 7O2 twice at once gets EINVAL (invalid argument); {WAYS}"
 )
+PLAIN = f"a pty of this system has 8 bits and no parity, and may refuse a host that asks for 7O2; {WAYS}"
+NONE = "--pty needs Linux or macOS: this system has no pseudo-terminals; serve with --tcp or --rfc2217 instead"
 
 
 class PacketStream(Stream):
@@ -49,13 +51,20 @@ class PacketStream(Stream):
         used: called when the host has sent something.
     """
 
-    def __init__(self, loop: Loop, fd: int, line: Line, changed: Callable[[], object], used: Callable[[], object]):
+    def __init__(
+        self,
+        loop: Loop,
+        end: system.Descriptor,
+        line: Line,
+        changed: Callable[[], object],
+        used: Callable[[], object],
+    ) -> None:
         self.changed, self.used = changed, used
-        super().__init__(loop, fd, line.take, lambda _why: None, line.room)
+        super().__init__(loop, end, line.take, lambda _why: None, line.room)
 
     def fetch(self, room: int) -> bytes | None:
         """Read; None: the other side has hung up."""
-        data = os.read(self.fd, room + 1)
+        data = self.end.recv(room + 1)
         if data[:1] == b"\0":
             self.used()
         else:  # the settings have changed, or a queue was flushed
@@ -70,10 +79,13 @@ class PtyPort:
         link: a symbolic link of this name is made, and removed at the end.
 
     Raises:
-        UsageError: the link cannot be made, or something is there already that is no old link of ours.
+        UsageError: the link cannot be made, or something is there already that is no old link of ours; or the system
+            has no pseudo-terminals.
     """
 
     def __init__(self, loop: Loop, line: Line, link: str) -> None:
+        if not hasattr(os, "openpty"):
+            raise UsageError(NONE)
         if not link:
             raise UsageError("a pty needs a name: give that of the link to be made, such as /tmp/x")
         self.loop, self.line, self.link = loop, line, Path(link)
@@ -87,7 +99,11 @@ class PtyPort:
         self.ours: list[object] = []  # the settings as we made them
         self.settled_at: float | None = None  # when a change is to be followed by an inversion
         self._be_raw()
-        self.stream = PacketStream(loop, self.master, line, self._changed, self._used)
+        end = system.Descriptor(self.master)
+        if system.EXTPROC is None:
+            self.stream = Stream(loop, end, line.take, lambda _why: None, line.room)
+        else:
+            self.stream = PacketStream(loop, end, line, self._changed, self._used)
         line.attach(self.name, self.stream.write, self.stream.resume)
 
     @property
@@ -95,15 +111,27 @@ class PtyPort:
         """The name of the link."""
         return str(self.link)
 
+    @property
+    def hint(self) -> str:
+        """What a user should know who has a host of 7 bits."""
+        return PLAIN if system.EXTPROC is None else HINT
+
     # -------------------------------------------------------------------------------------------------- the settings
     def _be_raw(self) -> None:
+        import fcntl
+        import termios
+
         settings = termios.tcgetattr(self.slave)
         settings[0] = settings[1] = 0
-        settings[LFLAG] = EXTPROC
+        settings[LFLAG] = system.EXTPROC or 0
         termios.tcsetattr(self.slave, termios.TCSANOW, settings)
-        fcntl.ioctl(self.master, termios.TIOCPKT, struct.pack("i", 1))
+        if system.EXTPROC is not None:
+            fcntl.ioctl(self.master, termios.TIOCPKT, struct.pack("i", 1))
 
     def _changed(self) -> None:
+        import termios
+
+        self.line.obey(bool(termios.tcgetattr(self.slave)[CFLAG] & termios.CRTSCTS))
         self.settled_at = perf_counter() + SETTLE_S
         self.loop.after(SETTLE_S, self._settled)
 
@@ -116,12 +144,15 @@ class PtyPort:
             self._invert()
 
     def _invert(self) -> None:
+        import termios
+
+        assert system.EXTPROC is not None
         self.settled_at = None
         settings = termios.tcgetattr(self.slave)
         if settings == self.ours:
             return  # it was our own change that was told
         settings[CFLAG] ^= termios.PARODD
-        settings[LFLAG] |= EXTPROC
+        settings[LFLAG] |= system.EXTPROC
         termios.tcsetattr(self.slave, termios.TCSANOW, settings)
         self.ours = termios.tcgetattr(self.slave)
 
@@ -139,7 +170,7 @@ class PtyPort:
 
     def _stale(self, target: str) -> bool:
         """Was the link left behind by a server that has been killed?  Its device is gone, or is the one we have."""
-        return target.startswith(PTS) and (target == self.name or not os.path.exists(target))
+        return target.startswith(DEVICES) and (target == self.name or not os.path.exists(target))
 
     def close(self) -> None:
         """Remove the link, and hang up."""

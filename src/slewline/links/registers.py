@@ -1,16 +1,18 @@
-"""The registers of a chipset on TCP: what IN and OUT are to a program on a PC, as short messages.
+"""The registers of an interface board on TCP: what IN and OUT are to a program on a PC, as short messages.
 
 A line of text comes first, "slewline registers 1 mc1451a 4": the version of this protocol, the part, how many axes.
 After that every request is two bytes and every answer is one, in the order of the requests:
 
-    0r --    IN    read register r of the ISA board (parts/isa.py)       the byte
-    1r bb    OUT   write bb to register r                                bb again, when it is written
-    24 nn    READY wait until bit 7 of the status is 1, for nn ms        the status; bit 7 is 0 if it has stayed so
+    0r --    IN      read register r of the board (parts/board.py)       the byte
+    1r bb    OUT     write bb to register r                              bb again, when it is written
+    24 nn    READY   wait until bit 7 of the status is 1, for nn ms      the status; bit 7 is 0 if it has stayed so
+    34 nn    ANSWER  ... is 0; of a parallel card                        the status
+    44 nn    MESSAGE wait until bit 6 is 0; of a parallel card           the status
     other    is no request                                               FF, as from an address where nobody is
 
 A host may send the next request before it has the answer to the last one: a whole packet, its waits included, is one
-round trip.  Requests are worked one behind the other, each access at the pins of the chipset, and takes its bus cycle
-of 750 ns of virtual time.
+round trip.  Requests are worked one behind the other, each access at the pins of the chip, and takes its bus cycle of
+750 ns of virtual time.
 
 In lockstep that is all the time there is, so a host that polls would poll a hundred times for each word: there, 100 us
 may pass after an IN that finds bit 7 of the status at 0, until it is 1.  READY lets pass what it waits for.
@@ -22,7 +24,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ..core.timebase import PS_PER_S
-from ..parts.isa import FLOATING, STATUS, Isa
+from ..parts.board import FLOATING, STATUS, Board
 from .line import Line
 from .log import TO_CHIP, TO_HOST, Log
 from .pace import Pace
@@ -34,6 +36,7 @@ if TYPE_CHECKING:
 
 VERSION = 1
 IN, OUT, READY = 0x00, 0x10, 0x20 + STATUS
+WAITS = {READY: "ready", 0x30 + STATUS: "answer", 0x40 + STATUS: "message"}  # what a board knows by these names
 MS = PS_PER_S // 1000
 POLL_PS = MS // 10  # in lockstep, what passes after a poll at most; HostRdy is low for 82 us
 BACKLOG = 1024  # pieces of work for the board that may wait; the next answer lets in more
@@ -44,7 +47,7 @@ class RegisterLine(Line):
 
     ports = ("tcp",)
 
-    def __init__(self, name: str, chip: Chip, pace: Pace, log: Log, board: Isa) -> None:
+    def __init__(self, name: str, chip: Chip, pace: Pace, log: Log, board: Board) -> None:
         super().__init__(name, [chip], pace, log)
         self.board = board
         self.half = b""  # the first byte of a request
@@ -76,9 +79,9 @@ class RegisterLine(Line):
         if request & 0xF0 == OUT:
             board.cycle(board.base + offset, value)
             self._answer(lambda: self._written(offset, value))
-        elif request & 0xF0 == IN or request == READY:
-            if request == READY:
-                board.ready(value * MS)
+        elif request & 0xF0 == IN or WAITS.get(request) in board.waits:
+            if request in WAITS:
+                board.ready(value * MS, WAITS[request])
             errand = board.cycle(board.base + offset)
             self._answer(lambda: self._read(offset, errand))
             if self.pace.lockstep and request == IN + STATUS:
@@ -140,7 +143,7 @@ class RegisterLine(Line):
 
 
 class RegisterSession(Session):
-    """A host on the registers of a chipset."""
+    """A host on the registers of a board."""
 
     line: RegisterLine
 
@@ -161,7 +164,7 @@ class RegisterSession(Session):
 
 
 class RegisterPort(TcpPort):
-    """A chipset on a TCP port."""
+    """A board on a TCP port."""
 
     scheme = "registers"
     make = RegisterSession

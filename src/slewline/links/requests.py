@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ..core.near import hint
 from ..errors import UsageError
 from ..parts.noise import LINKED
 
@@ -237,7 +238,7 @@ def read(line: bytes) -> Data:
     do = request.get("do")
     rows = [row for row in REQUESTS if row.do == do]
     if not rows:
-        raise UsageError(f"do {do!r}; allowed {', '.join(NAMES)}")
+        raise UsageError(f"do {do!r}; allowed {', '.join(NAMES)}{hint(do, NAMES)}")
     keys = {key.name: key for row in rows for key in row.keys}
     needed = [name for name in keys if all(name in row.needs for row in rows)]
     for name in needed:
@@ -245,7 +246,8 @@ def read(line: bytes) -> Data:
             raise UsageError(f"{do}: needs {', '.join(needed)}; {name} is missing")
     for name, value in request.items():
         if name not in ("do", *keys, *(key.name for key in COMMON)):
-            raise UsageError(f"{do}: {name} is unknown; allowed {', '.join(keys) or 'nothing'}")
+            allowed = ", ".join(keys) or "nothing"
+            raise UsageError(f"{do}: {name} is unknown; allowed {allowed}{hint(name, keys)}")
         if name in keys and must_be_text(keys[name].kind) and not isinstance(value, str):
             raise UsageError(f"{do}: {name} {value!r}; expected text")
     return request

@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING
 
 from ..core.serial import PARITIES, Word, bit_clock
 from ..errors import SlewlineError, UsageError
+from ..extras import needs
 from .line import SerialLine
 from .tcp import Session, TcpPort
 
 try:
     from serial import rfc2217
 except ImportError:
-    raise SlewlineError("RFC 2217 needs pyserial: pip install 'slewline[serial]'") from None
+    raise SlewlineError(needs("RFC 2217 needs", "serial")) from None
 
 if TYPE_CHECKING:
     from .line import Line
@@ -43,8 +44,8 @@ class Remote:
         self.session, self.port = session, line.port
         self.baud, self.word = baud, word
         self.rts = self.dtr = True
-        self.cts = self.dsr = self.cd = True
-        self.ri = self.xonxoff = self.rtscts = False
+        self.dsr = self.cd = True
+        self.ri = self.xonxoff = self._rtscts = False
         self._break = False
 
     def set_line(self, baud: int | str, word: Word) -> None:
@@ -98,6 +99,22 @@ class Remote:
     @stopbits.setter
     def stopbits(self, stop: float) -> None:
         self.set_line(self.baud, Word(self.word.bits, self.word.parity, f"{stop:g}"))
+
+    @property
+    def cts(self) -> bool:
+        """CTS of a chip that has it; else it is on."""
+        return self.session.line.clear is not False
+
+    @property
+    def rtscts(self) -> bool:
+        """Does the line wait for CTS?"""
+        return self._rtscts
+
+    @rtscts.setter
+    def rtscts(self, on: bool) -> None:
+        self._rtscts = on
+        if self.session.begun:
+            self.session.line.obey(on)
 
     @property
     def break_condition(self) -> bool:
@@ -157,6 +174,7 @@ class NetSession(Session):
         """Begin the turn of this host, with the rate and format it has asked for."""
         super().begin()
         self.remote.apply(self.remote.baud, self.remote.word)
+        self.line.obey(self.remote.rtscts)
         if self.remote.break_condition:
             self.remote.break_condition = True
 

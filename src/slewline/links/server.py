@@ -17,13 +17,15 @@ from concurrent.futures import Future
 from os import PathLike
 from typing import TYPE_CHECKING, Any, Protocol
 
-from ..bench.furnishing import channel_over
-from ..core.channel import BusHandshake, Channel, HostPort
+from ..bench.hosting import channel_over
+from ..core.channel import AdaptiveLine, BusHandshake, Channel, FlowBus, HostPort
 from ..core.channel import SerialLine as SerialChannel
 from ..core.chip import Chip, Finding
 from ..core.pin import strapped
 from ..errors import UsageError
+from ..parts.board import Board
 from ..parts.host import Host
+from ..parts.rs232 import SerialPort
 from .framing import FramedLine
 from .line import Line, SerialLine
 from .log import Log
@@ -32,18 +34,23 @@ from .pace import Pace
 from .registers import RegisterLine, RegisterPort
 from .reports import Reports
 from .store import FileStore
+from .system import fine_timer
 from .tcp import TcpPort
 
 if TYPE_CHECKING:
     from ..bench import Bench
-    from ..parts.isa import Isa
-    from ..parts.rs232 import SerialPort
 
 UART_BAUD = 9600
 LINES: Mapping[type[Channel], str] = {  # the method that furnishes what serves a channel
     BusHandshake: "_bus_line",
     SerialChannel: "_serial_line",
     HostPort: "_register_line",
+    FlowBus: "_register_line",
+    AdaptiveLine: "_adaptive_line",
+}
+BOARDS: Mapping[type[Channel], tuple[str, str]] = {  # the kind of board on a channel, and how its name ends
+    HostPort: ("isa", "isa"),
+    FlowBus: ("parallel_card", "card"),
 }
 KEPT_FINDINGS = 1000  # of each chip and part; a server runs for months
 KEPT_STRETCHES = 10_000  # of the past of each axis
@@ -94,8 +101,8 @@ class Server:
         self.forgotten: Counter[str] = Counter()  # steps of chips, as far as their past is no longer kept
         self.over = False
         bench.on_finding.add(self._finding)
-        for chip in bench.chips.values():
-            if isinstance(store := getattr(chip, "store", None), FileStore):
+        for owner in (*bench.chips.values(), *bench.parts.values()):
+            if isinstance(store := getattr(owner, "store", None), FileStore):
                 store.on_failure.add(self._trouble)
 
     # ---------------------------------------------------------------------------------------------------- furnishing
@@ -113,8 +120,13 @@ class Server:
         channels = [channel_over(chip, over) for chip in chips]
         for chip, channel in zip(chips, channels, strict=True):
             if len(chips) > 1 and not isinstance(channel, SerialChannel):
-                raise UsageError(f"{name}: {chip.name} has a bus; give it a port of its own")
+                has = "a line of its own" if isinstance(channel, AdaptiveLine) else "a bus"
+                raise UsageError(f"{name}: {chip.name} has {has}; give it a port of its own")
         line = getattr(self, LINES[type(channels[0])])(name, chips, framing, over)
+        for other in self.lines.values():
+            if any(chip in other.chips for chip in chips):
+                other.beside.append(line)
+                line.beside.append(other)
         self.lines[name] = line
         return line  # type: ignore[no-any-return]
 
@@ -125,10 +137,18 @@ class Server:
         return SerialLine(name, chips, self.pace, self.log, self._connector(name, chips))
 
     def _register_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> Line:
-        """The registers of a board on a host port."""
+        """The registers of a board on a host port, or on a bus that works both ways."""
         if framing:
             raise UsageError(f"{name}: has registers of its own; leave out the framing")
-        return RegisterLine(name, chips[0], self.pace, self.log, self._board(chips[0]))
+        return RegisterLine(name, chips[0], self.pace, self.log, self._board(chips[0], over))
+
+    def _adaptive_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> Line:
+        """Characters, to a chip that finds the rate; a character waits for CTS where the chip uses it."""
+        if framing:
+            raise UsageError(f"{name}: has a serial line of its own; leave out the framing")
+        host = self.bench.host(chips[0], name=f"{name}_line", over=channel_over(chips[0], over).name)
+        assert isinstance(host, SerialPort)  # that of a serial line
+        return SerialLine(name, chips, self.pace, self.log, host)
 
     def _bus_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> Line:
         """Lines of text to a host on a bus; without framing, characters to the UART beside it."""
@@ -158,9 +178,12 @@ class Server:
         self.bench.wire(f"{name}.txd", f"{chip.name}_uart.rxd")
         return port
 
-    def _board(self, chip: Chip) -> Isa:
-        """An interface board on the host port of a chipset."""
-        return self.bench.part("isa", name=f"{chip.name}_isa", to=chip)
+    def _board(self, chip: Chip, over: str | None) -> Board:
+        """An interface board on a chip."""
+        kind, tail = BOARDS[type(channel_over(chip, over))]
+        board = self.bench.part(kind, name=f"{chip.name}_{tail}", to=chip)
+        assert isinstance(board, Board)  # every kind in there is one
+        return board
 
     def _check(self, line: Line, port: str) -> None:
         if port not in line.ports:
@@ -182,12 +205,13 @@ class Server:
 
     def pty(self, line: Line, link: str) -> Opened:
         """Serve a line on a pseudo-terminal, found by a symbolic link."""
-        from .pty import HINT, PtyPort
+        from .pty import PtyPort
 
         self._check(line, "pty")
-        port = self._opened(PtyPort(self.loop, line, link))
+        port = PtyPort(self.loop, line, link)
+        self._opened(port)
         if isinstance(line, SerialLine) and line.port.word.bits < 8:
-            self._say(line.name, f"{link}: {HINT}")
+            self._say(line.name, f"{link}: {port.hint}")
         return port
 
     def serial(self, line: Line, device: str) -> Opened:
@@ -226,11 +250,12 @@ class Server:
         self.pace.start()
         self.loop.after(TIDY_S, self._tidy)
         try:
-            while not self.over:
-                done = self.pace.pass_time()
-                ready = self.loop.sleep(self.pace.pause() if done else 0)
-                self.pace.present()
-                self.loop.serve(ready)
+            with fine_timer():
+                while not self.over:
+                    done = self.pace.pass_time()
+                    ready = self.loop.sleep(self.pace.pause() if done else 0)
+                    self.pace.present()
+                    self.loop.serve(ready)
         finally:
             self.close()
 
@@ -248,6 +273,8 @@ class Server:
         self.ports.clear()
         self.reports.close()
         self.bench.run(0)  # the journal learns how far time has gone
+        for part in self.bench.parts.values():
+            part.leave()
         self.log.close()
         self.loop.close()
 

@@ -32,6 +32,7 @@ from zlib import crc32
 from ..core.hook import Hook
 from ..core.store import put
 from ..errors import StoreError
+from .system import BINARY, directory
 
 MAGIC, JOURNAL = b"slewline memory 1\n", b"slewline memory 2\n"
 HEADER = Struct(f">{len(MAGIC)}sII")
@@ -131,7 +132,7 @@ class FileStore:
 
     def _replace(self, content: bytes) -> None:
         """Put another file in the place of the present one."""
-        with self._opened(self.path.parent, os.O_RDONLY) as directory:
+        with directory(self.path.parent, self.system) as made_safe:
             self._found()
             try:
                 with self._opened(self._part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC) as file:
@@ -143,7 +144,7 @@ class FileStore:
                 with suppress(OSError):
                     self.system.unlink(self._part)
                 raise
-            self.system.fsync(directory)
+            made_safe()
 
     def _found(self) -> bytes:
         """The file as it is; empty when there is none."""
@@ -191,7 +192,7 @@ class FileStore:
 
     @contextmanager
     def _opened(self, path: Path, flags: int) -> Iterator[int]:
-        file = self.system.open(path, flags, 0o666)
+        file = self.system.open(path, flags | BINARY, 0o666)
         try:
             yield file
         finally:

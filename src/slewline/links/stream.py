@@ -1,4 +1,4 @@
-"""A byte stream to the outside: a file descriptor that never blocks, with a bounded queue on the way out.
+"""A byte stream to the outside: a socket that never blocks, with a bounded queue on the way out.
 
 A reader that does not read costs `QUEUE` bytes of memory and no more: what comes on top is dropped and counted, as a
 serial line drops what nobody picks up.  The other way round, a stream reads only as much as its owner has room for, so
@@ -7,19 +7,21 @@ that a writer without end is held up by its own system.
 
 from __future__ import annotations
 
-import os
+import socket
 from collections.abc import Callable
 
 from .loop import Loop
+from .system import Descriptor, has_closed, says_closed
 
 QUEUE = 1 << 16
 CHUNK = 4096
 
 
 class Stream:
-    """Bytes in and out of a file descriptor, which belongs to the caller.
+    """Bytes in and out of a socket, which belongs to the caller.
 
     Args:
+        end: the socket, which does not block from now on, or a descriptor with the face of one.
         take: called with what has come in.
         gone: called once, with the reason, when the other side has hung up.
         ended: called when nothing more will come; without it, the other side has hung up then.  With it, bytes still
@@ -31,20 +33,23 @@ class Stream:
     def __init__(
         self,
         loop: Loop,
-        fd: int,
+        end: socket.socket | Descriptor,
         take: Callable[[bytes], object],
         gone: Callable[[str], object],
         room: Callable[[], int] = lambda: CHUNK,
         queue: int = QUEUE,
         ended: Callable[[], object] | None = None,
     ) -> None:
-        self.loop, self.fd, self.take, self.gone, self.room = loop, fd, take, gone, room
+        self.loop, self.end, self.take, self.gone, self.room = loop, end, take, gone, room
         self.outgoing, self.queue, self.ended = bytearray(), queue, ended
+        self.ahead = bytearray()  # what was read before there was room for it
         self.dropped = 0
         self.reading = self.open = True
         self.dirty = self.blocked = self.at_end = self.finishing = self.deaf = False
         self.why = "hung up"
-        os.set_blocking(fd, False)
+        self.fd = end.fileno()
+        if isinstance(end, socket.socket):
+            end.setblocking(False)
         self._watch()
 
     def _watch(self) -> None:
@@ -57,21 +62,27 @@ class Stream:
             self.reading = False
             self._watch()
             return
+        if self.ahead:
+            data = bytes(self.ahead[:room])
+            del self.ahead[:room]
+            self.take(data)
+            self._go_on()
+            return
         try:
-            data = self.fetch(room)
+            found = self.fetch(room)
         except BlockingIOError:
             return
         except OSError as error:  # behind the last byte that has come, never before it
             self.why = error.strerror or str(error)
-            data = None
-        if data is None:
+            found = None
+        if found is None:
             self._end()
-        elif data:
-            self.take(data)
+        elif found:
+            self.take(found)
 
     def fetch(self, room: int) -> bytes | None:
         """Read what is there; None: the other side has hung up."""
-        return os.read(self.fd, room) or None
+        return self.end.recv(room) or None
 
     def _end(self) -> None:
         if self.ended is None:
@@ -86,6 +97,36 @@ class Stream:
         if self.open and not self.reading and not self.at_end:
             self.reading = True
             self._watch()
+            self._go_on()
+
+    def _go_on(self) -> None:
+        """What was read ahead is not told by the system: see to it in another turn."""
+        if self.ahead and self.reading:
+            self.loop.ask(self._read_on)
+
+    def _read_on(self) -> None:
+        if self.open and self.reading and self.ahead:
+            self._read()
+
+    def has_closed(self) -> bool:
+        """Return whether no more will come from the other side than is here already.
+
+        Where the system does not tell, what has come is read ahead, as much as the queue holds: its end may be behind.
+        """
+        if says_closed():
+            return has_closed(self.fd)
+        over = False
+        try:
+            while not over and len(self.ahead) < self.queue:
+                data = self.end.recv(CHUNK)
+                self.ahead += data
+                over = not data
+        except BlockingIOError:
+            pass
+        except OSError:
+            over = True
+        self._go_on()
+        return over
 
     # ------------------------------------------------------------------------------------------------------- output
     def write(self, data: bytes) -> int:
@@ -106,7 +147,7 @@ class Stream:
         blocked = False
         try:
             while self.outgoing and not blocked:
-                sent = os.write(self.fd, self.outgoing)
+                sent = self.end.send(self.outgoing)
                 del self.outgoing[:sent]
         except BlockingIOError:
             blocked = True
@@ -145,7 +186,7 @@ class Stream:
             self.gone(why)
 
     def close(self) -> None:
-        """Stop reading and writing; the file descriptor itself is the caller's."""
+        """Stop reading and writing; the socket itself is the caller's."""
         if self.open:
             self.open = False
             self.loop.watch(self.fd)

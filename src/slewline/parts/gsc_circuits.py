@@ -34,7 +34,7 @@ class TwoClocks(Stateless):
         super().__init__(kernel, name)
         self.axis = axis
         self.add_pin("clock", "in", "CLOCK of the module", pull=1)
-        self.add_pin("dir", "in", "DIR of the module", pull=1)
+        self.add_pin("dir", "in", "DIR of the module", pull=1, active=1)
         self.add_pin("cw", "out", "CLOCK while DIR is high, else high", initial=1)
         self.add_pin("ccw", "out", "CLOCK while DIR is low, else high", initial=1)
 

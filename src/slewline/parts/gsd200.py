@@ -69,7 +69,7 @@ class GsD200(Clocked):
         self._by = 0
         self._counted: ClockEdges = Still()
         self.add_pin("clock", "in", "step at each rise", pull=1)
-        self.add_pin("direction", "in", "high: clockwise", pull=1)
+        self.add_pin("direction", "in", "high: clockwise", pull=1, active=1)
         self.add_pin("reset", "in", "low: state 1", pull=1, active=0)
         self.add_pin("enable", "in", "low: no current in any phase", pull=1)
         self.add_pin("half_full", "in", "high: half step, low: full step", pull=1)

@@ -53,11 +53,6 @@ class Port:
             line("out_strobe"), line("motion_complete"), line("running"),
         )  # fmt: skip
 
-    def takes_live(self) -> bool:
-        """Return whether the part takes commands while its program runs, through a pin that the host may pull low."""
-        row = self.sheet.role("program_entry")
-        return row is not None and row.way == "both"
-
     def rest(self) -> None:
         """Let go of the bus and of PROG/LIVE, and ask for nothing."""
         self.request.drive(1)
@@ -334,7 +329,7 @@ class Host(Computer):
         for command in commands or ("",):
             if not isinstance(command, str) or not command or not command.isascii():
                 raise UsageError(f"{self.name}: live command {command!r}; expected text such as 'R 20'")
-        if not self.port.takes_live():
+        if not self.port.sheet.takes_live:
             raise UsageError(f"{self._part} takes no commands while its program runs; wait for its end")
         found = self.answer_of(self.interject(self.chip.name, commands), timeout)
         return b"".join(data for _, data in found or ())

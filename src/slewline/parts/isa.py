@@ -15,28 +15,18 @@ the other bits of the status float and read 1.  RESET of the bus resets the chip
 from __future__ import annotations
 
 from types import MappingProxyType
-from typing import Any
 
 from ..core.kernel import Kernel
 from ..core.net import Net
-from ..core.option import Option
-from ..core.outside import from_outside
-from ..core.timebase import Time, picoseconds
 from ..core.waits import first_of, until
-from ..errors import UsageError
-from .caller import Caller, Errand
+from .board import CLOCK_PS, CYCLE, DATA, FLOATING, READY, STATUS, Board, base_option
 
-CLOCK_PS = 125_000
-CYCLE = 6  # clocks; the strobes of the bus last from clock 1 to the end of clock 4, HostWrite is low in clock 2
 RESET_PS = 2_000_000  # the chipset wants 1 us; the strobe of the bus alone would be too short
-DATA, COMMAND, STATUS, RESET = 0, 2, 4, 8  # offsets from the base
-BASES = range(0x300, 0x400, 0x10)
-STEPS = f"{BASES[0]:#x} to {BASES[-1]:#x} in steps of 0x10"
-DECODED = 0x3FF
-FLOATING, HOSTRDY = 0xFF, 0x80
+COMMAND, RESET = 2, 8  # offsets from the base
+HOSTRDY = 0x80
 
 
-class Isa(Caller):
+class Isa(Board):
     """An interface board in a PC."""
 
     wiring = MappingProxyType(
@@ -51,20 +41,10 @@ class Isa(Caller):
         }
     )
 
-    options = (
-        Option(
-            "base",
-            "int",
-            0x340,
-            f"the first of its addresses, {STEPS}; its two select lines give 0x340, 0x350, 0x370 and 0x390",
-            like=f"{BASES[4]:#x}",
-            check=lambda base: "" if base in BASES else f"allowed {STEPS}",
-        ),
-    )
+    options = (base_option("; its two select lines give 0x340, 0x350, 0x370 and 0x390"),)
 
     def __init__(self, kernel: Kernel, name: str, *, base: int) -> None:
-        super().__init__(kernel, name)
-        self.base = base
+        super().__init__(kernel, name, base=base)
         self.add_bus("hostdata", "data bus of the chipset")
         for pin in ("hostslct", "hostread", "hostwrite", "reset"):
             self.add_pin(pin, "out", f"{pin} of the chipset", initial=1)
@@ -81,34 +61,6 @@ class Isa(Caller):
     def _put_reset(self, _net: Net | None = None) -> None:
         held = self.high("reset_drv") or self.kernel.now < self.reset_until
         self.drivers["reset"].drive(0 if held else 1)
-
-    # ------------------------------------------------------------------------------------ what a program on the PC does
-    def out(self, port: int, byte: int, timeout: Time = "5 s") -> None:
-        """Write a byte to an I/O address: OUT port, byte."""
-        self.answer_of(self.cycle(port, byte), timeout)
-
-    def inp(self, port: int, timeout: Time = "5 s") -> int:
-        """Read a byte from an I/O address: IN port."""
-        byte: int = self.answer_of(self.cycle(port), timeout)
-        return byte
-
-    @from_outside
-    def cycle(self, port: int, byte: int | None = None) -> Errand[Any]:
-        """Queue a bus cycle: a write, or without a byte a read."""
-        for number, most in ((port, 0xFFFF), (byte or 0, 0xFF)):
-            if not isinstance(number, int) or not 0 <= number <= most:
-                raise UsageError(f"{self.name}: {number!r}; allowed 0..{most:#x}")
-        self.input("cycle", port, byte)
-        if byte is None:
-            return self.errand(f"in {port:#x}", lambda: self.read(port))
-        return self.errand(f"out {port:#x}, {byte:#04x}", lambda: self.write(port, byte))
-
-    @from_outside
-    def ready(self, limit: Time = "1 s") -> Errand[None]:
-        """Queue a wait until HostRdy is high, for so long at most: what a loop of polls is to a program."""
-        ps = picoseconds(limit)
-        self.input("ready", f"{ps} ps")
-        return self.errand("HostRdy", lambda: self.until_ready(ps))
 
     # ------------------------------------------------------------------------------------------------------ bus cycles
     async def write(self, port: int, byte: int) -> None:
@@ -139,16 +91,9 @@ class Isa(Caller):
         await until(self.kernel, end)
         return byte
 
-    async def until_ready(self, ps: int) -> None:
+    async def until_ready(self, ps: int, what: str = READY) -> None:
         """Wait, without cycles, until HostRdy is high or so much time (ps) is over."""
         await first_of(self.kernel, self.kernel.now + ps, (self.pins["hostrdy"].net, 1))
-
-    def _offset(self, port: int) -> int:
-        """The address within the board; another number, if it is not one of its addresses."""
-        return (port & DECODED) - self.base
-
-    def _clock(self, number: int) -> int:
-        return self.kernel.now + number * CLOCK_PS
 
     def _select(self, command: int) -> None:
         """The address is on the bus from the middle of clock 0 to the end of the cycle."""

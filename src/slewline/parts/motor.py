@@ -41,6 +41,8 @@ DETECTOR = MappingProxyType({"x": Code(0, 1, 1, 0), "y": Code(0, 0, 1, 1)})  # b
 class Translator(Clocked):
     """A translator and its motor: a step at each fall of PULSE, the way that DIRECTION says (CY525 fig. 10.4).
 
+    DIRECTION high is clockwise, unless the neighbour's pin that `to` has joined it with means the contrary.
+
     It knows nothing but these two lines: a PULSE that O 128 to 255 makes for a phase latch is a step to it.  What sits
     on its `shaft` turns with it: an encoder, switches, a gear.
 
@@ -54,6 +56,7 @@ class Translator(Clocked):
     follows = ("pulse", "direction")
     clock = "pulse"
     steers = ("direction",)
+    clockwise = True  # DIRECTION high is clockwise
 
     def __init__(self, kernel: Kernel, name: str, *, axis: int = 1, edge: str | None = None) -> None:
         super().__init__(kernel, name)
@@ -67,9 +70,11 @@ class Translator(Clocked):
         self.shaft.source = self
 
     def attached(self, own: str, row: Pin) -> None:
-        """Step with the edge that the neighbour's pin means, unless a user has chosen one."""
+        """Step with the edge that the neighbour's pin means, unless a user has chosen one, and its way."""
         if own == "pulse" and row.sense is not None and not self._chosen:
             self.edge = row.sense
+        if own == "direction" and row.sense is not None:
+            self.clockwise = bool(row.sense)
 
     @property
     def position(self) -> int:
@@ -87,7 +92,7 @@ class Translator(Clocked):
     @property
     def sign(self) -> int:
         """Which way a step goes now: 1 clockwise, -1 back."""
-        return 1 if self.high("direction") else -1
+        return 1 if self.high("direction") is self.clockwise else -1
 
     # ------------------------------------------------------------------------------------------------------- changes
     def advance_to(self, ps: int) -> None:

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar
 from ..core.chip import Finding
 from ..core.hook import Hook
 from ..core.kernel import Kernel
+from ..core.near import hint
 from ..core.net import Bus, Driver, Net
 from ..core.option import Option
 from ..core.outside import input_of
@@ -46,7 +47,7 @@ def served(host: str, chips: Mapping[str, T], chip: object) -> T:
     """
     name = chip if isinstance(chip, str) else getattr(chip, "name", repr(chip))
     if name not in chips:
-        raise UnknownName(f"{host} has no chip {name!r}; it serves {', '.join(chips)}")
+        raise UnknownName(f"{host} has no chip {name!r}; it serves {', '.join(chips)}{hint(name, chips)}")
     return chips[name]
 
 
@@ -56,6 +57,7 @@ class Part:
     wiring: Mapping[str, str] = MappingProxyType({})
     optional: frozenset[str] = frozenset()
     verbs: tuple[str, ...] = ()
+    keeps: ClassVar[bool] = False  # it has an option `store`, which keeps something without power
     sits: ClassVar[Literal["", "may", "must"]] = ""  # on the shaft of another part (`bench.part(..., on=...)`)
     options: tuple[Option, ...] = ()
 
@@ -117,7 +119,8 @@ class Part:
         try:
             return self.pins[name]
         except KeyError:
-            raise UnknownName(f"{self.name} has no pin {name!r}; its pins: {', '.join(self.pins)}") from None
+            says = f"{self.name} has no pin {name!r}; its pins: {', '.join(self.pins)}"
+            raise UnknownName(says + hint(name, self.pins)) from None
 
     def high(self, name: str) -> bool:
         """Return whether a pin reads high.  An open input does, as in TTL."""
@@ -147,6 +150,9 @@ class Part:
 
         Findings made on the way bear the instants at which things happened; their listeners hear them now.
         """
+
+    def leave(self) -> None:
+        """Bring to a disk what belongs there: nobody lets time pass any more, for now or for good."""
 
     def forget(self, before: int) -> None:
         """Drop what the part keeps of the time before an instant (ps) for its quantities."""

@@ -45,6 +45,7 @@ class SerialPort(Worker):
 
     wiring = MappingProxyType({"txd": "serial_in", "rxd": "serial_out"})
     optional = frozenset({"rxd"})  # of a receiver
+    burst = BURST
     options = (
         BAUD,
         *word_options(7, "odd", 2),
@@ -95,7 +96,7 @@ class SerialPort(Worker):
         if fault and fault not in FAULTS:
             raise UsageError(f"{self.name}: fault {fault!r}; allowed {', '.join(FAULTS)}")
         self.input("write", data, fault)
-        burst = 1 if fault == "late" else BURST  # every one of them is late
+        burst = 1 if fault == "late" else self.burst  # every one of them is late
         self.outgoing.extend((data[at : at + burst], fault) for at in range(0, len(data), burst))
         if self.outgoing and (self.sender is None or not self.sender.alive):
             self.sender = self.kernel.spawn(self._send(), f"{self.name} sends")
@@ -121,6 +122,12 @@ class SerialPort(Worker):
     async def before_sending(self) -> None:
         """Wait for what a computer waits for before it begins to send."""
 
+    async def before_burst(self) -> None:
+        """Wait for what a computer waits for before each burst of characters."""
+
+    def after_burst(self, data: bytes) -> None:
+        """Note that characters have gone out."""
+
     async def _send(self) -> None:
         driver = self.drivers["txd"]
         await self.before_sending()
@@ -128,7 +135,9 @@ class SerialPort(Worker):
             data, fault = self.outgoing[0]
             if fault == "late":
                 await until(self.kernel, self.kernel.now + LATE_PS)
+            await self.before_burst()
             await transmit(driver, self.clock, self.word, data, self.mark, fault)
+            self.after_burst(data)
             self.outgoing.popleft()
 
     @property
@@ -270,6 +279,25 @@ class SerialHost(SerialPort, Computer):
         if self.faulty != before:
             raise ChecksumError(f"{self.name}: parity or framing fault in the answer to {command!r}: {self.answers!r}")
         return "\r".join(self.stripped(line) for line in self.answers)
+
+    def spoken(self, command: str) -> bytes:
+        """Return a command as it goes over the wire, and speak as the module is strapped from now on."""
+        self.fixed_baud = None
+        self.set_line(self.baud, Word(self.port.bits, self.port.parity, self.port.stop))
+        self.follow_straps()
+        return self.framed(command)
+
+    def ends(self, command: str, data: bytes) -> bool:
+        """Return whether these characters may end the answer to a command."""
+        return data.endswith(b"\r")
+
+    def answer_in(self, command: str, data: bytes) -> str:
+        """Return the answer to a command, of these characters.
+
+        Raises:
+            ChecksumError: a checksum does not fit.
+        """
+        return "\r".join(self.stripped(line) for line in data.decode("latin-1").split("\r")[:-1])
 
     async def exchange(self, command: str | bytes) -> list[str]:
         """Send a command in a task; return its answers: none, if the line is silent for longer than any answer takes.

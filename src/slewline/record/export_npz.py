@@ -36,5 +36,6 @@ def save_npz(path: str | Path, columns: Mapping[str, NDArray[Any]]) -> None:
     """
     import numpy as np
 
+    arrays: dict[str, Any] = dict(columns)
     with WholeFile(path) as file, file.refusals():
-        np.savez(file.handle, allow_pickle=False, **columns)
+        np.savez(file.handle, **arrays)  # columns of numbers; NumPy 2.0 takes `allow_pickle` for one of them

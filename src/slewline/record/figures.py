@@ -20,10 +20,10 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from ..errors import UsageError
-from . import lanes, marks, overlay, panels
-from .panels import Curve, Track
+from . import lanes, marks, overlay, panels, rate_lines
 from .style import DASHES, Palette, TimeAxis, duration, inches, number, palette, styled
 from .traces import Trace
+from .tracks import Curve, Track
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -151,7 +151,7 @@ class Layout:
             for name, rate in rates.items():
                 if name not in named.setdefault(-rate, []):
                     named[-rate].append(name)
-        return max((len(panels.rate_text(names, rate)) for rate, names in named.items()), default=0)
+        return max((len(rate_lines.rate_text(names, rate)) for rate, names in named.items()), default=0)
 
     def _names(self) -> list[str] | None:
         """Names of pins as they stand beside their lanes; None: they do not fit there."""
@@ -296,7 +296,7 @@ def _draw(made: Sequence[Axes], layout: Layout, colours: Palette, whole: bool) -
         if panel.curves:
             panels.draw_curves(axes, panel.curves, axis, colours, panel.height, layout.named, beside)
             if panel.curves[0].quantity.name == "velocity":
-                panels.draw_rates(axes, panel.curves, axis, colours, panel.height, beside)
+                rate_lines.draw_rates(axes, panel.curves, axis, colours, panel.height, beside)
             if any(curve.track.ideals for curve in panel.curves):
                 panels.draw_ideals(axes, panel.curves, axis, colours)
         else:

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from .panels import Track
 from .style import Palette, TimeAxis
+from .tracks import Track
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -18,7 +18,7 @@ from ..core.axis import Steps
 from ..core.quantity import Outline, Quantity
 from ..core.timebase import PS_PER_S
 from ..errors import UsageError
-from .panels import Track
+from .tracks import Track
 
 if TYPE_CHECKING:
     import numpy as np

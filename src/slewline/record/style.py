@@ -13,6 +13,7 @@ from typing import Any
 
 from ..core.timebase import UNITS, readable
 from ..errors import UsageError
+from ..extras import needs
 
 THIN_SPACE, MINUS = "\u2009", "\u2212"
 DPI = 144  # of a PNG
@@ -109,7 +110,7 @@ def styled(dark: bool = False) -> Iterator[Palette]:
     try:
         import matplotlib
     except ImportError as error:
-        raise UsageError("plots need matplotlib: pip install slewline[plot]") from error
+        raise UsageError(needs("plots need", "plot")) from error
     colours = palette(dark)
     with matplotlib.rc_context():
         matplotlib.rcdefaults()

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..core.axis import Steps
+from ..core.near import hint
 from ..core.timebase import Time, moment, picoseconds, readable
 from ..errors import NotRecorded, UnknownName, UsageError
 from .recorder import FLOATING, real_edges
@@ -201,7 +202,8 @@ class Waveforms:
             raise UnknownName(f"{self.path}: {name!r} is the end of several names: {_listed(ends)}")
         bits = self._bits(name)
         if not bits:
-            raise UnknownName(f"{self.path}: no signal {name!r}; there are: {_listed(self.names)}")
+            near = hint(name, self.names) or hint(name, [known.rpartition(".")[2] for known in self.names])
+            raise UnknownName(f"{self.path}: no signal {name!r}; there are: {_listed(self.names)}{near}")
         self._signals[name] = joined = _joined(bits)
         return joined
 

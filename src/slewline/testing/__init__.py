@@ -11,8 +11,32 @@ port.read_until(b"\r")                                     # b"RR\r"
 from __future__ import annotations
 
 from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .protocol_slewline import Serial
 
 with suppress(ImportError):  # without pySerial there are no URLs; all the rest works
     from serial import protocol_handler_packages
 
     protocol_handler_packages.append(__name__)
+
+
+def open_url(url: str, baudrate: int = 9600, **settings: Any) -> Serial:
+    """Open a slewline:// URL, as `serial.serial_for_url` does, and return a port whose type says what it has.
+
+    Args:
+        url: such as "slewline://gs-c200s?chs=0".
+        baudrate: of the line.
+        settings: those of pySerial, as `bytesize=7`; with `allow_code=True` the URL may name module:Class.
+
+    Raises:
+        UsageError: no such part, strap or option, or no URL of ours.
+    """
+    from ..errors import UsageError
+    from .protocol_slewline import Serial
+    from .rig import SCHEME
+
+    if not url.startswith(f"{SCHEME}://"):
+        raise UsageError(f"{url!r}: expected {SCHEME}://PART; other ports are opened with serial.serial_for_url")
+    return Serial(url, baudrate, **settings)

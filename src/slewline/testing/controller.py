@@ -44,7 +44,7 @@ class Controller:
         self.bench: Bench = rig.bench
         self.chip: Chip = rig.chip
         rig.log.file = self._transcript = StringIO()
-        self.faults = Faults(rig.chip, rig.line, rig.do, seed)
+        self.faults = Faults(rig.chip, getattr(rig, "line", None), rig.do, seed)
         self.bench.place(self.faults)
         self.bench.record()
 
@@ -52,6 +52,11 @@ class Controller:
     def url(self) -> str:
         """Where a program finds the module: what serial.serial_for_url takes."""
         return self.rig.url
+
+    @property
+    def host(self) -> Any:
+        """The host computer on its bus, of a module without a serial line."""
+        return self.rig.host
 
     @property
     def now(self) -> int:
@@ -98,7 +103,7 @@ class Controller:
         self.until(self._idle, timeout)
 
     def _idle(self) -> bool:
-        return self.chip.idle and self.rig.line.quiet()
+        return self.chip.idle and self.rig.quiet()
 
     def _level(self, text: str) -> Condition:
         pin, equals, level = text.partition("=")
@@ -107,16 +112,22 @@ class Controller:
         return self.chip.pin(pin.strip()).is_(int(level))
 
     # ------------------------------------------------------------------------------------------------------- exchange
-    def ask(self, command: str, timeout: Time = "5 s") -> str:
-        r"""Send a command over the line, as a host would, and return the answer without checksum and carriage return.
+    def ask(self, command: str, timeout: Time = "5 s") -> Any:
+        r"""Send a command, as a host would, and return the answer: of a serial line without checksum and return.
 
-        The line is borrowed from the program that may hold it.  The listing of Q is lines with "\r" between them.
+        The line is borrowed from the program that may hold it.  The listing of Q is lines with "\r" between them.  A
+        host on a bus answers as its own `ask` does.
 
         Raises:
             ChecksumError: the answer has a wrong checksum.
             Timeout: no answer.
+            UsageError: a module without a serial line is behind a port, and nobody but the program speaks to it.
         """
         rig, answer = self.rig, bytearray()
+        if not hasattr(rig, "line"):
+            return rig.do(lambda: rig.host.ask(command, timeout))
+        if not hasattr(rig, "host"):
+            raise UsageError(f'{self.label}: only the program behind the port speaks to it; on="host" has a host')
 
         def take(data: bytes) -> int:
             answer.extend(data)
@@ -124,22 +135,20 @@ class Controller:
 
         before = rig.do(lambda: self._borrow(take, command))
         try:
-            came = rig.wait(lambda: answer.endswith(b"\r") and rig.line.quiet(), picoseconds(timeout))
+            came = rig.wait(lambda: rig.host.ends(command, bytes(answer)) and rig.line.quiet(), picoseconds(timeout))
         finally:
             rig.do(lambda: self._give_back(*before))
         if not came:
             raise Timeout(
                 f"{self.label}: {command!r}: no answer in {timeout}, but {bytes(answer)!r}; {self.chip.waiting}"
             )
-        return "\r".join(rig.host.stripped(line) for line in answer.decode("latin-1").split("\r")[:-1])
+        return rig.host.answer_in(command, bytes(answer)) or ""
 
     def _borrow(self, take: Callable[[bytes], int], command: str) -> tuple[Any, Any, Word]:
         line, host = self.rig.line, self.rig.host
         before = line.host, host.baud, host.word
-        line.host, host.fixed_baud = take, None
-        host.set_line(host.baud, Word(host.port.bits, host.port.parity, host.port.stop))
-        host.follow_straps()
-        line.take(host.framed(command))
+        line.host = take
+        line.take(host.spoken(command))
         return before
 
     def _give_back(self, holder: Any, baud: Any, word: Word) -> None:
@@ -147,7 +156,7 @@ class Controller:
         self.rig.host.set_line(baud, word)
 
     # ----------------------------------------------------------------------------------------------------- assertions
-    def assert_reply(self, command: str, expected: str) -> None:
+    def assert_reply(self, command: str, expected: object) -> None:
         """Assert that a command is answered as expected.
 
         Raises:
@@ -159,12 +168,17 @@ class Controller:
             raise AssertionError(f"{command}: the answer is {answer!r}, expected {expected!r}")
 
     def assert_steps(
-        self, expected: int | Sequence[Time] | Steps, direction: int | None = None, since: Time = 0
+        self,
+        expected: int | Sequence[Time] | Steps,
+        direction: int | None = None,
+        since: Time = 0,
+        axis: int = 1,
     ) -> None:
         """Compare the steps since an instant: how many; or when, measured from that instant; or those of another run.
 
         Args:
             direction: +1 or -1, in which all of them must go.
+            axis: of a part that has several, from 1.
         """
         __tracebackhide__ = True
         if isinstance(expected, str) or not isinstance(expected, Integral | Iterable | Steps):
@@ -173,7 +187,7 @@ class Controller:
                 "such as other.chip.steps()"
             )
         origin = moment(since)
-        steps: Steps = self.rig.do(lambda: self.chip.steps(origin))
+        steps: Steps = self.rig.do(lambda: self.chip.axis(axis).steps(origin))
         found = [(int(time) - origin, int(sign)) for time, sign in zip(steps.times_ps, steps.directions, strict=True)]
         text = ""
         if isinstance(expected, Integral):
@@ -213,11 +227,13 @@ class Controller:
             return str(error) or f"{self.url}: the server does not answer"
 
     def _told(self) -> Iterable[str]:
-        yield f"{self.chip.sheet.part} at {self.url}, seed {self.seed}, {readable(self.now)}, position {self.position}"
+        at = self.url or f"a host over {self.rig.channel.says}"
+        yield f"{self.chip.sheet.part} at {at}, seed {self.seed}, {readable(self.now)}, position {self.position}"
         yield self.chip.waiting
         findings = [str(found) for found in self.bench.findings]
         yield from ["", "faults and findings:", *findings] if findings else []
-        self.rig.log.end(self.rig.line.name)
+        if hasattr(self.rig, "line"):
+            self.rig.log.end(self.rig.line.name)
         said = self._transcript.getvalue().splitlines()
         yield f"\ntranscript (< to the module, > to the host), {min(len(said), SHOWN)} of {len(said)} lines:"
         yield from said[-SHOWN:]

@@ -1,4 +1,4 @@
-"""Where a program finds a module of a test: in its own process by a URL, or behind a port of the machine.
+"""Where a program finds a module of a test: in its own process by a URL or a host, or behind a port of the machine.
 
 A module behind a port is served by a thread of the test process, in lockstep: virtual time passes as far as the bytes
 of the line need it, and when the test says so.
@@ -7,20 +7,27 @@ of the line need it, and when the test says so.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import partial
 from itertools import count
 from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
-from threading import Event, Thread
+from threading import Condition, Event, Thread
 from typing import Any
 
+from ..chips import sheet_of
+from ..core.channel import Channel
 from ..core.chip import Chip
+from ..core.motions import MotionEnd, MotionStart
+from ..core.near import hint
 from ..core.net import Net
+from ..core.table import Sheet
 from ..errors import SlewlineError, UsageError
 from ..links.pace import Lockstep, Pace, Paced, Wait
 from ..links.server import Server
+from ..parts.computer import Computer
 from .controller import Controller
-from .rig import NAMED, SCHEME, Result, Rig
+from .rig import NAMED, SCHEME, Result, Rig, serial_line
 
 NUMBERS = count(1)
 PATIENCE_S = 60.0  # of the wall clock: a server that does not answer for so long is broken
@@ -41,21 +48,63 @@ class Named(Rig):
         super().close()
 
 
+class Direct(Rig):
+    """A module without a serial line, and the host computer on its bus that a test speaks through."""
+
+    host: Computer  # type: ignore[assignment]  # of whatever its channel has
+
+    def channel_of(self, sheet: Sheet) -> Channel:
+        """Return its first channel."""
+        return next(iter(sheet.channels))
+
+    def reach(self) -> None:
+        """Put the host on the bench."""
+        self.lock = Condition()
+        self.host = self.bench.host(self.chip, name="host", over=self.channel.name)
+        self.host.on_event.add(lambda text: self.log.event(self.host.name, text))
+        self.url = ""
+        for number in range(1, self.chip.sheet.axes + 1):
+            axis = self.chip.axis(number)
+            axis.on_motion_begin.add(partial(self._tell, axis.name, "moves from"))
+            axis.on_motion_end.add(partial(self._tell, axis.name, "is at rest at"))
+
+    def _tell(self, name: str, verb: str, motion: MotionStart | MotionEnd) -> None:
+        self.log.event(name, f"{verb} {motion.position}")
+
+    def quiet(self) -> bool:
+        """Return whether the host has nothing more to say."""
+        return self.host.idle
+
+
 class Served(Rig):
     """A module behind a port.
 
     Args:
         on: "tcp", "pty" or "rfc2217".
+        framing: of a chip on a bus, lines of text with read-back; without it, characters to a UART beside the chip.
     """
 
-    def __init__(self, part: str | type[Chip], on: str, **settings: Any) -> None:
+    def __init__(self, part: str | type[Chip], on: str, framing: bool = False, **settings: Any) -> None:
+        self.on, self.framing = on, framing
         super().__init__(part, **settings)
-        self.server = Server(self.bench, self.pace)
-        self.server.lines[self.line.name] = self.line
-        self.folder = mkdtemp(prefix="slewline-")
-        where = str(Path(self.folder, self.chip.name)) if on == "pty" else "127.0.0.1:0"
-        self.url = getattr(self.server, on)(self.line, where).where
         self.thread = Thread(target=self.server.run, name=f"slewline {self.url}", daemon=True)
+
+    def channel_of(self, sheet: Sheet) -> Channel:
+        """Return its serial line, or else its first channel."""
+        return serial_line(sheet) or next(iter(sheet.channels))
+
+    def reach(self) -> None:
+        """Put the connector on the bench, and open the port."""
+        self.server = Server(self.bench, self.pace)
+        if self.channel is serial_line(self.chip.sheet):
+            super().reach()
+            self.server.lines[self.line.name] = self.line
+        else:
+            self.log = self.server.log
+            self.line = self.server.line(self.chip, framing=self.framing)  # type: ignore[assignment]
+        self.folder = mkdtemp(prefix="slewline-")
+        where = str(Path(self.folder, self.chip.name)) if self.on == "pty" else "127.0.0.1:0"
+        self.url = getattr(self.server, self.on)(self.line, where).where
 
     def begin(self) -> None:
         """Start the server, in a thread of its own."""
@@ -98,15 +147,16 @@ class Served(Rig):
         super().close()
 
 
-FACES = ("url", "tcp", "pty", "rfc2217")
+FACES = ("url", "host", "tcp", "pty", "rfc2217")
 
 
-def running(part: str | type[Chip], on: str = "url", seed: int = 0, **settings: Any) -> Controller:
+def running(part: str | type[Chip], on: str | None = None, seed: int = 0, **settings: Any) -> Controller:
     """Return a running module.
 
     Args:
         part: as `Rig` takes it.
-        on: where a program finds it: "url", "tcp", "pty", "rfc2217".
+        on: where a program finds it: "url", "tcp", "pty", "rfc2217"; or "host": a host computer on its bus. By default
+            the URL, of a part without a serial line the host.
         seed: of everything that is random, such as a garbled character.
         settings: straps, rate, store, and options of the part.
 
@@ -114,9 +164,12 @@ def running(part: str | type[Chip], on: str = "url", seed: int = 0, **settings: 
         UsageError: none of these faces, or a setting that is not allowed.
         UnknownName: no such part.
     """
+    if on is None:
+        on = "url" if serial_line(sheet_of(part)) is not None else "host"
     if on not in FACES:
-        raise UsageError(f"on {on!r}; allowed {', '.join(FACES)}")
-    rig = Named(part, seed=seed, **settings) if on == "url" else Served(part, on, seed=seed, **settings)
+        raise UsageError(f"on {on!r}; allowed {', '.join(FACES)}{hint(on, FACES)}")
+    kinds: dict[str, Callable[..., Rig]] = {"url": Named, "host": Direct}
+    rig = kinds.get(on, partial(Served, on=on))(part, seed=seed, **settings)
     controller = Controller(rig, f"{rig.part} on {on}", seed)
     rig.begin()
     return controller

@@ -71,13 +71,15 @@ class Faults(Part):
         seed: of all chance.
     """
 
-    def __init__(self, chip: Chip, line: SerialLine, do: Callable[[Callable[[], Any]], Any], seed: int) -> None:
+    def __init__(self, chip: Chip, line: object, do: Callable[[Callable[[], Any]], Any], seed: int) -> None:
         super().__init__(chip.kernel, "faults")
         self.chip, self.do, self.seed = chip, do, seed
         self.random = Random(seed)
         spared = dialect_of(chip.sheet).constant_bit
-        self.noise = {way: TellingNoise(line.port.word.bits, way, self.tell, spared) for way in WAYS}
-        line.to_chip, line.to_host = self.noise["module"], self.noise["host"]
+        self.noise: dict[str, TellingNoise] = {}
+        if isinstance(line, SerialLine):
+            self.noise = {way: TellingNoise(line.port.word.bits, way, self.tell, spared) for way in WAYS}
+            line.to_chip, line.to_host = self.noise["module"], self.noise["host"]
 
     def tell(self, what: str) -> None:
         """Keep what a fault does."""
@@ -134,6 +136,8 @@ class Faults(Part):
     def _noisy(self, name: str, kind: str, to: str, count: int, at: Time | None, lasting: Time | None) -> Fault:
         if to not in WAYS:
             raise UsageError(f"{name}: to {to!r}; allowed {', '.join(WAYS)}")
+        if not self.noise:
+            raise UsageError(f"{name}: {self.chip.name}, a {self.chip.sheet.part}, is on no serial line")
         noise, planned = self.noise[to], []
 
         def begin() -> str:

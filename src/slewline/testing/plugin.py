@@ -1,9 +1,13 @@
-"""The pytest plugin: one argument of a test is a running module.
+r"""The pytest plugin: one argument of a test is a running module.
 
-    def test_it(gs_c200s): ...                                          a GS-C200S; gs_c200 is a GS-C200
+    def test_it(gs_c200s): ...                                          a GS-C200S; each part has such a name
+    def test_it(cy525): cy525.host.send("A 0\r")                        one without a serial line has a host on its bus
 
-    @pytest.mark.slewline(on="tcp", straps={"chs": 0}, seed=7)          on: "url" (the default), "tcp", "pty", "rfc2217"
+    @pytest.mark.slewline(on="tcp", straps={"chs": 0}, seed=7)          on: "url", "host", "tcp", "pty", "rfc2217"
     def test_it(gs_c200s): ...
+
+    def test_main(slewline_ports):                                      a program that opens "COM3" itself
+        ports = slewline_ports({"COM3": "gs-c200s"})
 
     def test_two(slewline_module):                                      several, or of another part
         left, right = slewline_module("gs-c200"), slewline_module("gs-c200s", on="pty")
@@ -15,7 +19,8 @@ A run without these fixtures loads nothing more than this file.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Mapping
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -23,6 +28,7 @@ import pytest
 if TYPE_CHECKING:
     from ..core.chip import Chip
     from .controller import Controller
+    from .ports import Ports
 
     Make = Callable[..., Controller]
 
@@ -33,8 +39,8 @@ def pytest_configure(config: pytest.Config) -> None:
     """Register the marker."""
     config.addinivalue_line(
         "markers",
-        "slewline(on='url', straps={}, seed=0, rate=None, store=None, **options): how the modules of the fixtures "
-        "gs_c200, gs_c200s and slewline_module are set up",
+        "slewline(on=None, straps={}, seed=0, rate=None, store=None, memory=None, **options): how the modules of the "
+        "fixtures slewline_module, slewline_ports and of each part are set up",
     )
 
 
@@ -59,15 +65,47 @@ def slewline_module(request: pytest.FixtureRequest) -> Iterator[Make]:
 
 
 @pytest.fixture
-def gs_c200(slewline_module: Make) -> Controller:
-    """Return a running GS-C200."""
-    return slewline_module("gs-c200")
+def slewline_ports(slewline_module: Make) -> Iterator[Callable[..., Ports]]:
+    """Return a function that puts modules behind names of ports, for a test: {"/dev/ttyUSB0": "gs-c200s"}.
+
+    What opens such a name with pySerial or serialx finds the module; the other arguments are those of
+    `slewline_module`.  A value may also be a module that this has made.
+    """
+    from .ports import named_ports
+
+    with ExitStack() as stack:
+
+        def put(ports: Mapping[str, Any], **settings: Any) -> Ports:
+            made = {
+                name: slewline_module(module, **settings) if isinstance(module, str | type) else module
+                for name, module in ports.items()
+            }
+            return stack.enter_context(named_ports(made))
+
+        yield put
 
 
-@pytest.fixture
-def gs_c200s(slewline_module: Make) -> Controller:
-    """Return a running GS-C200S."""
-    return slewline_module("gs-c200s")
+def _module(part: str) -> Any:
+    def make(slewline_module: Make) -> Controller:
+        return slewline_module(part)
+
+    make.__doc__ = f"Return a running {part.upper()}."
+    return pytest.fixture(name=part.replace("-", "_"))(make)
+
+
+cy500 = _module("cy500")
+cy512 = _module("cy512")
+cy525 = _module("cy525")
+cy545 = _module("cy545")
+cy545b = _module("cy545b")
+gs_c200 = _module("gs-c200")
+gs_c200s = _module("gs-c200s")
+mc1151a = _module("mc1151a")
+mc1251a = _module("mc1251a")
+mc1451a = _module("mc1451a")
+mc1151a_e = _module("mc1151a-e")
+mc1251a_e = _module("mc1251a-e")
+mc1451a_e = _module("mc1451a-e")
 
 
 @pytest.hookimpl(wrapper=True)

@@ -20,32 +20,30 @@ A timeout is virtual time, also where that follows the wall clock: at rate=10, o
 thread may read while another one writes; it hears at once what is written meanwhile.  No write waits for anything, so
 that `write_timeout` and `cancel_write` have nothing to end.
 
-The line has three wires.  As usual with such a cable, the connector bridges RTS with CTS, and DTR with DSR and DCD.
+The line has three wires.  As usual with such a cable, the connector bridges RTS with CTS, and DTR with DSR and DCD.  A
+module that has CTS of its own is heard with rtscts=True.
 """
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any
 
 from serial.serialutil import PortNotOpenError, SerialBase, SerialException
 
 from ..bench import Bench
 from ..core.chip import Chip
-from ..core.serial import PARITIES, Word, bit_clock
-from ..core.timebase import PS_PER_S
-from ..errors import Timeout, UsageError
-from .rig import NAMED, Following, Rig, from_url, never, seconds
-
-STOPS: dict[float, int | str] = {1: 1, 1.5: "1.5", 2: 2}
-SILENCE_PS = PS_PER_S  # a line that has been quiet for so long is going to stay so
+from ..core.serial import Word
+from .end import End, word_of
+from .rig import Rig, from_url, seconds
 
 
 class Serial(SerialBase):
     """A serial port with a module of slewline at its other end."""
 
-    rig: Rig
+    _allow_code = False
     _url: str | None = None  # whose module the rig is
+    rig: Rig
+    _end: End
 
     def __init__(self, *args: Any, allow_code: bool = False, **settings: Any) -> None:
         self._allow_code = allow_code
@@ -60,43 +58,30 @@ class Serial(SerialBase):
             raise SerialException(f"{self.port}: is open already")
         self._word()  # a mistake here makes no module
         if self._url != self.port:
-            self.rig, self._url = from_url(self.port, self._allow_code), self.port
+            self.rig, self._url = self._found(), self.port
         if self.rig.line.host is not None:
             raise SerialException(f"{self.port}: somebody else has it open; one host at a time")
-        self.rig.resume()
-        self._buffer = bytearray()
-        self._cancelled = False
+        self._end = End(self.rig, self.port, "pySerial")
         self._reconfigure_port()
-        self.rig.do(lambda: self.rig.line.attach("pySerial", self._arrived, lambda: None))
         self.is_open = True
+
+    def _found(self) -> Rig:
+        return from_url(str(self.port), self._allow_code)
 
     def close(self) -> None:
         """Let what was written go out, and hang up.  The module stays as it is, its time stands still."""
         if self.is_open:
             self.flush()
-            self.rig.do(self._hang_up)
-            if self.rig not in NAMED.values():
-                self.rig.close()
-
-    def _hang_up(self) -> None:
-        self.rig.line.detach("closed")
-        self.is_open = False
+            self.is_open = False
+            self._end.hang_up()
 
     def _reconfigure_port(self) -> None:
-        host, word = self.rig.host, self._word()
-        if (self.baudrate, word) != (host.baud, host.word):
-            self.rig.do(lambda: host.change_line(self.baudrate, word.bits, word.parity, word.stop))
+        self._end.change_line(self.baudrate, self._word())
+        self.rig.do(lambda: self.rig.line.obey(bool(self.rtscts)))
 
     def _word(self) -> Word:
         """The format that the settings say, if all of them can be."""
-        if self.xonxoff:
-            raise UsageError(
-                f"{self.port}: xonxoff=True; a checksum may be XON or XOFF (that of R1 is), so it must be off"
-            )
-        if self.parity not in PARITIES:
-            raise UsageError(f"{self.port}: parity {self.parity!r}; allowed {', '.join(PARITIES)}")
-        bit_clock(self.baudrate, str(self.port))
-        return Word(self.bytesize, PARITIES[self.parity], STOPS[self.stopbits])
+        return word_of(str(self.port), self.baudrate, self.bytesize, self.parity, self.stopbits, self.xonxoff)
 
     @property
     def bench(self) -> Bench:
@@ -109,16 +94,12 @@ class Serial(SerialBase):
         return self.rig.chip
 
     # -------------------------------------------------------------------------------------------------------- reading
-    def _arrived(self, data: bytes) -> int:
-        self._buffer += data
-        return 0
-
     @property
     def in_waiting(self) -> int:
         """Characters that can be read at once."""
         self._must_be_open()
         self.rig.glance()
-        return len(self._buffer)
+        return len(self._end.buffer)
 
     def read(self, size: int = 1) -> bytes:
         """Up to `size` characters, fewer when the timeout is over or somebody cancels it.
@@ -127,32 +108,7 @@ class Serial(SerialBase):
             Timeout: without timeout and rate, when nothing can come.
         """
         self._must_be_open()
-        if len(self._buffer) < size:
-            if self.timeout == 0:
-                self.rig.glance()
-            else:
-                self._gather(size)
-        data = bytes(self._buffer[:size])
-        del self._buffer[: len(data)]  # more may have come meanwhile, while another thread lets time pass
-        return data
-
-    def _gather(self, size: int) -> None:
-        now = self.rig.present()
-        end = None if self.timeout is None else now + seconds(self.timeout)
-        while (had := len(self._buffer)) < size:
-            if self._cancelled or not self.is_open:
-                self._cancelled = False
-                return
-            limit = SILENCE_PS if end is None else max(end - self.bench.now_ps, 0)
-            gap = None if self.inter_byte_timeout is None or not had else seconds(self.inter_byte_timeout)
-            if self.rig.wait(partial(self._has_more, had), limit if gap is None else min(limit, gap)):
-                continue
-            if end is not None or gap is not None:
-                return
-            self._complain(size)
-
-    def _has_more(self, than: int) -> bool:
-        return len(self._buffer) > than or self._cancelled or not self.is_open
+        return self._end.read(size, self.timeout, self.inter_byte_timeout)
 
     def cancel_read(self) -> None:
         """End the read that waits, in another thread, or else the next one that would wait; it returns what has come.
@@ -160,18 +116,7 @@ class Serial(SerialBase):
         So does closing the port.
         """
         if self.is_open:
-            self.rig.do(self._cancel)
-
-    def _cancel(self) -> None:
-        self._cancelled = True
-
-    def _complain(self, size: int) -> None:
-        """Nothing has come for long: say so, unless somebody may still send something meanwhile."""
-        if not isinstance(self.rig.pace, Following) and self.rig.line.quiet():
-            raise Timeout(
-                f"{self.port}: read({size}) without timeout got {len(self._buffer)}, and nothing more is coming "
-                f"({self.chip.waiting}); give the port a timeout, or, if another thread writes, its URL a rate"
-            )
+            self._end.cancel()
 
     def read_until(self, expected: bytes = b"\n", size: int | None = None) -> bytes:
         """Characters up to and including `expected`, fewer when the timeout is over or there are `size` of them."""
@@ -180,26 +125,20 @@ class Serial(SerialBase):
         line = bytearray()
         while character := self.read(1):
             line += character
-            if line.endswith(expected) or len(line) == size or (end is not None and self.bench.now_ps >= end):
+            if line.endswith(expected) or len(line) == size or (end is not None and self.rig.bench.now_ps >= end):
                 break
         return bytes(line)
 
     def reset_input_buffer(self) -> None:
         """Forget what has come in."""
         self._must_be_open()
-        self._buffer.clear()
+        self._end.buffer.clear()
 
     # -------------------------------------------------------------------------------------------------------- writing
     def write(self, b: Any, /) -> int:
         """Queue characters; they go out as fast as the line allows while time passes."""
         self._must_be_open()
-        data = bytes(b)  # a str is a TypeError
-        self.rig.do(lambda: self._send(data))
-        return len(data)
-
-    def _send(self, data: bytes) -> None:
-        self.rig.present()
-        self.rig.line.take(data)
+        return self._end.write(bytes(b))  # a str is a TypeError
 
     def cancel_write(self) -> None:
         """Do nothing: no write waits, so there is none to be ended."""
@@ -212,11 +151,7 @@ class Serial(SerialBase):
     def flush(self) -> None:
         """Wait until everything has gone out."""
         self._must_be_open()
-        while not self.rig.wait(self._all_sent, PS_PER_S):
-            pass
-
-    def _all_sent(self) -> bool:
-        return self.rig.host.idle
+        self._end.flush()
 
     def reset_output_buffer(self) -> None:
         """Forget what has not gone out, except the character on the line."""
@@ -233,11 +168,11 @@ class Serial(SerialBase):
     def sleep(self, duration: float) -> None:
         """Let virtual time pass: what time.sleep is to a program with a real port."""
         self._must_be_open()
-        self.rig.wait(never, seconds(duration))
+        self._end.sleep(duration)
 
     def _update_break_state(self) -> None:
-        self.flush()
-        self.rig.do(lambda: self.rig.host.space(self.break_condition))
+        self._must_be_open()
+        self._end.space(self.break_condition)
 
     def _update_rts_state(self) -> None:
         pass
@@ -247,8 +182,8 @@ class Serial(SerialBase):
 
     @property
     def cts(self) -> bool:
-        """Bridged with RTS."""
-        return self.rts
+        """CTS of a module that has it; else it is bridged with RTS."""
+        return self.rts if (clear := self.rig.line.clear) is None else clear
 
     @property
     def dsr(self) -> bool:

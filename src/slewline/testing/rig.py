@@ -17,17 +17,20 @@ from typing import Any, TypeVar
 from urllib.parse import parse_qsl, urlsplit
 
 from ..bench import Bench
+from ..bench.memories import is_outside, put_memory
 from ..chips import CATALOGUE, sheet_of
 from ..core import channel
 from ..core.chip import Chip
 from ..core.net import Net
 from ..core.option import Option, checked, read
+from ..core.table import Sheet
 from ..core.timebase import PS_PER_S
 from ..errors import UnknownName, UsageError
 from ..links.line import SerialLine
 from ..links.log import Log
 from ..links.pace import Lockstep, Pace, Paced, Wait
 from ..links.store import FileStore
+from ..parts.adaptive_host import AdaptiveHost
 from ..parts.rs232 import SerialHost
 
 Result = TypeVar("Result")
@@ -37,6 +40,7 @@ STRAP = Option("strap", "int", None, "level of an input")
 OWN = (  # what a URL says of the module besides its straps and options
     Option("name", "text", None, "the module is the same one whenever it is opened under this name"),
     Option("store", "text", None, "a file that keeps the EEPROM"),
+    Option("memory", "text", None, "an image of the memory beside the chip: a dump, or Intel HEX"),
     Option("seed", "int", 0, "of what is left to chance"),
     Option("rate", "text", None, "virtual seconds per second of the wall clock"),
     Option("log", "text", None, "a file for the transcript"),
@@ -58,13 +62,19 @@ class Following(Paced):
         return Pace.pass_time(self)
 
 
+def serial_line(sheet: Sheet) -> channel.Channel | None:
+    """Return the channel of a part that is a serial line; None: it has none."""
+    return sheet.channel(channel.SerialLine) or sheet.channel(channel.AdaptiveLine)
+
+
 class Rig:
     """A module, its bench, its line.
 
     Args:
         part: for example "gs-c200s"; the name of an entry point, "my_lab.mx10:Mx10", or the class of a chip.
         straps: of the module; nothing said about BR0 to BR2, it speaks at the highest rate of its sheet.
-        store: a file that keeps the EEPROM.
+        store: a file that keeps the EEPROM, which may be the memory beside the chip.
+        memory: a file with an image of that memory, a dump or Intel HEX.
         rate: virtual seconds per second; None: virtual time does not wait for the wall clock.
         log: a file for the transcript.
         options: of the part.
@@ -77,26 +87,40 @@ class Rig:
         name: str | None = None,
         straps: Mapping[str, int] | None = None,
         store: str | PathLike[str] | None = None,
+        memory: str | PathLike[str] | None = None,
         seed: int = 0,
         rate: str | float | None = None,
         log: str | PathLike[str] | None = None,
         **options: Any,
     ) -> None:
         self.part = CATALOGUE.name_of(part) if isinstance(part, type) else CATALOGUE.canonical(part)
-        serial = sheet_of(part).channel(channel.SerialLine)
-        if serial is None:
-            raise UsageError(f"{self.part}: has no serial line; use bench.host(x)")
+        sheet = sheet_of(part)
+        self.channel = self.channel_of(sheet)
         if not isinstance(seed, int):
             raise UsageError(f"seed {seed!r}; allowed a whole number")
         self.bench = Bench(seed)
-        if store is not None:
-            options["store"] = store_at(store)
-        self.chip = self.bench.add(part, name, straps={**serial.fastest, **(straps or {})}, **options)
-        host = self.bench.host(self.chip, name="line", over=serial.name)
-        assert isinstance(host, SerialHost)  # that of a serial line
-        self.host = host
+        kept = None if store is None else store_at(store)
+        beside = is_outside(sheet)
+        if kept is not None and not beside:
+            options["store"] = kept
+        self.chip = self.bench.add(part, name, straps={**self.channel.fastest, **(straps or {})}, **options)
+        put_memory(self.bench, self.chip, memory, store=kept if beside else None)
         self.pace = self.pace_of(rate)
         self.log = Log(self.bench.kernel, log)
+        self.reach()
+
+    def channel_of(self, sheet: Sheet) -> channel.Channel:
+        """Return the channel over which the module is reached."""
+        serial = serial_line(sheet)
+        if serial is None:
+            raise UsageError(f"{self.part}: has no serial line; use bench.host(x)")
+        return serial
+
+    def reach(self) -> None:
+        """Put the connector of a program on the bench, and say where it is found."""
+        host = self.bench.host(self.chip, name="line", over=self.channel.name)
+        assert isinstance(host, SerialHost | AdaptiveHost)  # that of a serial line
+        self.host = host
         self.line = SerialLine(self.chip.name, [self.chip], self.pace, self.log, self.host)
         self.url = f"{SCHEME}://{self.part}?name={self.chip.name}"
         self.lock = Condition()  # programs read in one thread and write in another; handed over while one waits
@@ -109,6 +133,10 @@ class Rig:
     def pace_of(self, rate: str | float | None) -> Pace:
         """Return how virtual time passes."""
         return Driven(self.bench) if rate is None else Following(self.bench, rate)
+
+    def quiet(self) -> bool:
+        """Return whether everything that was sent has been played and answered."""
+        return self.line.quiet()
 
     # ---------------------------------------------------------------------------------------------------------- time
     def wait(
@@ -151,8 +179,14 @@ class Rig:
         """Continue the transcript: the program is back."""
         self.log.reopen()
 
+    def leave(self) -> None:
+        """Bring to a disk what belongs there: the program hangs up."""
+        for part in self.bench.parts.values():
+            part.leave()
+
     def close(self) -> None:
         """End the transcript."""
+        self.leave()
         self.log.close()
 
 

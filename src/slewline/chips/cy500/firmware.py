@@ -61,7 +61,6 @@ class Cy500(Cy5xx):
     sheet = SHEET
     power_up = PowerUp(POWER_UP_RESET_PS, POWER_UP_RC_PS)
     crystal_where = "the article"
-    live_commands = False
     registers_class = Registers
     instructions_class = Instructions
     interpreter_class = Interpreter
@@ -75,8 +74,8 @@ class Cy500(Cy5xx):
 
     def law(self) -> Law:
         """Return the periods by rate parameter, and where ramps begin."""
-        return Law(self.options.inferred["periods"] or PERIODS, self.options.inferred["ramp_start"])
+        return sloped.law(self.options.inferred, PERIODS)
 
     def patterns(self) -> Patterns:
-        """Return the phases of whole steps."""
-        return sloped.half_steps(self.options.inferred)[::2]
+        """Return the levels of the phases in full steps, a row a step; clockwise goes down the rows."""
+        return sloped.full_steps(self.options.inferred)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from ...core.plan import steps
-from ..cy5xx import sloped
+from ..cy5xx import instructions, sloped
 from ..cy5xx.program import Moves
 from ..cy5xx.slope import Law
 
@@ -46,7 +46,7 @@ class SlopedMoves(Moves, Protocol):
     law: Law
 
 
-class Instructions(sloped.Instructions):
+class Instructions(sloped.Instructions, instructions.Instructions):
     """The handlers."""
 
     registers: Registers

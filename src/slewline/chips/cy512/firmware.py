@@ -34,7 +34,6 @@ class Cy512(Cy5xx):
     sheet = SHEET
     power_up = PowerUp(POWER_UP_RESET_PS, POWER_UP_RC_PS)
     crystal_where = "the CY525"
-    live_commands = False
     registers_class = sloped.Registers
     instructions_class = Instructions
     interpreter_class = Interpreter
@@ -48,8 +47,8 @@ class Cy512(Cy5xx):
 
     def law(self) -> Law:
         """Return the periods by rate parameter, and where ramps begin."""
-        return Law(self.options.inferred["periods"] or PERIODS, self.options.inferred["ramp_start"])
+        return sloped.law(self.options.inferred, PERIODS)
 
     def patterns(self) -> Patterns:
         """Return the levels of the phases in full steps, a row a step; clockwise goes down the rows."""
-        return sloped.half_steps(self.options.inferred)[::2]
+        return sloped.full_steps(self.options.inferred)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ..cy5xx import sloped
+from ..cy5xx import instructions, sloped
 from . import sheet
 
 
-class Instructions(sloped.Instructions):
+class Instructions(sloped.Instructions, instructions.Instructions):
     """The handlers that the CY512 has for itself."""
 
     in_slope = "it divides the rates of the ramps, too"

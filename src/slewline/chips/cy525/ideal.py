@@ -15,11 +15,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
-from itertools import pairwise
 from typing import NamedTuple
 
-from ...core.ideal import FOREVER, Ideal, IdealPiece, duration, mirrored, there_and_down, travelled
+from ...core.ideal import Ideal
 from ...core.motions import Parameters
+from ..cy5xx.units import pieces
 from . import sheet
 from .profile import Law, unit_ticks
 
@@ -61,15 +61,7 @@ class Made(NamedTuple):
         last = max(first, min(self.rate, sheet.RATE_TOP))
         unit = unit_ticks(self.slope, self.divisor, self.law) / self.crystal_hz
         rates = [self.steps_per_s(rate) for rate in range(first, last + 1)]
-        up = [IdealPiece(unit, a, (b - a) / unit) for a, b in pairwise(rates)]
-        surplus = self.number - 2 * travelled(up)
-        if endless:
-            pieces = [*up, IdealPiece(FOREVER, rates[-1])]
-        elif slews or surplus < 0:
-            pieces = there_and_down(up, rates[-1], self.number)
-        else:
-            pieces = [*up, *mirrored(up), IdealPiece(duration(rates[0], surplus), rates[0])]
-        return Ideal(start, position, pieces, sign)
+        return Ideal(start, position, pieces(rates, unit, self.number, slews, endless), sign)
 
 
 def made(crystal_hz: int, values: Mapping[str, int], number: int, law: Law) -> Made:

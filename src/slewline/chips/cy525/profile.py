@@ -24,6 +24,7 @@ from typing import NamedTuple
 from ...core.plan import Leg, Plan, Runs, head, mirrored, steps, tail
 from ...core.plan import plan as core_plan
 from ...core.train import OPEN
+from ..cy5xx.units import climb
 from . import sheet
 
 __all__ = ["Law", "Leg", "Plan", "Runs", "head", "mirrored", "move", "plan", "ramp", "rate", "steady", "steps", "tail"]
@@ -47,17 +48,7 @@ def unit_ticks(slope: int, divisor: int, law: Law = LAW) -> int:
 @lru_cache(maxsize=256)
 def ramp(low: int, high: int, slope: int, divisor: int, law: Law = LAW) -> Runs:
     """The way up: runs from the first step at rate `low` to the last one below rate `high`; empty unless low < high."""
-    unit = unit_ticks(slope, divisor, law)
-    runs, intervals = [], sheet.STEP_TICKS
-    elapsed, rate = 0, low
-    while rate < high:
-        interval = intervals[rate]
-        left = (rate - low + 1) * unit - elapsed  # clocks until the next unit is due
-        count = max(1, -(-left // interval))  # a step at least, however late the unit is
-        runs.append((interval, count))
-        elapsed += interval * count
-        rate = low + elapsed // unit if law.jumps else rate + 1
-    return tuple(runs)
+    return climb(sheet.STEP_TICKS, low, high, unit_ticks(slope, divisor, law), law.jumps)
 
 
 def plan(*parts: tuple[str, Runs]) -> Plan:

@@ -14,11 +14,11 @@ from heapq import merge
 from itertools import accumulate, pairwise
 
 from ...core.table import Sheet
-from ...core.timebase import PS_PER_S, Clock
-from ...core.train import StepTrain
+from ...core.timebase import PS_PER_S
 from ...errors import UsageError
-from ...language.ramps import Accelerations, Calculator, Candidate, Move, Quantity, Ramp, Search, Stretch, Values, least
+from ...language.ramps import Calculator, Candidate, Quantity, Search, Values
 from ...language.rates import steps_per_s
+from ..cy5xx.unit_ramps import UnitRamp
 from . import profile
 from .sheet import COMMANDS, RAMP_UNIT, STEP_TICKS
 
@@ -39,60 +39,6 @@ def law_of(values: Values) -> profile.Law:
     return profile.Law(int(values["ramp_unit"]), values["ramp_jumps"] == "True")
 
 
-class CyRamp(Ramp):
-    """The way up from F to R."""
-
-    def __init__(self, values: Values, crystal_hz: int) -> None:
-        self.values, self.crystal_hz, self.clock = values, crystal_hz, Clock(crystal_hz)
-        first, rate, slope, divisor = (int(values[name]) for name in "FRSZ")
-        self.law = first, rate, slope, divisor, law_of(values)
-        self.runs = profile.ramp(*self.law)
-        self.start, self.top = (crystal_hz / STEP_TICKS[each] for each in (first, max(first, rate)))
-        self.time_ps = self.clock.ps(sum(interval * count for interval, count in self.runs))
-        self.steps = profile.steps(self.runs)
-
-    @property
-    def accelerations(self) -> Accelerations:
-        """Every rise of the rate over the time for which the lower rate lasted, as the manual has it (s.8)."""
-        stretches = [*self.table(), Stretch(self.time_ps, self.steps, 0, self.top)]
-        rises = [(b.rate - a.rate) * PS_PER_S / (b.begin_ps - a.begin_ps) for a, b in pairwise(stretches)]
-        return Accelerations(rises[0], self.acceleration, max(rises)) if rises else Accelerations(0, 0, 0)
-
-    def table(self) -> Iterator[Stretch]:
-        ticks = position = 0
-        for interval, count in self.runs:
-            rate = profile.rate_of(interval)
-            yield Stretch(self.clock.ps(ticks), position, count, self.crystal_hz / interval, rate)
-            ticks, position = ticks + interval * count, position + count
-
-    @property
-    def reached_from(self) -> int | None:
-        return least(lambda number: CyMove(self, number).reached, 1, NUMBER.high)
-
-    def move(self, distance: int) -> CyMove:
-        if not NUMBER.allows(distance):
-            raise UsageError(
-                f"cy525: a move of {distance} steps; allowed {NUMBER.low}..{NUMBER.high} ({NUMBER.name}, N)"
-            )
-        return CyMove(self, distance)
-
-
-class CyMove(Move):
-    """A whole move (s.8)."""
-
-    def __init__(self, ramp: CyRamp, number: int) -> None:
-        plan = profile.move(number, *ramp.law)
-        train = StepTrain(ramp.clock, 0, plan.runs)
-        shortest = min(interval for interval, _ in plan.runs)
-        self.train, self.steps, self.time_ps = train, number, ramp.clock.ps(train.length)
-        self.top = ramp.crystal_hz / shortest
-        self.reached = self.top >= ramp.top
-        self.legs = [(leg.name, leg.count) for leg in plan.legs]
-
-    def trains(self) -> tuple[StepTrain]:
-        return (self.train,)
-
-
 class Cy525Ramps(Calculator):
     """The calculator of the CY525."""
 
@@ -102,8 +48,13 @@ class Cy525Ramps(Calculator):
     def __init__(self, sheet: Sheet) -> None:
         self.sheet = sheet
 
-    def ramp(self, values: Values, crystal_hz: int) -> CyRamp:
-        return CyRamp(values, crystal_hz)
+    def ramp(self, values: Values, crystal_hz: int) -> UnitRamp:
+        first, rate, slope, divisor = (int(values[name]) for name in "FRSZ")
+        law = first, rate, slope, divisor, law_of(values)
+        runs = profile.ramp(*law)
+        return UnitRamp(
+            self.sheet.part, values, crystal_hz, STEP_TICKS, runs, NUMBER, lambda number: profile.move(number, *law)
+        )
 
     def spoken(self, quantity: Quantity, text: str, crystal_hz: int) -> int | None:
         rate = steps_per_s(text)

@@ -29,7 +29,6 @@ class Cy5xx(Chip):
     """A stepper motor controller of the family, on a bench.  A part says which classes and tables it is made of."""
 
     power_up: PowerUp
-    live_commands = True  # PROG/LIVE pulled low lets the host give commands to a running program
     crystal_where = "the manual"  # says which crystals fit
     registers_class: type[Registers] = Registers
     outputs_class: type[StepOutputs] = StepOutputs
@@ -48,7 +47,7 @@ class Cy5xx(Chip):
         self.readout = ReadOut(self, self.sheet.verify_bytes, self.group_bytes)
         self.port = self.port_class(self, ticks, self.readout)
         self.motion = self.moves(ticks)
-        self.stored = Program(self, self.port, self.motion, self.live_commands)
+        self.stored = Program(self, self.port, self.motion)
         self.instructions = self.instructions_class(
             self, ticks, self.state, self.outputs, self.port, self.readout, self.stored, self.motion
         )

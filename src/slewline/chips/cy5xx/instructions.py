@@ -6,6 +6,7 @@ Here are those that work alike in the family; a part adds its own, and those tha
 from __future__ import annotations
 
 from collections.abc import Awaitable, Iterable, Mapping
+from typing import Protocol
 
 from ...core.chip import Chip
 from ...core.timebase import readable
@@ -17,28 +18,21 @@ from .registers import Registers
 from .steps import StepOutputs
 
 
-class Instructions:
-    """The handlers of the family."""
+class Turns(Protocol):
+    """What shows the direction of the motor."""
 
-    request_ends_wait = True  # I/O REQUEST, too, ends U and W
-    tested = "dowhile"  # the pin that T tests
+    def turn(self, clockwise: bool) -> None:
+        """Set the direction, and show it."""
+
+
+class Parameters:
+    """Handlers of what every part has: parameters, the direction, a pause, motions."""
 
     def __init__(
-        self,
-        chip: Chip,
-        ticks: Mapping[str, int],
-        registers: Registers,
-        outputs: StepOutputs,
-        port: BusPort,
-        readout: ReadOut,
-        program: Program,
-        motion: Moves,
+        self, chip: Chip, ticks: Mapping[str, int], registers: Registers, outputs: Turns, motion: Moves
     ) -> None:
-        self.chip, self.ticks, self.registers, self.outputs = chip, ticks, registers, outputs
-        self.port, self.readout, self.program, self.motion = port, readout, program, motion
+        self.chip, self.ticks, self.registers, self.outputs, self.motion = chip, ticks, registers, outputs, motion
         self.axis = chip.axes[0]
-        self.wait, self.dowhile = line_in(chip, "wait"), line_in(chip, self.tested)
-        self.programmable_output = line_out(chip, "programmable_output")
         self.said: set[str] = set()  # findings that are reported once
 
     # ------------------------------------------------------------------------------------------------- parameters
@@ -62,37 +56,6 @@ class Instructions:
         self.axis.load(position)
         self.axis.log.mark("command", text)
         self.registers.unset.discard("position")
-
-    # ------------------------------------------------------------------------------------------------------- lines
-    def do_bitset(self) -> None:
-        self.programmable_output.drive(1)
-
-    def do_clearbit(self) -> None:
-        self.programmable_output.drive(0)
-
-    async def do_until(self) -> None:
-        await self.wait_for("U", 0)
-
-    async def do_wait(self) -> None:
-        await self.wait_for("W", 1)
-
-    async def wait_for(self, letter: str, wanted: int) -> None:
-        """U and W: look at WAIT every 8 us; a new low of I/O REQUEST may end the wait too (s.3 item 8)."""
-        chip, program, port, poll = self.chip, self.program, self.port, self.ticks["wait_poll"]
-        request, ends = port.request, self.request_ends_wait
-        chip.waits(f"{letter}: wait={wanted}")
-        program.waits = ends
-        try:
-            if ends and not program.running and request.changes == port.accepted:
-                ended = await chip.polled(self.wait, wanted, poll, (request, 1))
-                if ended is self.wait:
-                    return  # else the request of the terminator has gone away, and a new one counts
-            before = request.changes
-            ended = await chip.polled(self.wait, wanted, poll, *(((request, 0),) if ends else ()))
-            if ended is request and request.changes > before:
-                port.spend(handshake=not program.running)
-        finally:
-            program.waits = False
 
     async def pause(self, letter: str, delay: int) -> None:
         """Let milliseconds pass."""
@@ -127,6 +90,61 @@ class Instructions:
     def odd(self) -> Iterable[tuple[bool, str, str]]:
         """Yield what a motion should not find in the parameters: whether it does, code and text of a finding."""
         return ()
+
+
+class Instructions(Parameters):
+    """The handlers of the family."""
+
+    request_ends_wait = True  # I/O REQUEST, too, ends U and W
+    tested = "dowhile"  # the pin that T tests
+
+    def __init__(
+        self,
+        chip: Chip,
+        ticks: Mapping[str, int],
+        registers: Registers,
+        outputs: StepOutputs,
+        port: BusPort,
+        readout: ReadOut,
+        program: Program,
+        motion: Moves,
+    ) -> None:
+        super().__init__(chip, ticks, registers, outputs, motion)
+        self.outputs: StepOutputs = outputs
+        self.port, self.readout, self.program = port, readout, program
+        self.wait, self.dowhile = line_in(chip, "wait"), line_in(chip, self.tested)
+        self.programmable_output = line_out(chip, "programmable_output")
+
+    # ------------------------------------------------------------------------------------------------------- lines
+    def do_bitset(self) -> None:
+        self.programmable_output.drive(1)
+
+    def do_clearbit(self) -> None:
+        self.programmable_output.drive(0)
+
+    async def do_until(self) -> None:
+        await self.wait_for("U", 0)
+
+    async def do_wait(self) -> None:
+        await self.wait_for("W", 1)
+
+    async def wait_for(self, letter: str, wanted: int) -> None:
+        """U and W: look at WAIT every 8 us; a new low of I/O REQUEST may end the wait too (s.3 item 8)."""
+        chip, program, port, poll = self.chip, self.program, self.port, self.ticks["wait_poll"]
+        request, ends = port.request, self.request_ends_wait
+        chip.waits(f"{letter}: wait={wanted}")
+        program.waits = ends
+        try:
+            if ends and not program.running and request.changes == port.accepted:
+                ended = await chip.polled(self.wait, wanted, poll, (request, 1))
+                if ended is self.wait:
+                    return  # else the request of the terminator has gone away, and a new one counts
+            before = request.changes
+            ended = await chip.polled(self.wait, wanted, poll, *(((request, 0),) if ends else ()))
+            if ended is request and request.changes > before:
+                port.spend(handshake=not program.running)
+        finally:
+            program.waits = False
 
     # ----------------------------------------------------------------------------------------------------- read-out
     def do_verify(self, group: int) -> None:

@@ -138,7 +138,7 @@ class Interpreter:
             chip.finding("bad-target", f"{where}: run mode, nothing to execute")
         else:
             chip.finding("end-of-program", f"no instruction at byte {program.pc}: run mode, nothing to execute")
-        way = "a live 0 or RESET" if program.live_commands else "RESET"
+        way = "a live 0 or RESET" if program.takes_live else "RESET"
         chip.waits(f"run mode with nothing to execute: {way}")
         await chip.polled(program.prog_in, 0, self.ticks["wait_poll"])
 

@@ -39,9 +39,11 @@ class Motion:
     """The stepping part of the firmware.  `moving` is true from the command to MOTION COMPLETE.
 
     Args:
+        port: has MOTION COMPLETE; a part without it says itself what `shows` that the motor moves.
         law: what a part plans its motions by.
     """
 
+    port: BusPort
     holder = "step_inhibit"  # the pin that holds the next step
     held_high = False  # STEP INHIBIT holds a step with PULSE high
 
@@ -51,15 +53,17 @@ class Motion:
         ticks: Mapping[str, int],
         registers: Registers,
         outputs: StepOutputs,
-        port: BusPort,
-        law: Any = None,
+        port: BusPort | None,
+        law: Any,
     ) -> None:
-        self.chip, self.ticks, self.registers, self.outputs, self.port = chip, ticks, registers, outputs, port
+        self.chip, self.ticks, self.registers, self.outputs = chip, ticks, registers, outputs
         self.kernel, self.clock, self.axis, self.law = chip.kernel, chip.clock, chip.axes[0], law
         self.inhibit, self.abort = line_in(chip, self.holder, 0), line_in(chip, "abort")
-        self.request, self.select = port.request, port.select
-        self.high = ticks["pulse_high"]
+        if port is not None:
+            self.port, self.request, self.select = port, port.request, port.select
+        self.high = ticks.get("pulse_high", 0)
         self.moving = False
+        self.fresh = False  # a look wants the train to be laid anew
         self.playing: Playing | None = None
 
     # ------------------------------------------------------------------------------------- what a part brings
@@ -133,7 +137,11 @@ class Motion:
         self.number, self.sign, self.text = number, sign, text
         self.done = 0  # steps of this motion that are over
         self.axis.log.begin(text, self.parameters(number), sign)
-        self.port.motion_complete.drive(1)
+        self.shows(True)
+
+    def shows(self, moving: bool) -> None:
+        """Show that a motion is under way, or complete."""
+        self.port.motion_complete.drive(1 if moving else 0)
 
     def departs(self, kind: str, text: str) -> None:
         """Something makes the motion another one than it was to be."""
@@ -151,7 +159,7 @@ class Motion:
         self.settle()
         self.outputs.pulse.drive(1)
         self.outputs.slew.drive(1)
-        self.port.motion_complete.drive(0)
+        self.shows(False)
         self.axis.log.end()
         self.moving = False
         self.chip.waits(f"READY after {self.text}")
@@ -175,7 +183,8 @@ class Motion:
             if self.done:
                 begin = self.chip.tick
                 changed = await self.look(plan, step)
-                fresh |= self.chip.tick != begin
+                fresh |= self.chip.tick != begin or self.fresh
+                self.fresh = False
                 if changed is not plan:
                     plan, step, fresh = changed, 0, True
             if step >= plan.steps:

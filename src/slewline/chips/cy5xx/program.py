@@ -32,12 +32,12 @@ class Program:
     `pc` is the address of the next instruction, None while no program runs; `at` that of the running one.
     """
 
-    def __init__(self, chip: Chip, port: BusPort, motion: Moves, live_commands: bool) -> None:
+    def __init__(self, chip: Chip, port: BusPort, motion: Moves) -> None:
         self.chip, self.port, self.motion, self.sheet = chip, port, motion, chip.sheet
         self.prog, self.run = line_out(chip, "prog"), line_out(chip, "run")
-        self.live_commands = live_commands
-        self.prog_in = line_in(chip, "prog" if live_commands else "live")  # pulled low by the host
-        self.prog_rest = None if chip.sheet.pin("prog").way == "both" else 1
+        self.takes_live = chip.sheet.takes_live
+        self.prog_in = line_in(chip, "prog" if self.takes_live else "live")  # pulled low by the host
+        self.prog_rest = None if self.takes_live else 1
         self.pc: int | None = None
         self.waits = False  # U or W is in work, which look at I/O REQUEST themselves
         self.run_fell = 0  # tick at which RUN fell
@@ -127,7 +127,7 @@ class Program:
         """A running program does not see a request; only its edge can tell (watched while a program runs)."""
         if net.level == 0 and self.prog_in.level == 1 and not (self.live or self.motion.moving or self.waits):
             self.port.ignore()
-            how = " without PROG/LIVE" * self.live_commands
+            how = " without PROG/LIVE" * self.takes_live
             self.chip.finding("request-while-running", f"I/O REQUEST lowered in a running program{how}: not answered")
 
     def resolved(self, target: int) -> int:

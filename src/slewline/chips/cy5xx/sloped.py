@@ -9,15 +9,27 @@ from typing import Any
 
 from ...core.ideal import Ideal
 from ...core.motions import Parameters
+from ...core.net import Net
 from ...core.plan import Plan
 from . import instructions, motion, registers
+from .program import Program
 from .slope import Law, Made
-from .steps import Patterns
+from .steps import Patterns, StepOutputs
 
 
 def half_steps(inferred: Mapping[str, Any]) -> Patterns:
-    """Return the phase patterns of half steps, levels of phase 1 to 4 in a row; whole steps take every other one."""
+    """Return the phase patterns of half steps, levels of phase 1 to 4 in a row; full steps take every other one."""
     return tuple(tuple(pattern >> bit & 1 for bit in (3, 2, 1, 0)) for pattern in inferred["phases"])
+
+
+def full_steps(inferred: Mapping[str, Any]) -> Patterns:
+    """Return the phase patterns of full steps, levels of phase 1 to 4 in a row."""
+    return half_steps(inferred)[::2]
+
+
+def law(inferred: Mapping[str, Any], periods: tuple[int, ...]) -> Law:
+    """Return the clocks of a step by rate parameter, the user's if he gave some, and where slopes begin."""
+    return Law(inferred["periods"] or periods, inferred["ramp_start"])
 
 
 @dataclass
@@ -41,10 +53,13 @@ class Registers(registers.Registers):
         return Made(crystal_hz, self.values["rate"], self.slope, self.factor, number, law)
 
 
-class Instructions(instructions.Instructions):
-    """The handlers of letters that have no number here: A, D, T; of F and of H."""
+class Instructions(instructions.Parameters):
+    """The handlers of letters without a number here: A, D, T; of F and of H.  A part has those of the family, too."""
 
     registers: Registers
+    outputs: StepOutputs
+    program: Program
+    dowhile: Net
     request_ends_wait = False
     in_slope = ""  # what a factor does while there are slopes
 

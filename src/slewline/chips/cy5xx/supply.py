@@ -2,6 +2,7 @@
 
 RESET low for 15 us (at 6 MHz) is seen; after power-up it takes 10 ms, which the capacitor of fig. 9.1 gives to a chip
 whose RESET nobody drives.  The reset acts through an inner net, so it is the last thing that happens in its instant.
+A part may have RESET the other way round: `sense` is the level at which it holds.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from ...core.timebase import readable
 
 
 class PowerUp(NamedTuple):
-    """How long RESET is low after power-up, whatever the crystal: at least, and by the capacitor; in ps."""
+    """How long RESET is active after power-up, whatever the crystal: at least, and by the capacitor; in ps."""
 
     least_ps: int
     charged_ps: int
@@ -38,7 +39,10 @@ class Supplied(Protocol):
 class Supply:
     """The supply pins and RESET.  It starts the firmware, and kills it."""
 
-    def __init__(self, chip: Chip, supplied: Supplied, times: Mapping[str, Timing], power_up: PowerUp) -> None:
+    def __init__(
+        self, chip: Chip, supplied: Supplied, times: Mapping[str, Timing], power_up: PowerUp, sense: int = 0
+    ) -> None:
+        self.sense, self.active, self.rests = sense, *(("low", "high") if sense == 0 else ("high", "low"))
         self.chip, self.supplied, self.kernel, self.clock = chip, supplied, chip.kernel, chip.clock
         self.shortest, self.power_up = times["reset_pulse"], power_up
         self.pin = chip.pins["reset"].net
@@ -78,12 +82,12 @@ class Supply:
             self.chip.waits(f"the capacitor at RESET, charged at {readable(charged)}")
             self.kernel.call_at(charged, lambda: self._capacitor_charged(on))
             return
-        self.chip.waits(f"RESET low for {self._least}")
-        if self.pin.level == 0:
+        self.chip.waits(f"RESET {self.active} for {self._least}")
+        if self.pin.level == self.sense:
             self._on_reset(self.pin)
         else:
             self.chip.finding(
-                "no-power-up-reset", "RESET is high at power-up: the chip stays inert until a valid reset"
+                "no-power-up-reset", f"RESET is {self.rests} at power-up: the chip stays inert until a valid reset"
             )
 
     @property
@@ -91,9 +95,9 @@ class Supply:
         return f"{self.power_up.least_ps / 1_000_000_000:g} ms"
 
     def _capacitor_charged(self, on: int) -> None:
-        """RESET rises by itself, unless somebody holds it low by now."""
+        """RESET ends by itself, unless somebody holds it by now."""
         if self.powered and self.cold and self.powered_at == on:
-            if self.pin.level == 0:
+            if self.pin.level == self.sense:
                 self.reset_valid = True
             else:
                 self.cold = False
@@ -102,7 +106,7 @@ class Supply:
     def _on_reset(self, net: Net) -> None:
         if not self.powered:
             return
-        if net.level == 0:
+        if net.level == self.sense:
             fell = self.reset_fell = self.kernel.now
             warm = self.clock.ps(self.clock.ticks_until(fell) + self.shortest.ticks)
             seen = fell + self.power_up.least_ps if self.cold else warm
@@ -112,18 +116,19 @@ class Supply:
             self.inner_reset.drive(1)
         elif self.cold:
             self.chip.finding(
-                "reset-short", f"RESET low for less than {self._least} after power-up: the chip stays inert"
+                "reset-short",
+                f"RESET {self.active} for less than {self._least} after power-up: the chip stays inert",
             )
         else:
             least = f"{self.shortest.us:g} us at {self.shortest.mhz:g} MHz"
-            self.chip.finding("reset-short", f"RESET low for less than {least}: not seen")
+            self.chip.finding("reset-short", f"RESET {self.active} for less than {least}: not seen")
 
     def _reset_seen(self, fell: int) -> None:
-        """RESET has been low for long enough; the inner net makes the kill the last thing of the instant."""
-        if self.powered and self.pin.level == 0 and self.reset_fell == fell:
+        """RESET has been active for long enough; the inner net makes the kill the last thing of the instant."""
+        if self.powered and self.pin.level == self.sense and self.reset_fell == fell:
             self.reset_valid = True
             if self.cold:
-                self.chip.waits("RESET high")
+                self.chip.waits(f"RESET {self.rests}")
             self.inner_reset.drive(0)
 
     def _on_inner_reset(self, net: Net) -> None:
@@ -133,4 +138,4 @@ class Supply:
             return
         self.supplied.cleared()
         self.supplied.driven(self.powered)
-        self.chip.waits("RESET high" if self.powered else "power")
+        self.chip.waits(f"RESET {self.rests}" if self.powered else "power")

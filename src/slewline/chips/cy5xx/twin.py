@@ -64,7 +64,7 @@ class Stepwise:
         registers: Registers,
         outputs: StepOutputs,
         port: BusPort,
-        law: Any = None,
+        law: Any,
     ) -> None:
         self.chip, self.ticks, self.registers, self.outputs, self.port = chip, ticks, registers, outputs, port
         self.kernel, self.clock, self.axis, self.law = chip.kernel, chip.clock, chip.axes[0], law

@@ -21,6 +21,7 @@ from fractions import Fraction
 from itertools import zip_longest
 from math import isfinite
 
+from ...core.near import hint
 from ...core.table import Arg, Bits, Row, Sheet
 from ...errors import UnknownName, UsageError
 from .. import rates
@@ -137,8 +138,8 @@ def status_bit(sheet: Sheet, name: str) -> Bits:
     try:
         return bits[name.lower()]
     except KeyError:
-        close = "".join(f"{each}, perhaps? " for each in get_close_matches(name.lower(), bits, 1))
-        raise UnknownName(f"{sheet.part} has no status bit {name!r}; {close}allowed {', '.join(bits)}") from None
+        says = f"{sheet.part} has no status bit {name!r}; allowed {', '.join(bits)}"
+        raise UnknownName(says + hint(name, bits)) from None
 
 
 # ------------------------------------------------------------------------------------------------------------- commands

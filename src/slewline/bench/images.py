@@ -1,0 +1,39 @@
+"""Images of memories in files: read whatever they are, written as their name says."""
+
+from __future__ import annotations
+
+from os import PathLike
+
+from ..core.image import from_file, from_hex, to_hex
+from .text import read_file
+
+HEX = (".hex", ".ihx", ".ihex")  # endings of Intel HEX; any other name gets the bytes themselves
+
+
+def read_image(path: str | PathLike[str]) -> bytes:
+    """Return the image in a file, of a binary dump or of Intel HEX, from address 0 on.
+
+    Raises:
+        BenchFileError: the file cannot be read, is longer than 64K bytes, or has a line that is no record of Intel HEX.
+    """
+    data = read_file(path)
+    if str(path).lower().endswith(HEX):
+        return from_hex(data.decode("latin-1"), str(path))
+    return from_file(data, str(path))
+
+
+def as_image_file(path: str | PathLike[str], image: bytes) -> bytes:
+    """Return the content of a file for an image: Intel HEX, if its name ends so, else the bytes."""
+    return to_hex(image).encode("ascii") if str(path).lower().endswith(HEX) else image
+
+
+def write_image(path: str | PathLike[str], image: bytes) -> None:
+    """Write an image to a file, which appears whole or not at all; its name says in which form.
+
+    Raises:
+        UsageError: the file cannot be written.
+    """
+    from ..record.whole_file import WholeFile
+
+    with WholeFile(str(path)) as file:
+        file.write(as_image_file(path, image))

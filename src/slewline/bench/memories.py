@@ -1,0 +1,51 @@
+"""The memory beside a chip that keeps its programs outside itself, where nobody has said which one."""
+
+from __future__ import annotations
+
+from os import PathLike
+from typing import TYPE_CHECKING, Any
+
+from ..errors import UsageError
+from .images import read_image
+
+if TYPE_CHECKING:
+    from ..core.chip import Chip
+    from ..core.store import Store
+    from ..core.table import Sheet
+    from .bench import Bench
+
+NAME = "memory"
+
+
+def is_outside(sheet: Sheet) -> bool:
+    """Return whether a part keeps its programs in a memory outside itself, on a bus of its own."""
+    return sheet.role("memory_select") is not None
+
+
+def put_memory(
+    bench: Bench, chip: Chip, image: str | PathLike[str] | None = None, *, store: Store | None = None
+) -> Any:
+    """Put the memory beside a chip that has it outside, 64K bytes of RAM or, where it is kept, of EEPROM.
+
+    Args:
+        image: a file that is loaded into it, a binary dump or Intel HEX, whatever the store holds.
+        store: what keeps it without power; by default what the bench has for its memories, if it has any.
+
+    Returns:
+        The part; None, where the chip has no memory outside.
+
+    Raises:
+        UsageError: there is an image, and the chip has no memory outside.
+        BenchFileError: the image cannot be read.
+    """
+    if not is_outside(chip.sheet):
+        if image is not None:
+            raise UsageError(f"memory {image}: a {chip.sheet.part} has none outside itself; leave it out")
+        return None
+    data = b"" if image is None else read_image(image)
+    kept = store is not None or bench.stores is not None
+    options: dict[str, Any] = {} if store is None else {"store": store}
+    memory: Any = bench.part("eeprom" if kept else "ram", name=NAME, to=chip, image=data, **options)
+    if kept and data and memory.content[: len(data)] != data:
+        memory.load(data)
+    return memory

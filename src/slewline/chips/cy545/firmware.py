@@ -1,0 +1,201 @@
+"""The CY545 and the CY545B: they own the objects, start and kill the firmware, and are what a user sees.
+
+registers, user_bits      what they remember, and the lines that programs switch and test
+local_bus                 memory, thumbwheel switches and HP display on the data bus
+port, serial_side, sides  both ways in, and the order of what comes over them
+display                   where replies and strings go
+steps, motion, jog, home  what moves the motor
+program, instructions, interpreter
+"""
+
+from __future__ import annotations
+
+from collections.abc import Coroutine, Mapping
+from typing import TYPE_CHECKING, Any
+
+from ...core.axis import Axis
+from ...core.chip import Chip
+from ...core.kernel import Kernel
+from ..cy5xx.supply import PowerUp, Supply
+from . import sheet
+from .display import Display
+from .fitted import fitted
+from .home import Home
+from .instructions import Instructions
+from .interpreter import Interpreter
+from .jog import Jog
+from .local_bus import LocalBus
+from .motion import Motion
+from .port import ParallelPort
+from .profile import law_of
+from .program import Program
+from .registers import Registers
+from .serial_side import SerialSide
+from .sides import Sides
+from .steps import StepOutputs
+from .user_bits import UserBits
+
+if TYPE_CHECKING:
+    from ..cy5xx.program import Moves
+    from .twin import Homewise, Stepwise
+
+
+class Cy545(Chip):
+    """A CY545 on a bench."""
+
+    sheet = sheet.CY545
+
+    def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
+        super().__init__(kernel, name, crystal_hz, **given)
+        self.sheet = fitted(type(self).sheet, vars(self.options))
+        ticks = self.clocks()
+        defaults = {row.name: row.default for row in self.sheet.registers}
+        self.state = Registers(defaults)
+        self.axes = (Axis(kernel, range(sheet.POSITIONS), defaults["position"]),)
+        self.bits = UserBits(self, self.state)
+        self.local_bus = LocalBus(self, ticks, self.bits)
+        self.port = ParallelPort(self, ticks, self.bits)
+        self.serial = SerialSide(self, ticks, self.bits)
+        self.sides = Sides(self, self.port, self.serial)
+        self.display = Display(self, self.state, self.local_bus, self.port, self.serial)
+        self._moved_by(ticks)
+        self.stored = Program(self, self.state)
+        self.instructions = Instructions(
+            self, ticks, self.state, self.outputs, self.motion, self.home, self.bits, self.display, self.local_bus,
+            self.stored, self.begin_anew,
+        )  # fmt: skip
+        self.interpreter = Interpreter(
+            self, ticks, self.state, self.sides, self.local_bus, self.stored, self.instructions, self.jog
+        )
+        self.supply = Supply(self, self, self.sheet.times, PowerUp(ticks["reset_pulse"], sheet.POWER_UP_PS), sense=1)
+        low, high = self.sheet.crystal_low_hz, self.sheet.crystal_high_hz
+        if not low <= self.crystal_hz <= high:
+            allowed = f"{low // 1_000_000} to {high // 1_000_000} MHz"
+            self.finding("crystal", f"{self.crystal_hz / 1e6:g} MHz is outside of {allowed}; times scale")
+        if self.supply.powered:
+            self.powered_up()
+            self.start()
+        else:
+            self.driven(False)
+
+    def clocks(self) -> dict[str, int]:
+        """Return the times of the sheet by name, in clocks of the crystal; the option `inferred` may replace some."""
+        inferred: Mapping[str, int] = self.options.inferred
+        return {name: inferred.get(name, time.ticks) for name, time in self.sheet.times.items()}
+
+    def _moved_by(self, ticks: Mapping[str, int]) -> None:
+        """Make what moves the motor: the fast way, or its slow twin."""
+        options, state, shown = self.options, self.state, self.display.position
+        law = law_of(self.sheet)
+        self.outputs = StepOutputs(self, state, ticks)
+        moves: type[Motion | Stepwise]
+        seeks: type[Home | Homewise]
+        moves, seeks = self.twins() if options.stepwise else (Motion, Home)
+        self.motion: Moves = moves(self, ticks, state, self.outputs, law)
+        self.jog = Jog(self, ticks, state, self.outputs, law, shown)
+        self.home = seeks(self, ticks, state, self.outputs, law, shown, self.bits)
+
+    def twins(self) -> tuple[type[Stepwise], type[Homewise]]:
+        """Return the classes of the slow twins, which are loaded by who asks for them."""
+        from .twin import Homewise, Stepwise
+
+        return Stepwise, Homewise
+
+    def run(self) -> Coroutine[Any, Any, None]:
+        """The firmware from reset on."""
+        return self.interpreter.run()
+
+    # ------------------------------------------------------------------------------------------------ power and reset
+    def power(self, on: bool) -> None:
+        """Switch the supply; a chip that is switched on begins anew by itself, unless RESET is driven.
+
+        Raises:
+            UsageError: `on` is neither True nor False.
+        """
+        self.check_switch(on)
+        self.supply.switch(on)
+
+    def reset(self) -> None:
+        """Pulse RESET high for 30 clocks from now on."""
+        self.pin("reset").pulse(1, self.clock.ps(30) + 1)
+
+    def powered_up(self) -> None:
+        """Give everything its state after power-up; every output is driven."""
+        self.begin_anew()
+        self.driven(True)
+        self.sides.reset()
+
+    def begin_anew(self) -> None:
+        """RESET and I: registers, position, mode and outputs take their values after power-up, a program ends (ch.10).
+
+        What comes over a side goes on, but the serial one looks for its rate again.
+        """
+        self.state.clear()
+        self.state.clockwise = self.options.direction == "+"
+        self.axes[0].load(self.state.defaults["position"])
+        self.stored.clear()
+        self.interpreter.decoder.reset()
+        self.bits.clear()
+        self.outputs.clear()
+        self.sides.restart()
+
+    def cleared(self) -> None:
+        """The firmware has been killed: no program, no motion, no command, nothing on the bus."""
+        self.motion.killed()
+        self.home.killed()
+        self.on_command("")
+        self.begin_anew()
+
+    def driven(self, on: bool) -> None:
+        """Put every output to its level in reset; or let go of all of them, without supply."""
+        for row in self.sheet.pins:
+            if row.name in self.drivers:
+                self.drivers[row.name].drive(row.reset if on and row.way == "out" else None)
+        self.sides.killed(on)
+
+    def start(self) -> None:
+        """Start the firmware at this instant."""
+        self.sides.reset()
+        super().start()
+
+    # ------------------------------------------------------------------------------------------------- as others see it
+    @property
+    def powered(self) -> bool:
+        """Is the supply on?"""
+        return self.supply.powered
+
+    @property
+    def answering(self) -> bool:
+        """Is a line of the serial host in work, or its answer on its way?"""
+        return self.sides.answering
+
+    @property
+    def baud(self) -> float:
+        """The rate of the serial side; 0: none is known."""
+        return self.serial.rate or 0
+
+    @property
+    def awaits_host(self) -> bool:
+        """Does the chip wait for the rest of a command or of a handshake?"""
+        return self.port.host_is_next or self.sides.unfinished
+
+    @property
+    def registers(self) -> dict[str, int]:
+        """The registers by name, the position among them."""
+        return {**self.state.values, "position": self.axes[0].position}
+
+    @property
+    def program_counter(self) -> int | None:
+        """The address of the command in work, or of the next one while one of the host is performed."""
+        return self.stored.counter
+
+    @property
+    def unfinished(self) -> str:
+        """The line that has come so far."""
+        return self.interpreter.decoder.unfinished
+
+
+class Cy545B(Cy545):
+    """A CY545B on a bench: it takes commands of the host while it runs a program."""
+
+    sheet = sheet.CY545B

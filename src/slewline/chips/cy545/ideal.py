@@ -1,0 +1,67 @@
+"""What a motion of the CY545 is made with, and its ideal: a rate every unit of time, and straight lines between."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import NamedTuple
+
+from ...core.ideal import Ideal
+from ...core.motions import Parameters
+from ..cy5xx.units import pieces
+from . import sheet
+from .profile import Law
+
+
+class Made(NamedTuple):
+    """The parameters of a motion, as they were when it began."""
+
+    crystal_hz: int
+    first: int
+    rate: int
+    slope: int
+    number: int
+    law: Law
+
+    def steps_per_s(self, rate: int) -> float:
+        """Return the steps/s of a rate parameter."""
+        return self.crystal_hz / self.law.periods[rate]
+
+    @lru_cache(maxsize=64)  # noqa: B019 (tuples)
+    def parameters(self) -> Parameters:
+        """What a picture names: the rates of F and R, and S, N."""
+        rates = {f"{letter} = {each}": self.steps_per_s(each) for letter, each in (("F", self.first), ("R", self.rate))}
+        return Parameters(rates, {"S": self.slope, "N": self.number})
+
+    def ideal(self, start: int, position: int, sign: int, endless: bool) -> Ideal:
+        """Return the ideal of the motion.
+
+        Args:
+            start: of the first step, ps.
+            position: before it.
+            endless: it slews until something ends it.
+        """
+        rates = [self.steps_per_s(rate) for rate in range(self.first, max(self.first, self.rate) + 1)]
+        unit = self.law.unit_ticks(self.slope) / self.crystal_hz
+        return Ideal(start, position, pieces(rates, unit, self.number, True, endless), sign)
+
+
+class Single(NamedTuple):
+    """The first rate over 20, at which jog and HOME step."""
+
+    crystal_hz: int
+    first: int
+    law: Law
+
+    @property
+    def period(self) -> int:
+        """Clocks of a step."""
+        return self.law.periods[self.first] * sheet.JOG_DIVISOR
+
+    def parameters(self) -> Parameters:
+        """What a picture names."""
+        return Parameters(self.rates(), {})
+
+    def rates(self) -> Mapping[str, float]:
+        """The rate, by name."""
+        return {f"F = {self.first} / {sheet.JOG_DIVISOR}": self.crystal_hz / self.period}

@@ -1,0 +1,187 @@
+"""What commands do: one method a row of the sheet, found by its name (do_loop for LOOP)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING
+
+from ...core.waits import first_of
+from ..cy5xx import instructions
+from . import sheet
+
+if TYPE_CHECKING:
+    from ...core.chip import Chip
+    from ..cy5xx.program import Moves
+    from .display import Display
+    from .home import Home
+    from .local_bus import LocalBus
+    from .program import Program
+    from .registers import Registers
+    from .twin import Homewise
+    from .user_bits import UserBits
+
+
+class Instructions(instructions.Parameters):
+    """The handlers.  Those of commands that are no numbers take their characters behind the numbers.
+
+    Args:
+        begin: makes everything as after reset, for I.
+    """
+
+    registers: Registers
+
+    def __init__(
+        self,
+        chip: Chip,
+        ticks: Mapping[str, int],
+        registers: Registers,
+        outputs: instructions.Turns,
+        motion: Moves,
+        home: Home | Homewise,
+        bits: UserBits,
+        display: Display,
+        local_bus: LocalBus,
+        program: Program,
+        begin: Callable[[], None],
+    ) -> None:
+        super().__init__(chip, ticks, registers, outputs, motion)
+        self.home, self.bits, self.display, self.local_bus = home, bits, display, local_bus
+        self.program, self.begin_anew = program, begin
+
+    # ----------------------------------------------------------------------------------------------------- parameters
+    def do_atposition(self, position: int) -> None:
+        self.declare(position, f"A {position}")
+
+    def do_firstrate(self, rate: int) -> None:
+        self.registers.load("firstrate", rate)
+
+    def do_continuous(self) -> None:
+        self.registers.continuous = True
+
+    def do_mode(self, mode: int) -> None:
+        self.registers.load("mode", mode)
+        self.bits.show()
+        unknown = mode & (sheet.MB_6 | sheet.MB_3)
+        if unknown:
+            self.finding_once("mode-bits", f"O {mode}: what MB6 and MB3 do is not known; they are kept, without effect")
+
+    def do_pointer(self, address: int) -> None:
+        self.registers.pointer = address
+
+    def finding_once(self, code: str, text: str) -> None:
+        """Add a finding, once."""
+        if code not in self.said:
+            self.said.add(code)
+            self.chip.finding(code, text)
+
+    # ----------------------------------------------------------------------------------------------------------- bits
+    def do_bit(self, argument: int) -> None:
+        one = argument & 0xC0 == 0
+        if one and argument & sheet.DATA_BUS and self.program.running:
+            self.chip.finding("bus-bit", f"B {argument}: the data bus is in use; the bit lasts to the next bus cycle")
+        if one and argument & 0x0F == 6 and self.bits.shared:
+            self.chip.finding("shared-bit", f"B {argument}: USRB6 is {self.bits.shared}; only the latch changes")
+        self.bits.act(argument)
+
+    async def do_wait(self, argument: int) -> None:
+        """Look at the bits on a grid until they match."""
+        chip, poll = self.chip, self.ticks["wait_poll"]
+        origin = chip.tick
+        chip.waits(f"W {argument}: bits that match")
+        while not self.bits.matches(argument):
+            nets = self.bits.nets(argument)
+            await first_of(chip.kernel, None, *((net, None) for net in nets))
+            passed = chip.clock.ticks_until(chip.kernel.now) - origin
+            await chip.at_tick(origin + (passed // poll + 1) * poll)
+
+    # -------------------------------------------------------------------------------------------------------- motions
+    async def do_home(self, argument: int) -> None:
+        await self.home.seek(argument)
+
+    async def do_delay(self, delay: int) -> None:
+        await self.pause("D", delay)
+
+    async def do_initialize(self) -> None:
+        self.chip.waits("I in work")
+        await self.chip.ticks(self.ticks["initialize"])
+        self.begin_anew()
+
+    def odd(self) -> Iterable[tuple[bool, str, str]]:
+        values = self.registers.values
+        low, high = values["firstrate"], values["rate"]
+        yield high < low, "rate-below-firstrate", f"R {high} is below F {low}: the whole motion is made at F"
+
+    # -------------------------------------------------------------------------------------------------------- program
+    def do_enter(self) -> None:
+        if self.program.running:
+            self.program.finding_once("enter-while-running", "E in a program: no action")
+
+    def do_quit(self) -> None:
+        self.chip.finding("quit-outside-entry", "Q outside program entry: no action")
+
+    def do_execute(self) -> None:
+        if not self.program.running:
+            self.program.begin()
+
+    def do_stop(self) -> None:
+        if self.program.running:
+            self.program.end()
+
+    def do_jump(self, target: int) -> None:
+        self.program.go_to(target)
+        if self.program.direct:
+            self.program.begin()
+
+    def do_loop(self, count: int, target: int) -> None:
+        self.loop("L", count, target, 1 << 8)
+
+    def do_longloop(self, count: int, target: int) -> None:
+        self.loop("Z", count, target, 1 << 16)
+
+    def loop(self, letter: str, count: int, target: int, whole: int) -> None:
+        """L and Z: branch while passes are left; as a command of the host, start the program there."""
+        if self.program.direct:
+            self.branch_as_command(letter, count != 1, target)
+        elif self.program.passes_left(letter, count, whole):
+            self.program.go_to(target)
+
+    def do_til(self, argument: int, target: int) -> None:
+        away = not self.bits.matches(argument)
+        if self.program.direct:
+            self.branch_as_command("T", away, target)
+        elif away:
+            self.program.go_to(target)
+
+    def branch_as_command(self, letter: str, away: bool, target: int) -> None:
+        """A branch of the host, which belongs in a program."""
+        became = "the program starts at its target" if away else "no action"
+        code = "til-command" if letter == "T" else "loop-command"
+        self.chip.finding(code, f"{letter} as a command of the host: {became}")
+        if away:
+            self.do_jump(target)
+
+    # -------------------------------------------------------------------------------------------------------- display
+    async def do_query(self, *given: int, data: bytes) -> None:
+        letter = data.decode("latin-1")
+        if letter == sheet.LISTING and given:
+            await self.display.listing(given[0])
+        elif letter in sheet.QUERIES:
+            await self.display.reply(letter, self.parameter(letter))
+        else:
+            asked = ", ".join(sheet.QUERIES)
+            self.chip.finding("unknown-query", f"? {letter}: no answer; it may ask for {asked} and {sheet.LISTING},n")
+
+    def parameter(self, letter: str) -> int:
+        """Return what a query is answered with."""
+        if letter == "P":
+            return self.axis.position
+        if letter == "B":
+            return self.bits.word
+        name = next(row.name for row in self.chip.sheet.registers if row.letter == letter)
+        return self.registers.values[name]
+
+    async def do_string(self, data: bytes) -> None:
+        await self.display.string(data)
+
+    async def do_display(self, address: int, _count: int, data: bytes) -> None:
+        await self.local_bus.show(address, data)

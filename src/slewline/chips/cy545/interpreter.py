@@ -1,0 +1,236 @@
+"""What the chip does with commands: those of a host over either side, those of the program, and jog between them.
+
+    idle:     the first byte of a command, from whichever side begins one, or else a step of jog
+    program:  on the CY545B a command of the host, if one has begun; else the next one from memory
+
+A command of the host takes its time from its last byte on, then acts; BUSY rises behind that.  A motion, a delay or a
+wait takes as long as it lasts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Mapping
+from typing import TYPE_CHECKING
+
+from ...core.channel import FlowBus
+from ...core.waits import first_of
+from ...language.verbatim import Decoder, Entry, Spoken
+from . import sheet
+
+if TYPE_CHECKING:
+    from ...core.chip import Chip
+    from .instructions import Instructions
+    from .jog import Jog
+    from .local_bus import LocalBus
+    from .program import Program
+    from .registers import Registers
+    from .sides import Sides
+
+ERASED = 0xFF  # a byte of the memory that is no command; so is what an open bus reads
+REFUSED = frozenset("EQXYJLTZ")  # what a host may not say while a program runs (quirk CY545-UND-IMM-SET)
+
+
+class Interpreter:
+    """The firmware from reset on."""
+
+    def __init__(
+        self,
+        chip: Chip,
+        ticks: Mapping[str, int],
+        registers: Registers,
+        sides: Sides,
+        local_bus: LocalBus,
+        program: Program,
+        instructions: Instructions,
+        jog: Jog,
+    ) -> None:
+        self.chip, self.ticks, self.registers, self.sides = chip, ticks, registers, sides
+        self.local_bus, self.program, self.instructions, self.jog = local_bus, program, instructions, jog
+        channel = chip.sheet.channel(FlowBus)
+        self.live = channel is not None and channel.live  # immediate commands are taken while a program runs
+        self.decoder = Decoder(chip.sheet)
+        self.handlers: dict[str, Callable[..., Awaitable[None] | None]] = {
+            row.form: getattr(instructions, row.handler) for row in chip.sheet.commands
+        }
+
+    async def run(self) -> None:
+        """Commands as they come, a program when one is started."""
+        if self.chip.options.autostart:
+            self.program.begin()
+            await self.run_program()
+        while True:
+            command = await self.command()
+            if command is None:
+                await self.sides.release(self.chip.tick)
+                continue
+            await self.execute(command)
+
+    # ------------------------------------------------------------------------------------------- commands of the host
+    async def command(self) -> Spoken | None:
+        """The next command of a host; None: a line that is none, or while a program runs a request withdrawn."""
+        running = self.program.running
+        byte = await (self.sides.letter(running=True) if running else self.first_letter())
+        if byte < 0:
+            return None
+        found = self.feed(byte)
+        while found is None and not self.decoder.at_letter:
+            found = self.feed(await self.sides.byte())
+        return found
+
+    def feed(self, byte: int) -> Spoken | None:
+        """Give a byte to the decoder, and tell what was wrong with the command."""
+        found = self.decoder.feed(byte, self.registers.ascii)
+        if self.decoder.notes:
+            for note in self.decoder.take_notes():
+                self.chip.finding(note.code, note.text)
+        return found
+
+    async def first_letter(self) -> int:
+        """The first byte of a command, while nothing is in work: until it comes, JOG is looked at."""
+        chip, sides, jog = self.chip, self.sides, self.jog
+        due = chip.tick + self.ticks["jog_test"]
+        while not sides.pending:
+            way = jog.way
+            if way is None:
+                byte = await sides.letter(*jog.watched)
+                if byte >= 0:
+                    return byte
+                due = max(due, chip.clock.ticks_from(chip.kernel.now))
+            elif chip.tick < due:
+                chip.waits("a look at JOG")
+                watched = ((sides.port.request, 0), (sides.serial.arrived, None), *jog.watched)
+                await first_of(chip.kernel, chip.clock.ps(due), *watched)
+            else:
+                await jog.step(way)
+            chip.tick = max(chip.tick, chip.clock.ticks_from(chip.kernel.now))
+        return await sides.letter()
+
+    async def execute(self, command: Spoken) -> None:
+        """Perform a command of the host, and end it; the program that it has started runs behind it."""
+        chip, sides = self.chip, self.sides
+        chip.waits(f"{command.text} in work")
+        chip.on_command(command.text)
+        sides.executing(True)
+        time = command.digits * self.ticks["digit"] + (0 if command.row.motion else self.ticks["command"])
+        await chip.ticks(time)
+        started = not self.program.running
+        if command.row.role == "enter" and started:
+            await self.enter()
+        else:
+            await self.perform(command)
+        sides.executing(False)
+        if self.program.running and started:
+            await self.start()
+        await sides.release(chip.tick)
+        if not self.program.running:
+            chip.on_command("")
+
+    async def start(self) -> None:
+        """A command of the host has started a program: on the CY545 BUSY stays low until it has stopped."""
+        if self.live:
+            await self.sides.release(self.chip.tick)
+        await self.run_program()
+
+    async def perform(self, command: Spoken) -> None:
+        """Call the handler of a command, and wait for it if it takes time."""
+        row, values = command.row, command.values
+        if command.switched:
+            digits = {1: 3, 2: 5, 3: 8}[row.args[0].size]
+            found = await self.local_bus.digits(row.form, digits)
+            number = sum(digit * 10 ** (digits - 1 - n) for n, digit in enumerate(found))
+            if number >= row.args[0].modulus:
+                self.chip.finding("range", f"{command.text}: the switches say {number}; its low bits count")
+            values = (number % row.args[0].modulus, *values[1:])
+        if command.flips:
+            values = (values[0] ^ command.flips, *values[1:])
+        named = {"data": command.data} if command.data or row.form in '?["' else {}
+        work = self.handlers[row.form](*values, **named)
+        if work is not None:
+            await work
+
+    async def enter(self) -> None:
+        """E: what comes over this side goes to the memory, byte for byte, until Q."""
+        chip, registers, sides = self.chip, self.registers, self.sides
+        entry = Entry(chip.sheet.leave[-1], registers.ascii)
+        chip.on_command("")
+        while True:
+            sides.executing(False)
+            byte = await sides.byte()
+            if entry.ends(byte):
+                return
+            sides.executing(True)
+            chip.waits(f"a byte stored at {registers.pointer}")
+            await chip.ticks(self.ticks["fetch"])  # the host has let go of the bus by then
+            await self.local_bus.write(registers.pointer, byte)
+            registers.pointer += 1
+
+    # ---------------------------------------------------------------------------------------------------- the program
+    async def run_program(self) -> None:
+        """Fetch commands and perform them until the program stops; between two of them look at the host (CY545B)."""
+        program, sides = self.program, self.sides
+        self.skipped = 0  # bytes FF, one behind the other
+        sides.executing(not self.live)
+        while program.running:
+            if self.live and sides.pending:
+                await self.immediate()
+            else:
+                await self.instruction()
+        sides.executing(False)
+        self.chip.on_command("")
+
+    async def immediate(self) -> None:
+        """Take a command of the host between two of the program; one that would lead it elsewhere is refused."""
+        program = self.program
+        program.immediate = True
+        try:
+            command = await self.command()
+            if command is None:
+                await self.sides.release(self.chip.tick)
+            elif command.row.form in REFUSED:
+                self.chip.finding("not-immediate", f"{command.text} while a program runs: ignored")
+                await self.sides.release(self.chip.tick)
+            else:
+                await self.execute(command)
+        finally:
+            program.immediate = False
+
+    async def instruction(self) -> None:
+        """One command from memory: read it, let its time pass, perform it."""
+        chip, program, registers = self.chip, self.program, self.registers
+        program.at = registers.pointer
+        chip.waits(f"the command at {program.at}")
+        byte = await self.fetch()
+        if byte == ERASED:
+            self.skip()
+            return
+        self.skipped = 0
+        chip.on_instruction(program.at)
+        found = self.feed(byte)
+        while found is None and not self.decoder.at_letter:
+            found = self.feed(await self.fetch())
+        if found is None:
+            return
+        chip.waits(f"{found.text} at {program.at} in work")
+        chip.on_command(found.text)
+        self.sides.executing(True)
+        if not found.row.motion:
+            await chip.ticks(self.ticks["program_command"])
+        await self.perform(found)
+        self.sides.executing(not self.live)
+
+    async def fetch(self) -> int:
+        """Read the byte at the pointer, which then counts on, and wraps."""
+        registers = self.registers
+        byte: int = await self.local_bus.read(registers.pointer)
+        registers.pointer += 1
+        return byte
+
+    def skip(self) -> None:
+        """A byte FF where a command belongs is skipped, as in the empty handshake; a memory full of it ends all."""
+        program = self.program
+        program.finding_once("erased-memory", f"FF at address {program.at} where a command belongs: skipped")
+        self.skipped += 1
+        if self.skipped >= sheet.MEMORY_BYTES:
+            self.skipped = 0
+            self.chip.finding("no-program", "nothing but FF in the whole memory: the program is given up")
+            program.end()

@@ -1,0 +1,116 @@
+"""The law of motion of the CY545: parameters in, a plan out.  Pure functions, whole clocks.
+
+    rate parameter
+      R ..............._______________           one rate of the table every 256 * (256 - S) machine cycles, counted
+                     _|               |_         from the first step, looked at as a step begins: 3906 D / (256 - S)
+                   _|                   |_       steps/s2 at 12 MHz (2002 p.77), D being the distance of two rates
+      F ..........|                       |
+                  | up  |     slew     | down    a step of the way down lasts as long as its mirror image on the way up
+
+Where steps last longer than a unit of time, a step takes several rates at once; with `jumps` off it takes one, the law
+of the CY525.  There is no least number of steps to slew.  Where the distance is too short for R, the way up ends in its
+middle, and the step in the middle of an odd number belongs to it.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+from ...core.option import defaults
+from ...core.plan import Plan, Runs, head, mirrored, plan, steps, tail
+from ...core.table import Sheet
+from ...core.train import OPEN
+from ..cy5xx.units import climb
+
+
+class Law(NamedTuple):
+    """The periods of steps, in clocks, by rate parameter; how fast the parameter grows, and whether it jumps."""
+
+    periods: tuple[int, ...]
+    unit: int  # clocks of one rate at S 255
+    jumps: bool = True  # take all rates that are due when a step begins, not one
+
+    @property
+    def top(self) -> int:
+        """The highest rate parameter."""
+        return len(self.periods) - 1
+
+    @property
+    def shortest(self) -> int:
+        """Clocks of the fastest step."""
+        return min(self.periods)
+
+    def unit_ticks(self, slope: int) -> int:
+        """Return the clocks that one rate takes; S 0 counts as 256 - 0."""
+        return (256 - slope) * self.unit
+
+
+def law_of(sheet: Sheet) -> Law:
+    """Return the law of a sheet: its rates, which hold at its crystal, and what its options say of ramps."""
+    options = defaults(sheet.options)
+    periods = tuple((2 * sheet.crystal_hz + rate) // (2 * rate) for rate in sheet.rates)
+    return Law(periods, options["inferred.ramp_unit"], options["ramp_jumps"])
+
+
+@lru_cache(maxsize=256)
+def ramp(first: int, rate: int, slope: int, law: Law) -> Runs:
+    """Return the way up, from the first step at F to the last one below R; empty unless F < R."""
+    return climb(law.periods, first, rate, law.unit_ticks(slope), law.jumps)
+
+
+@lru_cache(maxsize=64)
+def move(number: int, first: int, rate: int, slope: int, law: Law) -> Plan:
+    """Return a move of `number` steps from rest to rest.
+
+    Args:
+        number: steps, 1 to 16777215.
+        first, rate, slope: F, R and S, 0 to 255; R below F: the whole move at F.
+        law: the periods, and how ramps grow.
+    """
+    up = ramp(first, rate, slope, law)
+    full = steps(up)
+    slew = max(number - 2 * full, 0)
+    return plan(
+        ("up", head(up, min(full, (number + 1) // 2))),
+        ("slew", ((law.periods[max(first, rate)], slew),) if slew else ()),
+        ("down", mirrored(head(up, min(full, number // 2)))),
+        shortest=law.shortest,
+    ).verified(number)
+
+
+@lru_cache(maxsize=64)
+def endless(first: int, rate: int, slope: int, law: Law) -> Plan:
+    """Return a continuous motion: up to R, and on without end."""
+    slew = (law.periods[max(first, rate)], OPEN)
+    return plan(("up", ramp(first, rate, slope, law)), ("slew", (slew,)), shortest=law.shortest)
+
+
+def down(of: Plan, step: int, first: int, left: int, law: Law) -> Plan:
+    """Return what INHIBIT_ABORT makes of a plan before one of its steps: down to the first rate, and on at it.
+
+    The way down is that of the way up as far as it was made; the steps at the first rate, which belong to it, are
+    looked at one by one and so stand in the leg behind it.
+
+    Args:
+        of, step: the plan, and the step that would come next, 1 and more.
+        first: F.
+        left: steps to the target; OPEN: there is none.
+    """
+    over = of.leg(step - 1)
+    up = of.legs[0].runs if of.legs[0].name == "up" else ()
+    if over.name == "down":
+        way = tail(over.runs, step - over.first)
+    elif over.name == "up":
+        way = mirrored(head(up, step))
+    else:
+        way = mirrored(up)
+    slow = law.periods[first]
+    way = head(tuple(run for run in way if run[0] != slow), left)
+    rest = left if left >= OPEN else left - steps(way)
+    return plan(("down", way), ("crawl", ((slow, rest),) if rest else ()), shortest=law.shortest)
+
+
+def steady(period: int, number: int = OPEN) -> Plan:
+    """Return steps of one period: of jog and of HOME, which know no ramps."""
+    return plan(("crawl", ((period, number),)))

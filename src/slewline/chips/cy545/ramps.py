@@ -1,0 +1,72 @@
+"""The CY545's ramp calculator: F, R and S, by the rates of the sheet, whosever they are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+
+from ...core.table import Sheet
+from ...errors import UsageError
+from ...language.ramps import Calculator, Candidate, Quantity, Search, Values
+from ...language.rates import steps_per_s
+from ..cy5xx.unit_ramps import UnitRamp
+from . import profile
+
+
+class Cy545Ramps(Calculator):
+    """The calculator of both parts; the law is that of the sheet, where nothing else is said."""
+
+    parameter = "rate"
+
+    def __init__(self, sheet: Sheet) -> None:
+        self.sheet, self.law = sheet, profile.law_of(sheet)
+        self.periods = self.law.periods
+        self.number = sheet.commands["N"].args[0]
+        rows = {form: sheet.commands[form] for form in "FRS"}
+        self.quantities = (
+            *(Quantity(form, rows[form].says, rows[form].args[0], per_s=1) for form in "FR"),
+            Quantity("S", rows["S"].says, rows["S"].args[0], free=True),
+            Quantity(
+                "ramp_jumps",
+                "option of the chip: several rates a step",
+                choices=("False", "True"),
+                default=str(self.law.jumps),
+            ),
+        )
+
+    def ramp(self, values: Values, crystal_hz: int) -> UnitRamp:
+        """Return the ramp of a full set of values."""
+        first, rate, slope = (int(values[name]) for name in "FRS")
+        law = self.law._replace(jumps=values["ramp_jumps"] == "True")
+        return UnitRamp(
+            self.sheet.part,
+            values,
+            crystal_hz,
+            self.periods,
+            profile.ramp(first, rate, slope, law),
+            self.number,
+            lambda number: profile.move(number, first, rate, slope, law),
+        )
+
+    def spoken(self, quantity: Quantity, text: str, crystal_hz: int) -> int | None:
+        """Return the rate parameter that comes nearest to a rate in steps/s; None: the text is none."""
+        rate = steps_per_s(text)
+        if rate is None:
+            return None
+        slowest, fastest = (Fraction(crystal_hz, self.periods[end]) for end in (0, -1))
+        if not slowest / 2 <= rate <= fastest * 2:
+            found = f"{self.sheet.part}: {quantity.name} {text.strip()}"
+            raise UsageError(f"{found}; allowed {float(slowest):.0f}..{float(fastest):.0f} steps/s")
+        every = range(len(self.periods))
+        return min(every, key=lambda each: abs(Fraction(crystal_hz, self.periods[each]) - rate))
+
+    def candidates(self, search: Search) -> Iterator[Candidate]:
+        """Yield every S: there are few, and none is costly."""
+        arg = self.arg("S")
+        for slope in range(arg.low, arg.high + 1) if "S" in search.free else (None,):
+            yield Candidate({} if slope is None else {"S": slope})
+
+
+def ramps(sheet: Sheet) -> Calculator:
+    """Return the calculator of a part."""
+    return Cy545Ramps(sheet)

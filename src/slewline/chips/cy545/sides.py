@@ -1,0 +1,147 @@
+"""Where commands come from: the parallel and the serial side at once.
+
+Whichever side begins a command has the chip until its end; the other one waits, with IO_REQUEST low or in the buffer of
+the serial side.  Characters of two sides are never mixed in one command (ch. 16, which says so of memory and host).
+"""
+
+from __future__ import annotations
+
+from ...core.chip import Chip
+from ...core.net import Net
+from ...core.waits import edge, first_of
+from .port import EMPTY, ParallelPort
+from .serial_side import SerialSide
+
+
+class Sides:
+    """Bytes of commands, in the order in which the chip reads them.  `held` is the side that has the chip."""
+
+    def __init__(self, chip: Chip, port: ParallelPort, serial: SerialSide) -> None:
+        self.chip, self.kernel, self.port, self.serial = chip, chip.kernel, port, serial
+        self.held: ParallelPort | SerialSide | None = None
+        self.at_work = False
+        self.program = False  # a program runs, and waits for the rest of a command
+
+    def reset(self) -> None:
+        """RESET: no side has the chip, and the serial one looks for its rate."""
+        self.held, self.at_work = None, False
+        self.port.reset()
+        self.serial.restart()
+        self._show()
+
+    def restart(self) -> None:
+        """I: the serial side looks for its rate again; a handshake in work goes on."""
+        self.serial.restart()
+
+    def killed(self, powered: bool) -> None:
+        """End whatever is under way, and put the outputs to rest."""
+        self.held, self.at_work = None, False
+        self.port.reset()
+        self.serial.killed()
+        self.port.rest(1 if powered else None)
+        self.serial.rest(1 if powered else None)
+
+    # ------------------------------------------------------------------------------------------------------------- CTS
+    def _show(self) -> None:
+        """CTS high: the chip is at work, or reads the other side."""
+        self.serial.listening(not self.at_work and self.held is not self.port)
+
+    def executing(self, on: bool) -> None:
+        """A command is being executed, or no longer."""
+        self.at_work = on
+        self._show()
+
+    def _hold(self, side: ParallelPort | SerialSide | None) -> None:
+        self.held = side
+        self._show()
+
+    # ----------------------------------------------------------------------------------------------------------- bytes
+    @property
+    def pending(self) -> bool:
+        """Has the host begun a command, on either side?"""
+        return self.port.asked or bool(self.serial.buffer)
+
+    @property
+    def answering(self) -> bool:
+        """Is a command of the serial side in work, or does a character wait that the chip will read by itself?"""
+        if self.held is self.serial and self.at_work:
+            return True
+        return bool(self.serial.buffer) and not self.port.host_is_next
+
+    @property
+    def unfinished(self) -> bool:
+        """Does the chip wait for the rest of a command on RXD?"""
+        return self.held is self.serial and not self.at_work and not self.serial.buffer
+
+    async def letter(self, *others: tuple[Net, int | None], running: bool = False) -> int:
+        """Return the first byte of a command, from whichever side begins one; an FF is ignored.
+
+        Args:
+            others: inputs that end the wait, each with its level; -1 is returned then.
+            running: a program runs, so that the parallel side begins with the empty handshake; -1 is returned when
+                there is nothing of the host any more.
+        """
+        self.program = program = running
+        while True:
+            if self.held is None and not self.pending:
+                if program:  # the request has been withdrawn, or it was an FF: the program goes on
+                    return -1
+                self.chip.waits("a command letter")
+                self.chip.idle = not running
+                woken = await first_of(self.kernel, None, (self.port.request, 0), (self.serial.arrived, None), *others)
+                self.chip.idle = False
+                if not self.pending:
+                    if any(woken is net.hub or woken is net for net, _ in others):
+                        return -1
+                    continue
+            byte = await self._first(running)
+            if byte == EMPTY and self.held is self.serial:
+                self._hold(None)
+            elif byte not in (-1, EMPTY):
+                return byte
+            running = running and byte != EMPTY
+
+    async def _first(self, running: bool) -> int:
+        """The next byte of the side that has the chip, or else of the one that asks for it; -1: it has withdrawn."""
+        if self.held is not None:
+            return await self.byte()
+        if not self.port.asked:
+            self._hold(self.serial)
+            return await self.byte()
+        byte = await self.port.byte(running)
+        if byte >= 0:
+            self._hold(self.port)
+        return byte
+
+    async def byte(self) -> int:
+        """Return the next byte of the side that has the chip."""
+        chip, port, serial = self.chip, self.port, self.serial
+        if self.held is port:
+            await port.done()
+            while True:
+                chip.waits("the rest of a command on the bus")
+                chip.idle = not self.program
+                await port.until_request(0)
+                chip.idle = False
+                byte = await port.byte()
+                if byte >= 0:
+                    return byte
+        while not serial.buffer:
+            chip.waits("the rest of a command on RXD")
+            chip.idle = not self.program
+            await edge(serial.arrived)
+            chip.idle = False
+        chip.tick = max(chip.tick, chip.clock.ticks_from(self.kernel.now))
+        return serial.take()
+
+    async def taken(self, tick: int) -> None:
+        """End the work on a byte, at a tick: the next one may come."""
+        if self.held is self.port:
+            await self.port.done(tick)
+        else:
+            await self.chip.at_tick(tick)
+
+    async def release(self, tick: int = 0) -> None:
+        """End a command, at a tick: either side may begin the next one."""
+        await self.taken(tick)
+        self._hold(None)

@@ -1,0 +1,220 @@
+r"""The CY545's motions and HOME, one step at a time: the oracle of the fast path, slow and obvious.
+
+It shares the outputs with motion.py and home.py, and the numbers of the law, but none of the code that plans, promises
+or looks.  At the begin of a step it works out how long this one is to be; at its end it looks
+at the pins.  No findings.
+
+    one step (a look reads the levels from before the instant):
+
+        begin                                       end = begin of the next
+          |__|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|__   PULSE
+          position, SLEW                              looks: target? limit? INHIBIT_ABORT?
+"""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Mapping
+from functools import partial
+
+from ...core.chip import Chip
+from ...core.motions import Why
+from ...core.plan import Leg, Plan
+from ...core.train import Playing, StepTrain
+from ...core.waits import first_of
+from . import sheet
+from .ideal import Made, Single
+from .profile import Law
+from .registers import Registers
+from .steps import StepOutputs, caught_up
+from .user_bits import UserBits
+
+UP, SLEW, DOWN, CRAWL = "up", "slew", "down", "crawl"
+
+
+class Steps:
+    """What the slow twins of motions and of HOME have alike."""
+
+    def __init__(
+        self, chip: Chip, ticks: Mapping[str, int], registers: Registers, outputs: StepOutputs, law: Law
+    ) -> None:
+        self.chip, self.ticks, self.registers, self.outputs, self.law = chip, ticks, registers, outputs, law
+        self.axis, self.log = chip.axes[0], chip.axes[0].log
+        self.cw_limit, self.ccw_limit = chip.pins["cw_limit"].net, chip.pins["ccw_limit"].net
+        self.moving = False
+
+    def killed(self) -> None:
+        """Reset in mid-motion: whatever has begun by now stands, nothing follows."""
+        self.log.end("cut")
+        self.moving = False
+
+    def departs(self, kind: str, text: str) -> None:
+        """The motion becomes another one than it was to be."""
+        self.log.depart()
+        self.log.mark(kind, text)
+
+    def limit_low(self) -> bool:
+        """Is the limit of the direction low in which CCW shows now?"""
+        if self.outputs.sign > 0:
+            if self.cw_limit.level == 0:
+                self.departs("limit", "CW_LIMIT")
+                return True
+        elif self.ccw_limit.level == 0:
+            self.departs("limit", "CCW_LIMIT")
+            return True
+        return False
+
+    def start(self, text: str, parameters: Callable[..., object], sign: int) -> None:
+        """A command begins a motion."""
+        self.moving = True
+        self.chip.waits(f"{text} in motion")
+        self.outputs.begin(text, parameters, sign)  # type: ignore[arg-type]
+        self.outputs.turn(sign > 0)
+
+    async def lead(self) -> None:
+        """STOPPED falls, and the first step follows."""
+        self.outputs.moving(True)
+        await self.chip.ticks(self.ticks["ccw_lead"])
+
+    async def step(self, kind: str, period: int) -> None:
+        """From the fall of PULSE to the end of the step."""
+        chip, outputs = self.chip, self.outputs
+        begin = chip.tick
+        outputs.slew.drive(0 if kind == SLEW else 1)
+        outputs.pulse.drive(0)
+        leg = Leg(kind, ((period, 1),), 0, 1)
+        self.axis.follow(Playing(StepTrain(chip.clock, begin, leg.runs)), outputs.sign, plan=Plan((leg,)))
+        await chip.ticks(self.ticks["pulse_low"])
+        outputs.pulse.drive(1)
+        await chip.at_tick(begin + period)
+
+    async def rest(self, why: Why | None) -> None:
+        """Behind the last step: STOPPED rises 5 ms later."""
+        self.outputs.slew.drive(1)
+        await self.chip.ticks(self.ticks["hold"])
+        self.outputs.moving(False)
+        self.end(why)
+
+    def end(self, why: Why | None) -> None:
+        """The motion is over."""
+        self.log.end(why)
+        self.moving = False
+
+
+class Stepwise(Steps):
+    """The motions of G and P."""
+
+    def __init__(
+        self, chip: Chip, ticks: Mapping[str, int], registers: Registers, outputs: StepOutputs, law: Law
+    ) -> None:
+        super().__init__(chip, ticks, registers, outputs, law)
+        self.inhibit, self.slew = chip.pins["inhibit_abort"].net, chip.pins["slew"].net
+
+    async def move(self, number: int, sign: int, text: str) -> None:
+        """A motion from its command to STOPPED high."""
+        chip, ticks, values = self.chip, self.ticks, self.registers.values
+        made = Made(chip.crystal_hz, values["firstrate"], values["rate"], values["slope"], number, self.law)
+        self.start(text, made.parameters, sign)
+        await chip.ticks(max(ticks["first_step"] - ticks["ccw_lead"], 0))
+        while self.inhibit.level == 0:
+            await first_of(chip.kernel, None, (self.inhibit, 1))
+            chip.sync()
+            await chip.ticks(max(ticks["inhibit_release"] - ticks["ccw_lead"], 1))
+        limited = self.limit_low()
+        self.endless = self.registers.continuous or self.slew.level == 0
+        if limited or not (number or self.endless):
+            self.end("limit" if limited else None)
+        else:
+            await self.lead()
+            ideal = partial(made.ideal, chip.kernel.now, self.axis.position, self.outputs.sign, self.endless)
+            self.log.expect(ideal)
+            await self.rest(await self.steps(made))
+        self.registers.continuous = False
+
+    async def steps(self, made: Made) -> Why | None:
+        """Step after step, until the looks behind one say that it was the last; return why."""
+        periods, first = self.law.periods, made.first
+        start, slow, fast = self.chip.tick, periods[first], periods[max(first, made.rate)]
+        up: list[int] = []  # the steps of the way up, one by one
+        back: list[int] | None = None  # those that come back because of INHIBIT_ABORT; None: it has not been low
+        taken, index = 0, first
+        while True:
+            left = made.number - taken
+            if back is not None:
+                slows = bool(back) and back[-1] != slow
+                kind, period = (DOWN, back.pop()) if slows else (CRAWL, slow)
+            elif not self.endless and left <= len(up):
+                kind, period = DOWN, up[left - 1]
+            else:
+                due = first + (self.chip.tick - start) // ((256 - made.slope) * self.law.unit)
+                index = due if self.law.jumps or not taken else min(index + 1, due)
+                kind, period = (UP, periods[index]) if index < made.rate else (SLEW, fast)
+                up += [period] if kind == UP else []
+            await self.step(kind, period)
+            taken += 1
+            if taken == made.number and not self.endless:
+                return None
+            if self.limit_low():
+                self.log.stop()
+                return "limit"
+            if self.inhibit.level == 0:
+                if back is None:
+                    self.departs("command", "INHIBIT_ABORT")
+                    back = up[: made.number - taken] if kind == DOWN else up[:]
+                if period == slow:
+                    self.log.stop()
+                    return None
+
+
+class Homewise(Steps):
+    """The seek of H."""
+
+    def __init__(
+        self,
+        chip: Chip,
+        ticks: Mapping[str, int],
+        registers: Registers,
+        outputs: StepOutputs,
+        law: Law,
+        shown: Callable[[], Awaitable[None]],
+        bits: UserBits,
+    ) -> None:
+        super().__init__(chip, ticks, registers, outputs, law)
+        self.shown, self.bits = shown, bits
+
+    async def seek(self, argument: int) -> None:
+        """H, from its command to STOPPED high."""
+        chip, ticks, matches = self.chip, self.ticks, partial(self.bits.matches, argument)
+        made = Single(chip.crystal_hz, self.registers.values["firstrate"], self.law)
+        inside = matches()
+        self.start(f"H {argument}", made.parameters, -1 if inside else 1)
+        await chip.ticks(max(ticks["first_step"] - ticks["ccw_lead"], 0))
+        if self.limit_low():
+            self.end("limit")
+            return
+        await self.lead()
+        found = True
+        if inside and (found := await self.until(False, made.period, matches)):
+            self.outputs.turn(True)
+            await self.lead()
+            found = not self.limit_low()
+        found = found and await self.until(True, made.period, matches)
+        if found:
+            self.axis.load(0)
+            self.log.mark("home", f"H {argument}")
+        await self.rest("done" if found else "limit")
+
+    async def until(self, wanted: bool, period: int, matches: Callable[[], bool]) -> bool:
+        """Step until the pins match, or do not; return whether they have come to that."""
+        while True:
+            await self.single(period)
+            if matches() is wanted:
+                return True
+            if self.limit_low():
+                return False
+
+    async def single(self, period: int) -> None:
+        """A step, and the position behind it."""
+        await self.step(CRAWL, period)
+        if self.registers.has(sheet.MB_SHOW):
+            await self.shown()
+            await caught_up(self.chip)

@@ -1,0 +1,89 @@
+"""slewline examples: lists them, and copies one out; the package brings them along."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import click
+
+from ..core.near import hint
+from ..errors import UsageError
+from .demo import made
+
+PACKAGE = Path(__file__).parents[1]
+SOUGHT = (PACKAGE / "examples", PACKAGE.parents[1] / "examples")  # of an installed package, of a checkout
+HEADS = {".py": r'"""(.*?)(?:"""|\n)', ".c": r"/\*\s*(.*)", ".h": r"/\*\s*(.*)"}
+LEAN = (".toml", ".c")  # on files beside them, which come along
+COMMENT = r"[;#]\s*(.*)"
+LEAVE_OUT = (".out", ".pyc")  # what a script prints stands beside it, for the tests
+
+
+def folder() -> Path:
+    """Return the folder of the examples."""
+    for place in SOUGHT:
+        if place.is_dir():
+            return place
+    raise UsageError(f"no examples are installed in {PACKAGE}; install the package again")
+
+
+def files(root: Path) -> list[Path]:
+    """Return the files of a folder and of those in it, the upper ones first."""
+    found = [path for path in root.rglob("*") if path.is_file() and path.suffix not in LEAVE_OUT]
+    return sorted(found, key=lambda path: (len(path.parts), path))
+
+
+def title(path: Path) -> str:
+    """Return what a file says of itself in its first lines."""
+    match = re.match(HEADS.get(path.suffix, COMMENT), path.read_text("utf-8"))
+    return match[1].strip() if match else ""
+
+
+def find(root: Path, name: str) -> list[Path]:
+    """Return the files that a name stands for: a folder, a file, or a file without its folder or its ending.
+
+    Raises:
+        UsageError: none; the message says where they are listed.
+    """
+    name = name.replace("\\", "/").rstrip("/")
+    everything = {path.relative_to(root).as_posix(): path for path in files(root)}
+    exact = [path for place, path in everything.items() if place == name or place.startswith(f"{name}/")]
+    by_name = [path for path in everything.values() if path.name == name]
+    by_stem = [path for path in everything.values() if path.stem == name]
+    if found := exact or by_name or by_stem:
+        leaning = {path.parent for path in found if path.suffix in LEAN}
+        return [path for path in everything.values() if path in found or path.parent in leaning]
+    near = hint(name, [word for place, path in everything.items() for word in (place, path.name, path.stem)])
+    raise UsageError(f"no example {name!r}; slewline examples lists them{near}")
+
+
+def copied(root: Path, found: Iterable[Path], output: str) -> Iterator[Path]:
+    """Copy files with their folders; yield where each has gone.
+
+    Raises:
+        UsageError: another file is there; nothing is written then.
+    """
+    places = {path: made(output) / path.relative_to(root) for path in found}
+    for path, place in places.items():
+        if place.exists() and (not place.is_file() or place.read_bytes() != path.read_bytes()):
+            raise UsageError(f"{place}: is there already, and differs; give another folder with --output")
+    for path, place in places.items():
+        made(str(place.parent))
+        place.write_bytes(path.read_bytes())
+        yield place
+
+
+def examples(name: str | None, output: str) -> int:
+    """List the examples, or copy one out; returns the exit status."""
+    root = folder()
+    if name is not None:
+        for written in copied(root, find(root, name), output):
+            click.echo(f"wrote {written}")
+        return 0
+    everything = {path.relative_to(root).as_posix(): path for path in files(root)}
+    width = max(map(len, everything))
+    for place, path in everything.items():
+        click.echo(f"{place:<{width}}  {title(path)}")
+    click.echo("\nslewline examples NAME copies one here; a folder, such as drill, with all that is in it.")
+    return 0

@@ -1,0 +1,16 @@
+"""Which name may be meant by one that there is not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+ALIKE = 0.65  # of 1; below, "driver.speed" would stand for "driver.current"
+
+
+def hint(name: object, names: Iterable[str]) -> str:
+    """Return "; did you mean X?" for the nearest of some names, whatever its case; nothing if none is near."""
+    from difflib import get_close_matches  # most runs have no use for it
+
+    known = {each.lower(): each for each in names}
+    near = get_close_matches(str(name).lower(), known, 1, ALIKE)
+    return f"; did you mean {known[near[0]]}?" if near else ""

@@ -1,0 +1,33 @@
+"""What the extras of the package bring, and a line that says so to whoever lacks one."""
+
+from __future__ import annotations
+
+EXTRAS = {  # by extra: packages, each as it is installed and as it is imported
+    "cli": (("click", "click"), ("rich", "rich")),
+    "files": (("msgspec", "msgspec"),),
+    "plot": (("matplotlib", "matplotlib"),),
+    "serial": (("pyserial", "serial"),),
+}
+
+
+def lacking() -> dict[str, list[str]]:
+    """Return the packages that are not here, by extra."""
+    from importlib.util import find_spec
+
+    found = {extra: [name for name, module in rows if find_spec(module) is None] for extra, rows in EXTRAS.items()}
+    return {extra: names for extra, names in found.items() if names}
+
+
+def needs(what: str, extra: str) -> str:
+    """Return a line for the user: what he asked for needs an extra; and all that he will need beside it.
+
+    Args:
+        what: who needs it, as the beginning of a sentence: "bench files need".
+    """
+    lacks = lacking()
+    own = lacks.pop(extra, [name for name, _ in EXTRAS[extra]])
+    says = f"{what} {' and '.join(own)}: pip install 'slewline[{extra}]'"
+    if lacks:
+        others = ", ".join(f"{' and '.join(names)} ({other})" for other, names in lacks.items())
+        says += f"; also missing: {others}; everything at once: pip install 'slewline[all]'"
+    return says

@@ -1,0 +1,35 @@
+"""How numbers and arguments are written: 135, 87H, 0ABH, # for switches; a comma or a space between two of them."""
+
+from __future__ import annotations
+
+import re
+
+CR, LF, OPEN_BUS = 0x0D, 0x0A, 0xFF
+LINE_LIMIT = 1024  # characters of a command without its carriage return; no readable page sets a limit
+BETWEEN = re.compile(r" *, *| +")
+_HEX = re.compile(r"[0-9][0-9A-F]*H")
+
+
+def number(word: str) -> int | None:
+    """Return the number that a word is: decimal, or hexadecimal with a digit in front and H behind; else None."""
+    if word.isascii() and word.isdigit():
+        return int(word)
+    return int(word[:-1], 16) if _HEX.fullmatch(word) else None
+
+
+def hint(word: str) -> str:
+    """Return the remedy for a word that is no number but might be a hexadecimal one; empty: none is known."""
+    bare = word.upper().removesuffix("H")
+    if not bare or not re.fullmatch(r"[0-9A-F]+", bare):
+        return ""
+    return f"a hexadecimal number begins with a digit and ends with H: {'' if bare[0].isdigit() else '0'}{bare}H"
+
+
+def shown(byte: int) -> str:
+    """Return a character if it prints, else its code."""
+    return chr(byte) if 0x20 < byte < 0x7F else f"0x{byte:02X}"
+
+
+def text_of(data: bytes | bytearray) -> str:
+    """Return bytes as characters."""
+    return data.decode("latin-1")

@@ -1,0 +1,175 @@
+"""What the system has, and what takes the place of what it lacks.
+
+Linux, macOS and Windows differ here and nowhere else.  A module, a call or a signal is looked for, and only when it is
+needed.
+
+                        Linux                   macOS                   Windows
+    sleep               select over epoll       kqueue                  select, the timer set to 1 ms
+    wake-up             a pair of sockets, into which signals write as well
+    ports               sockets and descriptors                         sockets; a COM port by two threads
+    pty                 with packet mode        without: 8N1 only       none
+    who has closed      poll, POLLRDHUP         what has come is read ahead, up to its end
+    lock of a file      flock                   flock                   msvcrt.locking
+    a name is safe      fsync of the directory  fsync of the directory  when NTFS gets to it
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import selectors
+import signal
+import socket
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from importlib import import_module
+from typing import Any
+
+BINARY = getattr(os, "O_BINARY", 0)  # without it Windows writes CR LF for LF
+CLOSED = select.POLLHUP | select.POLLERR | select.POLLRDHUP if hasattr(select, "POLLRDHUP") else 0
+EXTPROC: int | None = 0o200000 if sys.platform == "linux" else None  # of a pty; the module termios has no name for it
+FINE_MS = 1
+
+Ready = tuple[selectors.SelectorKey, int]
+
+
+# ------------------------------------------------------------------------------------------------- sleep and wake-up
+class FineSelector(getattr(selectors, "EpollSelector", selectors.DefaultSelector)):  # type: ignore[misc]
+    """The selector of the system, with sleeps of any length.
+
+    epoll rounds its sleep up to whole milliseconds.  `select` does not, and can wait for the one descriptor that epoll
+    itself has, whatever number of descriptors lies behind it.
+    """
+
+    rounds = hasattr(selectors, "EpollSelector")
+
+    def select(self, timeout: float | None = None) -> list[Ready]:
+        """Return what is ready, after at most so many seconds."""
+        if timeout and self.rounds:
+            select.select([self.fileno()], [], [], timeout)
+            timeout = 0
+        return super().select(timeout)  # type: ignore[no-any-return]
+
+
+def pair() -> tuple[socket.socket, socket.socket]:
+    """Return two sockets that are connected, and keep no byte waiting for company: on Windows they are TCP."""
+    ends = socket.socketpair()
+    for end in ends:
+        if end.family in (socket.AF_INET, socket.AF_INET6):
+            end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return ends
+
+
+def bell() -> tuple[socket.socket, socket.socket]:
+    """Return two ends that wake a selector: it watches the first, and what is sent into the second rings."""
+    ends = pair()
+    for end in ends:
+        end.setblocking(False)
+    return ends
+
+
+@contextmanager
+def fine_timer() -> Iterator[None]:
+    """Let sleeps end to the millisecond; Windows looks every 15.6 ms unless it is asked to."""
+    timer = multimedia()
+    if timer is not None:
+        timer.timeBeginPeriod(FINE_MS)
+    try:
+        yield
+    finally:
+        if timer is not None:
+            timer.timeEndPeriod(FINE_MS)
+
+
+def multimedia() -> Any:
+    """Return the library of Windows that has the timer; None elsewhere."""
+    return import_module("ctypes").windll.winmm if sys.platform == "win32" else None
+
+
+# ------------------------------------------------------------------------------------------------------------ signals
+def numbers(*names: str) -> list[int]:
+    """Return the signals of these names, as far as they are there."""
+    return [int(getattr(signal, name)) for name in names if hasattr(signal, name)]
+
+
+def ignore(which: Iterable[int]) -> None:
+    """Let signals mean nothing, held back meanwhile: one that finds its handler gone would be complained of."""
+    which = list(which)
+    mask: Callable[..., Any] | None = getattr(signal, "pthread_sigmask", None)
+    kept = mask(signal.SIG_BLOCK, which) if mask is not None else None
+    for number in which:
+        signal.signal(number, signal.SIG_IGN)
+    if mask is not None:
+        mask(signal.SIG_SETMASK, kept)
+
+
+# -------------------------------------------------------------------------------------------------------------- files
+def lock(file: int) -> bool:
+    """Lock an open file until it is closed; return False if another process has locked it."""
+    try:
+        import fcntl
+    except ImportError:
+        windows = import_module("msvcrt")
+        call, how = windows.locking, [windows.LK_NBLCK, 1]
+    else:
+        call, how = fcntl.flock, [fcntl.LOCK_EX | fcntl.LOCK_NB]
+    try:
+        call(file, *how)
+    except OSError:  # BlockingIOError from flock, PermissionError from locking
+        return False
+    return True
+
+
+@contextmanager
+def directory(path: os.PathLike[str], system: Any = os) -> Iterator[Callable[[], object]]:
+    """Yield what makes the names in a directory safe from a power cut: its fsync, where it can be opened.
+
+    Args:
+        system: what takes the place of the module `os`.
+    """
+    try:
+        file = system.open(path, os.O_RDONLY, 0o666)
+    except PermissionError:
+        if hasattr(os, "O_DIRECTORY"):
+            raise  # here it is not the way of the system
+        yield lambda: None
+        return
+    try:
+        yield lambda: system.fsync(file)
+    finally:
+        with suppress(OSError):  # fsync has told everything that matters
+            system.close(file)
+
+
+# -------------------------------------------------------------------------------------------------------------- ports
+class Descriptor:
+    """A file descriptor with the face of a socket, as a `Stream` needs it; it stays the caller's."""
+
+    def __init__(self, fd: int) -> None:
+        self.fd = fd
+        os.set_blocking(fd, False)
+
+    def fileno(self) -> int:
+        """Return the descriptor."""
+        return self.fd
+
+    def recv(self, room: int) -> bytes:
+        """Read what is there, at most so many bytes; nothing at the end."""
+        return os.read(self.fd, room)
+
+    def send(self, data: bytes | bytearray) -> int:
+        """Write as much as goes; return how much that was."""
+        return os.write(self.fd, data)
+
+
+def says_closed() -> bool:
+    """Return whether this system tells that the other side has closed while bytes of it are still to be read."""
+    return bool(CLOSED)
+
+
+def has_closed(fd: int) -> bool:
+    """Return whether no more will come from the other side than is here already; where `says_closed` only."""
+    poll = select.poll()
+    poll.register(fd, CLOSED)
+    return bool(poll.poll(0))

@@ -1,0 +1,228 @@
+r"""A host on a serial line that finds its rate: two carriage returns first, then commands; CTS tells when to wait.
+
+    txd  \r\r ? P\r -------> rxd                       three or four wires, TTL levels
+    rxd  <----- P=00000000\r txd
+    cts  <------------------ the part's flow pin       low: the next character may begin
+
+CTS is obeyed while the part uses its pin for that, as far as the host knows from the mode commands that it has sent
+itself; `heed` tells it of others, or lets it ignore CTS.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from ..core.channel import AdaptiveLine
+from ..core.kernel import Task
+from ..core.outside import from_outside
+from ..core.serial import Character, Word
+from ..core.waits import edge, first_of, until
+from ..errors import Timeout, UsageError
+from .bell import Bell
+from .computer import Computer
+from .following import Following
+from .rs232 import POWER_UP_PS, SILENCE_PS, SerialPort
+from .worker import as_bytes
+
+if TYPE_CHECKING:
+    from ..core.kernel import Kernel
+    from ..core.timebase import Time
+    from .connection import Connection
+
+USUAL_BAUD = 9600
+HELLO = b"\r\r"
+RESET_PS = 20 * 10**9  # a host gives a chip so long behind a reset, which begins with its supply
+
+
+class AdaptiveHost(SerialPort, Computer):
+    """A host computer on the serial line of one chip that finds the rate.
+
+    `send` and `ask` begin with two carriage returns as long as the chip does not know the rate; `write` sends
+    characters as they are.
+
+    Args:
+        baud: the rate at which it speaks.
+    """
+
+    wiring = MappingProxyType({"txd": "serial_in", "rxd": "serial_out", "cts": "flow"})
+    burst = 1  # each character looks at CTS
+
+    def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], *, baud: int | None = None) -> None:
+        if len(chips) > 1:
+            raise UsageError(f"{name}: {len(chips)} chips; each drives its own line, so it has its own host")
+        channel, sheet, pins = chips[0].channel, chips[0].sheet, chips[0].pins
+        assert isinstance(channel, AdaptiveLine)
+        rate = USUAL_BAUD if baud is None else baud
+        super().__init__(kernel, name, baud=rate, bits=channel.bits, parity=channel.parity, stop=channel.stop, ttl=True)
+        self.add_pin("cts", "in", "low: clear to send", pull=1)
+        self.join(chips)
+        self.heeding: bool | None = None  # as somebody has said
+        self.news = Bell(kernel, f"{name}.(news)")  # CTS is to be obeyed, or no longer
+        self.port = channel
+        self.following = Following(sheet, self._lost)  # as characters are queued
+        self.gone = Following(sheet)  # as they go out
+        self.sender: Task | None
+        self.adapted = self.was_reset = False
+        self.returns = 0  # carriage returns one behind the other, while no rate is known
+        self.listens_ps = chips[0].up_ps + POWER_UP_PS  # by then the chip listens
+        reset = sheet.role("reset")
+        if reset is not None:
+            pins[reset.name].net.watch(lambda _net: self.switched_on())
+
+    # ------------------------------------------------------------------------------------------- what the chip knows
+    def switched_on(self) -> None:
+        """Note that the chip begins anew, at this instant."""
+        self.following.reset()
+        self.gone.reset()
+        self.adapted, self.returns = False, 0
+        self.listens_ps = self.kernel.now + RESET_PS
+
+    def _lost(self) -> None:
+        """A command that resets the chip is on its way."""
+        self.adapted, self.returns, self.was_reset = False, 0, True
+
+    @property
+    def obeys(self) -> bool:
+        """Does a character wait for CTS?"""
+        if self.heeding is not None:
+            return self.heeding
+        mask, *values = self.port.in_use
+        return self.gone.mode & mask in values
+
+    @from_outside
+    def heed(self, on: bool | None) -> None:
+        """Obey CTS from now on (True), or ignore it (False), or do as the host's own mode commands have it (None).
+
+        Raises:
+            UsageError: none of the three.
+        """
+        if on is not None and not isinstance(on, bool):
+            raise UsageError(f"{self.name}: heed({on!r}); allowed True, False, None")
+        self.input("heed", on)
+        self.heeding = on
+        self.news.ring()
+        self.kernel.settle()
+
+    @property
+    def held(self) -> bool:
+        """Does CTS hold the next character?"""
+        return self.obeys and self.pins["cts"].net.level != 0
+
+    async def before_burst(self) -> None:
+        """Wait until the chip can listen, and for CTS, while it is obeyed."""
+        await until(self.kernel, self.listens_ps)
+        while self.held:
+            await first_of(self.kernel, None, (self.pins["cts"].net, 0), (self.news.net, None))
+
+    def after_burst(self, data: bytes) -> None:
+        """Follow what has gone out."""
+        for byte in data:
+            self.gone.feed(byte)
+        self.news.ring()
+
+    def take(self, character: Character) -> None:
+        """Receive a character."""
+        super().take(character)
+        self.news.ring()
+
+    # ------------------------------------------------------------------------------------------------------- sending
+    def write(self, data: str | bytes, fault: str = "") -> None:
+        """Queue characters as they are; they go out one behind the other."""
+        data = as_bytes(self.name, data)
+        super().write(data, fault)
+        for byte in data:
+            if self.adapted:
+                self.following.feed(byte)
+            else:
+                self.returns = self.returns + 1 if byte == HELLO[0] else 0
+                self.adapted = self.returns == len(HELLO)
+
+    def send(self, data: str | bytes) -> None:
+        """Queue characters; two carriage returns go first if the chip does not know the rate.
+
+        Raises:
+            UsageError: text that is not ASCII, or neither text nor bytes.
+        """
+        if not self.adapted:
+            self.write(HELLO, "late" if self.was_reset else "")
+            self.was_reset = False
+        self.write(data)
+
+    def ask(self, command: str, timeout: Time = "5 s") -> str | bytes:
+        """Send a query such as "? P", and return what the chip answers on the line: text, or bytes in binary mode.
+
+        Raises:
+            UsageError: a command that is not answered.
+            Timeout: no answer; the mode register may send it elsewhere.
+        """
+        question = self.following.question(self.name, command)
+        since = len(self.received)
+        self.send(self.following.sent(command))
+        try:
+            self.kernel.outside.wait(
+                lambda: question.answered(self.received, since) is not None,
+                f"{self.name}: an answer to {command!r}",
+                timeout,
+            )
+        except Timeout:
+            self.give_up()
+            raise
+        return question.answered(self.received, since) or ""
+
+    async def exchange(self, command: str) -> str | bytes | None:
+        """Send a command in a task, and wait until it has gone out; return the answer to a query.
+
+        Return None where there is none: the line is silent for longer than any answer takes.
+        """
+        asks = command.startswith(self.following.dialect.query)
+        question = self.following.question(self.name, command) if asks else None
+        since = len(self.received)
+        with self.kernel.outside.nested():  # in the script that asks
+            self.send(self.following.sent(command))
+        while self.outgoing:
+            await edge(self.news.net)
+        while question is not None and question.answered(self.received, since) is None:
+            if await first_of(self.kernel, self.kernel.now + SILENCE_PS, (self.news.net, None)) is None:
+                return None
+        return None if question is None else question.answered(self.received, since)
+
+    @from_outside
+    def give_up(self) -> None:
+        """Take back the last command, which was not answered in time."""
+        self.input("give_up")
+        self.forget_characters()
+
+    def drop(self) -> None:
+        """Forget what is queued; characters that are on the line already go on."""
+        super().drop()
+        self.take_back(1, "drop()")
+
+    def rest(self) -> None:
+        """Forget what is queued, and put the line to mark."""
+        if self.sender is not None:
+            self.sender.kill()
+        self.outgoing.clear()
+        self.drivers["txd"].drive(self.mark)
+        self.following.decoder.reset()
+        self.gone.decoder.reset()
+
+    # ----------------------------------------------------------------------------------------- as a test has need of it
+    def spoken(self, command: str) -> bytes:
+        """Return a query as it goes over the wire, in the format of the chip from now on.
+
+        Raises:
+            UsageError: a command that is not answered.
+        """
+        self.following.question(self.name, command)
+        self.set_line(self.baud, Word(self.port.bits, self.port.parity, self.port.stop))
+        return (b"" if self.adapted else HELLO) + self.following.sent(command)
+
+    def ends(self, command: str, data: bytes) -> bool:
+        """Return whether these characters have the answer to a query."""
+        return self.following.question(self.name, command).answered(data, 0) is not None
+
+    def answer_in(self, command: str, data: bytes) -> str | bytes:
+        """Return the answer to a query, of these characters; nothing, where there is none."""
+        return self.following.question(self.name, command).answered(data, 0) or b""

@@ -1,0 +1,297 @@
+r"""A host on a bus that works both ways: commands out, messages in, a handshake a byte, and FPL says which.
+
+    command     wait BUSY high; IO_REQUEST low, bus open, wait BUSY low: FPL high, so the part listens; IO_REQUEST high
+                then for each byte: wait BUSY high, byte on the bus, IO_REQUEST low, wait BUSY low, IO_REQUEST high
+    message     FPL low: IO_REQUEST low, wait BUSY low, take the byte, IO_REQUEST high, wait BUSY high, while it is low
+
+The empty handshake in front of a command is what a part wants whose program may run, and ignores otherwise.  A host
+that finds FPL low in it takes the message first (ch. 16, Immediate Commands).  FPL is looked at while it is in use, as
+far as the host knows from the mode commands that it has sent itself; `heed` tells it of others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from ..core.channel import FlowBus
+from ..core.net import Driver, Net
+from ..core.outside import from_outside
+from ..core.pin import Condition, GotCondition
+from ..core.waits import edge, first_of, level, until
+from ..errors import Timeout, UsageError
+from .bell import Bell
+from .computer import Computer
+from .following import Following, Question
+from .part import served
+from .worker import Data, as_bytes
+
+if TYPE_CHECKING:
+    from ..core.kernel import Kernel, Task
+    from ..core.timebase import Time
+    from .caller import Errand
+    from .connection import Connection
+
+EMPTY = 0xFF
+
+
+class FlowHost(Computer):
+    """A host computer on the bus of one chip.
+
+    `received` is what messages brought.
+
+    Args:
+        delay_ps: what the host's program takes before each byte.
+    """
+
+    def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], delay_ps: int = 0) -> None:
+        super().__init__(kernel, name, chips)
+        if len(chips) > 1:
+            raise UsageError(f"{name}: {len(chips)} chips; such a bus belongs to one, with its memory and displays")
+        channel, sheet, pins = chips[0].channel, chips[0].sheet, chips[0].pins
+        assert isinstance(channel, FlowBus)
+        self.bus_channel, self.delay_ps = channel, delay_ps
+
+        def line(role: str) -> Net:
+            row = sheet.role(role)
+            assert row is not None  # such a channel has it
+            return pins[row.name].net
+
+        self.busy, self.flow = line("ready"), line("flow")
+        self.request, self.bus = Driver(line("request"), name), Driver(chips[0].bus, name)
+        self.request.drive(1)
+        self.received: bytearray = bytearray()
+        self.sent = 0
+        self.following = Following(sheet)
+        self.heeding: bool | None = None  # as somebody has said
+        self.empty_first = True
+        self.turn, self.news = Bell(kernel, f"{name}.(turn)"), Bell(kernel, f"{name}.(news)")
+        self.taken = False  # somebody is using the lines
+        self.listener: Task | None = None
+        line("reset").watch(lambda _net: self.following.reset())
+
+    def switched_on(self) -> None:
+        """Note that the part has been switched on, at this instant."""
+        self.following.reset()
+
+    def rewired(self) -> None:
+        """Begin to listen: the host is wired, and time is about to pass."""
+        self._listen_again()
+
+    def _listen_again(self) -> None:
+        if self.listener is not None:
+            self.listener.kill()
+        self.taken = False
+        self.listener = self.kernel.spawn(self._listen(), f"{self.name} listens")
+
+    @property
+    def heeds(self) -> bool:
+        """Does the host take FPL for what it says?"""
+        mask, value = self.bus_channel.in_use
+        return self.heeding if self.heeding is not None else self.following.mode & mask == value
+
+    @property
+    def offered(self) -> bool:
+        """Is there a message for the host?"""
+        return self.heeds and self.flow.level == 0
+
+    @property
+    def idle(self) -> bool:
+        """Nothing is queued, and no message is being read."""
+        return not self.taken and not self.offered and super().idle
+
+    def rest(self) -> None:
+        """Let go of the bus, and ask for nothing; listen anew, for whatever was under way was cut short."""
+        self.request.drive(1)
+        self.bus.drive(None)
+        self.following.decoder.reset()
+        self._listen_again()
+
+    # ------------------------------------------------------------------------------------------------------- the lines
+    async def _take_turn(self) -> None:
+        while self.taken:
+            await edge(self.turn.net)
+        self.taken = True
+
+    def _give_turn(self) -> None:
+        self.taken = False
+        self.turn.ring()
+
+    async def _free(self) -> None:
+        """Wait until the part takes a byte; messages are read before."""
+        while True:
+            if self.offered:
+                await level(self.busy, 1)
+                await self._message()
+            elif self.busy.level != 1:
+                await first_of(self.kernel, None, (self.busy, 1), *self._flows)
+            else:
+                return
+
+    @property
+    def _flows(self) -> tuple[tuple[Net, int], ...]:
+        return ((self.flow, 0),) if self.heeds else ()
+
+    async def _message(self, asked: bool = False) -> None:
+        """Read until FPL is high; `asked`: IO_REQUEST is low already."""
+        while asked or self.offered:
+            self.request.drive(0)
+            await level(self.busy, 0)
+            if self.bus.net.level is None:
+                self._no_message()
+            else:
+                self.received.append(self.bus.net.byte)  # type: ignore[attr-defined]
+            self.news.ring()
+            self.request.drive(1)
+            await level(self.busy, 1)
+            asked = False
+
+    def _no_message(self) -> None:
+        """Look at FPL no longer: its pin was low, and nobody drives the bus."""
+        self.heeding = False
+        self.finding(
+            "no-message",
+            f"the pin of FPL is low, and {self.chip.name} says nothing but waits for a command now: the mode is not "
+            f"that which {self.name} has set; heed(True) or heed(None) lets it look at FPL again",
+        )
+
+    async def _empty_handshake(self) -> None:
+        """Ask without a byte until the part listens; what it has to say comes first."""
+        while True:
+            await self._free()
+            self.request.drive(0)
+            await first_of(self.kernel, None, *self._flows, (self.busy, 0))
+            if self.offered:
+                await self._message(asked=True)
+                continue
+            self.request.drive(1)
+            return
+
+    async def _listen(self) -> None:
+        """Read messages that come while nothing is sent."""
+        while True:
+            if not self.offered:
+                await first_of(self.kernel, None, (self.news.net, None), *self._flows)
+                continue
+            await level(self.busy, 1)
+            await self._take_turn()
+            try:
+                if self.offered:
+                    await self._message()
+            finally:
+                self._give_turn()
+
+    async def send_now(self, data: bytes) -> None:
+        """Send bytes; an FF where a command begins is an empty handshake."""
+        await self._take_turn()
+        try:
+            for byte in data:
+                begins = self.following.at_letter
+                if begins and (self.empty_first or byte == EMPTY):
+                    await self._empty_handshake()
+                    self.begun = True
+                if not begins or byte != EMPTY:
+                    await self._byte(byte)
+        finally:
+            self.bus.drive(None)
+            self._give_turn()
+
+    async def _byte(self, byte: int) -> None:
+        await self._free()
+        if self.delay_ps:
+            await until(self.kernel, self.kernel.now + self.delay_ps)
+        self.begun = True
+        self.bus.drive((0xFF, byte))
+        self.request.drive(0)
+        await level(self.busy, 0)
+        self.request.drive(1)
+        self.bus.drive(None)
+        self.sent += 1
+        self.following.feed(byte)
+        self.news.ring()  # FPL may be in use from now on
+
+    async def ask_now(self, data: bytes, question: Question) -> str | bytes:
+        """Send a query, and wait until it is answered."""
+        since = len(self.received)
+        await self.send_now(data)
+        while (found := question.answered(self.received, since)) is None:
+            await edge(self.news.net)
+        return found
+
+    # ------------------------------------------------------------------------ the queue, which is what a journal keeps
+    @from_outside
+    def write(self, chip: str, data: Sequence[int]) -> None:
+        """Queue bytes for a chip."""
+        served(self.name, self.chips, chip)
+        data = bytes(data)
+        self.input("write", chip, data)
+        if data:
+            self.work(f"sends to {chip}", lambda: self.send_now(data))
+
+    @from_outside
+    def query(self, chip: str, command: str) -> Errand[str | bytes]:
+        """Queue a query, in the form of the mode at its turn."""
+        served(self.name, self.chips, chip)
+        self.following.question(self.name, command)
+        self.input("query", chip, command)
+
+        async def ask() -> str | bytes:
+            following = self.following
+            return await self.ask_now(following.sent(command), following.question(self.name, command))
+
+        return self.errand(f"asks {chip} {command!r}", ask)
+
+    @from_outside
+    def heed(self, on: bool | None) -> None:
+        """Take FPL for what it says from now on (True), or not (False), or as the host's own mode commands have it.
+
+        Raises:
+            UsageError: none of the three.
+        """
+        if on is not None and not isinstance(on, bool):
+            raise UsageError(f"{self.name}: heed({on!r}); allowed True, False, None")
+        self.input("heed", on)
+        self.heeding = on
+        self.news.ring()
+        self.kernel.settle()
+
+    @from_outside
+    def prefix(self, on: bool) -> None:
+        """Begin every command with the empty handshake (True, from the beginning on), or with its letter (False).
+
+        Raises:
+            UsageError: neither of the two.
+        """
+        if not isinstance(on, bool):
+            raise UsageError(f"{self.name}: prefix({on!r}); allowed True, False")
+        self.input("prefix", on)
+        self.empty_first = on
+
+    # -------------------------------------------------------------------------------------------------- out and back
+    def send(self, data: str | bytes) -> None:
+        """Queue bytes; they go out as fast as the handshake allows.  No time passes.
+
+        Raises:
+            UsageError: text that is not ASCII, or neither text nor bytes.
+        """
+        self.write(self.chip.name, as_bytes(self.name, data))
+
+    def got(self, data: Data) -> Condition:
+        """Return a condition for `bench.run_until`: messages have brought these bytes, one behind the other."""
+        return GotCondition(self.name, self.received, as_bytes(self.name, data))
+
+    def ask(self, command: str, timeout: Time = "5 s") -> str | bytes:
+        """Send a query such as "? P", and return what the part answers on the bus: text, or bytes in binary mode.
+
+        Raises:
+            UsageError: a command that is not answered.
+            Timeout: no answer; the mode register may send it elsewhere.
+        """
+        try:
+            return self.answer_of(self.query(self.chip.name, command), timeout)
+        except Timeout as error:
+            if self.heeds:
+                raise
+            raise Timeout(
+                f"{error}\n  as far as {self.name} knows, the mode register sends answers elsewhere"
+            ) from None

@@ -1,0 +1,114 @@
+"""What a host knows of a part from what it has sent: where commands begin, mode register, program entry, and answers.
+
+A part that keeps its program as it was sent has no pin that tells its mode, so a host remembers it.  What somebody else
+tells the part, over its other side or by a program, a host does not hear of.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from ..errors import UsageError
+from ..language.dialect import spoken_as
+from ..language.verbatim import Entry, Verbatim
+
+if TYPE_CHECKING:
+    from ..core.table import Sheet
+
+TEXT = 0x80  # in the mode register: commands in ASCII
+SIZES = {8: 3, 5: 2}  # bytes of an answer in binary, by its digits in text
+MODE, RESET = "MODE", "INITIALIZE"  # the commands that a host remembers
+
+
+class Following:
+    """Follows the bytes that go to a part.  `mode` is its mode register, as far as the host knows."""
+
+    def __init__(self, sheet: Sheet, on_reset: Callable[[], object] = lambda: None) -> None:
+        self.sheet, self.dialect, self.on_reset = sheet, spoken_as(sheet, Verbatim), on_reset
+        self.decoder = self.dialect.decoder(sheet)
+        self.default = next(row.default for row in sheet.registers if row.name == "mode")
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin anew: the part has been reset."""
+        self.decoder.reset()
+        self.entry: Entry | None = None
+        self.mode = self.default
+
+    @property
+    def ascii(self) -> bool:
+        """Are commands in ASCII?"""
+        return bool(self.mode & TEXT)
+
+    @property
+    def at_letter(self) -> bool:
+        """Is the next byte the first one of a command, outside program entry?"""
+        return self.entry is None and self.decoder.at_letter
+
+    def feed(self, byte: int) -> None:
+        """Take a byte that goes out."""
+        if self.entry is not None:
+            if self.entry.ends(byte):
+                self.entry = None
+            return
+        found = self.decoder.feed(byte, self.ascii)
+        self.decoder.take_notes()
+        if found is None:
+            return
+        if found.row.role == "enter":
+            (leave,) = self.sheet.leave
+            self.entry = Entry(leave, self.ascii)
+        elif found.row.name == MODE and not found.switched:
+            self.mode = found.values[0]
+        elif found.row.name == RESET:
+            self.reset()
+            self.on_reset()
+
+    # ------------------------------------------------------------------------------------------------------- questions
+    def sent(self, command: str) -> bytes:
+        """Return a command as it goes out in the present mode.
+
+        Raises:
+            UsageError: no command, or one that binary does not have.
+        """
+        return (self.dialect.sent if self.ascii else self.dialect.sent_binary)(self.sheet, command)
+
+    def question(self, who: str, command: str) -> Question:
+        """Return what is asked by a command, such as "? P".
+
+        Raises:
+            UsageError: a command that is not answered.
+        """
+        dialect = self.dialect
+        letters, sign, listing = "".join(dialect.queries), re.escape(dialect.query), re.escape(dialect.listing)
+        pattern = rf"{sign} ?(?:([{re.escape(letters)}])|({listing})[ ,]+([0-9]+))"
+        match = re.fullmatch(pattern, command) if isinstance(command, str) else None
+        if match is None:
+            forms = ", ".join(f"{dialect.query} {letter}" for letter in (*letters, dialect.listing))
+            raise UsageError(f"{who}: {command!r} is not answered; ask {forms},n, and send() the rest")
+        return Question(self.dialect, match[1] or match[2], int(match[3] or 0), self.ascii)
+
+
+class Question:
+    """A query, and what its answer looks like among the bytes that come."""
+
+    def __init__(self, dialect: Verbatim, letter: str, lines: int, ascii: bool) -> None:
+        self.ascii = ascii
+        if letter == dialect.listing:  # the pointer, then lines of the memory
+            self.pattern = rb"Y=[0-9]+\r" + rb"[^\r]*\r" * lines if ascii else rb"Y=.." + rb"[^\r]*\r" * lines
+        elif ascii:
+            self.pattern = rb"%c=[0-9]{%d}\r" % (letter.encode(), dialect.queries[letter])
+        else:
+            self.pattern = rb"%c=.{%d}" % (letter.encode(), SIZES[dialect.queries[letter]])
+
+    def answered(self, data: bytes | bytearray, since: int) -> str | bytes | None:
+        """Return the answer that has come behind so many bytes, as text without its last carriage return; None: none.
+
+        In binary it is bytes: letter, equals sign, and the value.
+        """
+        match = re.compile(self.pattern, re.DOTALL).search(data, since)
+        if match is None:
+            return None
+        return match[0][:-1].decode("latin-1") if self.ascii else bytes(match[0])

@@ -1,0 +1,313 @@
+"""asyncio in virtual time: a loop whose clock is that of the benches, and stands still while any task has work to do.
+
+    async def main():
+        bench = slewline.Bench()
+        x = bench.add("cy525")
+        ...
+        await bench.until(x.reaches(40))
+        await asyncio.sleep(0.5)                                # virtual, as timeouts are
+
+    slewline.testing.aio.run(main())
+    asyncio.Runner(loop_factory=VirtualLoop)                    the same, by hand
+    anyio.run(main, backend_options={"loop_factory": VirtualLoop})
+
+When all tasks wait, time passes on every bench of the loop, up to the next thing that concerns one of them: a timer, a
+character, a condition.  So what a run does depends on the program alone.  A bench belongs to the loop from its first
+`await` on; it, and a port that is opened, are carried along from there.
+
+While work is done in threads (`asyncio.to_thread`), time stands still.  Sockets and pipes of the real world are heard
+at every turn, and waited for only when nothing is due in virtual time.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import selectors
+from collections.abc import Callable, Coroutine, Iterable
+from concurrent.futures import Executor
+from contextvars import Context
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, TypeVarTuple
+
+from ..core.net import Net
+from ..core.timebase import PS_PER_S, readable
+from ..errors import Timeout
+from ..links.line import PATIENCE_PS
+from ..links.pace import Pace, Wait
+
+if TYPE_CHECKING:
+    from ..bench import Bench
+    from .rig import Rig
+
+Result = TypeVar("Result")
+Given = TypeVarTuple("Given")
+GRACE_S = 1.0  # of the wall clock: a loop in which nothing is due, and that nobody calls from a thread, is stuck
+
+
+def run(main: Coroutine[Any, Any, Result]) -> Result:
+    """Run a coroutine in a loop of its own in virtual time, as `asyncio.run` does in real time.
+
+    Raises:
+        Timeout: every task waits, and nothing is going to happen any more.
+    """
+    with asyncio.Runner(loop_factory=VirtualLoop) as runner:
+        return runner.run(main)
+
+
+class Passing(Protocol):
+    """What lets time pass for a port in a loop."""
+
+    def join(self, user: object) -> None:
+        """Let time pass from now on, as long as somebody uses it."""
+
+    def leave(self, user: object) -> None:
+        """Let it stand still again."""
+
+    def wait(self, wait: Wait) -> None:
+        """Add somebody who waits."""
+
+    def answer(self, quiet: Callable[[], bool]) -> None:
+        """See to it that what was written is answered."""
+
+
+def time_of(loop: asyncio.AbstractEventLoop, rig: Rig) -> Passing:
+    """Return what lets time pass for a rig in a loop."""
+    return loop.joined(rig.bench) if isinstance(loop, VirtualLoop) else Turns(loop, rig)
+
+
+# ----------------------------------------------------------------------------------------------- a loop in virtual time
+class Joined(Pace):
+    """A bench in a loop; `ahead_ps` is what the clock of the loop has more than its own."""
+
+    def __init__(self, bench: Bench, loop: VirtualLoop) -> None:
+        super().__init__(bench)
+        self.loop = loop
+        self.users: list[object] = []
+        self.meet()
+
+    def meet(self) -> None:
+        """Let its time go on here and now."""
+        self.ahead_ps = self.loop.now_ps - self.kernel.now
+
+    def join(self, user: object) -> None:
+        """Carry it along."""
+        if not self.users:
+            self.meet()
+        self.users.append(user)
+
+    def leave(self, user: object) -> None:
+        """Let its time stand still, unless somebody else uses it."""
+        self.users.remove(user)
+        if not self.users:
+            del self.loop.paces[self.bench]
+
+    def answer(self, quiet: Callable[[], bool]) -> None:
+        """Do nothing: time passes as soon as all tasks wait."""
+
+    @property
+    def now_ps(self) -> int:
+        """Its present in the time of the loop."""
+        return self.kernel.now + self.ahead_ps
+
+    def due(self) -> int | None:
+        """Tell those whose wait is over now; return the next instant at which something may happen (ps of the loop)."""
+        self.kernel.settle()
+        self._answer()
+        times = [self.kernel.next_time()]
+        for wait in self.waits:
+            times += [wait.limit_ps, wait.when() if wait.when is not None else None]
+        ahead = [max(time, self.kernel.now) for time in times if time is not None]
+        return min(ahead) + self.ahead_ps if ahead else None
+
+    def goal(self) -> int:
+        """Return the instant up to which time may pass now (ps)."""
+        return self.kernel.now if self._stopped() else max(self.loop.target_ps - self.ahead_ps, self.kernel.now)
+
+    def _stopped(self) -> bool:
+        return self.loop.stirred and self.loop.alone  # of several, each does whole instants, the same ones
+
+    def _enough(self) -> bool:
+        return self._stopped() or super()._enough()
+
+
+class Idle(selectors.DefaultSelector):
+    """The selector of a loop: asyncio lets it sleep when every task waits, and then virtual time passes."""
+
+    loop: VirtualLoop
+
+    def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+        """Return what is ready; when nothing is, let virtual time pass, at most so many virtual seconds."""
+        ready = super().select(0)
+        if ready or (timeout is not None and timeout <= 0):
+            return ready
+        if self.loop.elsewhere:
+            return super().select(None)
+        if self.loop.pass_time(timeout):
+            return []
+        if len(self.get_map()) > 1:  # beside the loop's own, there are sockets or pipes
+            return super().select(None)
+        ready = super().select(GRACE_S)
+        if not ready:
+            raise Timeout(self.loop.stuck())
+        return ready
+
+
+class VirtualLoop(asyncio.SelectorEventLoop):
+    """A loop of asyncio in virtual time."""
+
+    def __init__(self) -> None:
+        self.now_ps = self.target_ps = 0
+        self.stirred = self.alone = False  # something is to be done at this instant; there is one bench
+        self.elsewhere = 0  # jobs in threads
+        self.paces: dict[Bench, Joined] = {}
+        selector = Idle()
+        selector.loop = self
+        super().__init__(selector)
+
+    def time(self) -> float:
+        """Return virtual seconds since the loop was made."""
+        return self.now_ps / PS_PER_S
+
+    def joined(self, bench: Bench) -> Joined:
+        """Return the pace of a bench in this loop."""
+        if bench not in self.paces:
+            bench.run(0)
+            self.paces[bench] = Joined(bench, self)
+        return self.paces[bench]
+
+    async def passed(
+        self, bench: Bench, met: Callable[[], bool], when: Callable[[], int | None] | None, nets: Iterable[Net], ps: int
+    ) -> bool:
+        """Wait until a condition is met, for so much of the bench's time; return whether it was.
+
+        Args:
+            when: the instant that the present promises say.
+            nets: every edge of these is an instant meanwhile.
+        """
+        pace = self.joined(bench)
+        if not any(user is bench for user in pace.users):
+            pace.join(bench)
+        over: asyncio.Future[bool] = self.create_future()
+
+        def done(found: bool) -> None:
+            if not over.done():
+                over.set_result(found)
+
+        wait = Wait(met, bench.now_ps + ps, done, when, tuple(nets))
+        pace.wait(wait)
+        try:
+            return await over
+        finally:
+            pace.forget(wait)
+            bench.outside.tell("run", to=bench.now_ps)
+
+    # ---------------------------------------------------------------------------------------------------------- time
+    def pass_time(self, timeout: float | None) -> bool:
+        """Let time pass until somebody has something to do, at most so many seconds; false: nothing is due."""
+        paces = [pace for pace in self.paces.values() if pace.users]
+        self.alone, self.stirred = len(paces) == 1, False
+        goal = None if timeout is None else self.now_ps + max(round(timeout * PS_PER_S), 1)
+        floor = max([self.now_ps, *(pace.now_ps for pace in paces)])  # a call that was not awaited has let time pass
+        while True:
+            due = [time for pace in paces if (time := pace.due()) is not None]
+            if self.stirred:  # by what took effect at this very instant
+                return True
+            if goal is None and not due:
+                return False
+            known = due if goal is None else [goal] if self.alone else [goal, *due]
+            self.target_ps = max(min(known), floor)
+            done = all([pace.pass_time() for pace in paces])
+            self.now_ps = paces[0].now_ps if self.alone else self.target_ps if done else self.now_ps
+            if self.stirred or not done or (goal is not None and self.now_ps >= goal):
+                return True
+
+    def stuck(self) -> str:
+        """Return who waits for what, in words."""
+        waiting = [
+            f"\n  {owner.waiting}" for bench, pace in self.paces.items() if pace.users for owner in bench.chips.values()
+        ]
+        return f"it is {readable(self.now_ps)}; every task waits, and nothing is going to happen{''.join(waiting)}"
+
+    # --------------------------------------------------------------------------------- what makes somebody do something
+    def call_soon(
+        self, callback: Callable[[*Given], object], *args: *Given, context: Context | None = None
+    ) -> asyncio.Handle:
+        """Call a function in the next turn; time stands still until then."""
+        self.stirred = True
+        return super().call_soon(callback, *args, context=context)
+
+    def call_at(
+        self, when: float, callback: Callable[[*Given], object], *args: *Given, context: Context | None = None
+    ) -> asyncio.TimerHandle:
+        """Call a function at an instant of virtual time (s)."""
+        self.stirred = True
+        return super().call_at(when, callback, *args, context=context)
+
+    def run_in_executor(
+        self, executor: Executor | None, func: Callable[[*Given], Result], *args: *Given
+    ) -> asyncio.Future[Result]:
+        """Call a function in a thread; time stands still until it has returned."""
+        future = super().run_in_executor(executor, func, *args)
+        self.elsewhere += 1
+        future.add_done_callback(self._back)
+        return future
+
+    def _back(self, _future: asyncio.Future[Any]) -> None:
+        self.elsewhere -= 1
+
+    async def shutdown_default_executor(self, *arguments: Any) -> None:
+        """Wait for the threads of the loop; time stands still."""
+        self.elsewhere += 1
+        try:
+            await super().shutdown_default_executor(*arguments)
+        finally:
+            self.elsewhere -= 1
+
+
+# ------------------------------------------------------------------------------------------------ a loop in real time
+class Turns:
+    """A rig in a loop of asyncio that goes by the wall clock: time passes in turns of the loop.
+
+    Without a rate as far as what was written needs, with a rate up to the wall clock.
+    """
+
+    def __init__(self, loop: asyncio.AbstractEventLoop, rig: Rig) -> None:
+        self.loop, self.rig = loop, rig
+        self.handle: asyncio.Handle | None = None
+        self.used = 0
+
+    def join(self, user: object) -> None:
+        """Let time pass from now on."""
+        self.used += 1
+        self._soon()
+
+    def leave(self, user: object) -> None:
+        """Let it stand still again."""
+        self.used -= 1
+        if not self.used and self.handle is not None:
+            self.handle.cancel()
+            self.handle = None
+
+    def wait(self, wait: Wait) -> None:
+        """Add somebody who waits."""
+        self.rig.pace.wait(wait)
+        self._soon()
+
+    def answer(self, quiet: Callable[[], bool]) -> None:
+        """Let time pass until the line is quiet."""
+        self.wait(Wait(quiet, self.rig.bench.now_ps + PATIENCE_PS, lambda _quiet: None))
+
+    def _soon(self) -> None:
+        if self.handle is not None:
+            self.handle.cancel()
+        self.handle = self.loop.call_soon(self._turn)
+
+    def _turn(self) -> None:
+        self.handle = None
+        if not self.used:
+            return
+        pace = self.rig.pace
+        with self.rig.lock:
+            done = pace.pass_time()
+            pause = pace.pause() if done else 0.0
+        if pause is not None and self.handle is None:
+            self.handle = self.loop.call_later(pause, self._turn)

@@ -1,0 +1,153 @@
+"""The end of a line that a program holds: what has come in, and how long it waits for more.
+
+Each library of serial ports has a class of its own around it (protocol_slewline, for_serialx).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from ..core.serial import PARITIES, Word, bit_clock
+from ..core.timebase import PS_PER_S
+from ..errors import Timeout, UsageError
+from .rig import NAMED, Following, Rig, never, seconds
+
+STOPS: dict[float, int | str] = {1: 1, 1.5: "1.5", 2: 2}
+SILENCE_PS = PS_PER_S  # a line that has been quiet for so long is going to stay so
+
+
+def word_of(where: str, baud: int, bits: int, parity: str, stop: float, xonxoff: bool) -> Word:
+    """Return the format that the settings of a port say.
+
+    Raises:
+        UsageError: a setting that no line of ours has.
+    """
+    if xonxoff:
+        raise UsageError(f"{where}: xonxoff=True; a checksum may be XON or XOFF (that of R1 is), so it must be off")
+    if parity not in PARITIES:
+        raise UsageError(f"{where}: parity {parity!r}; allowed {', '.join(PARITIES)}")
+    bit_clock(baud, where)
+    return Word(bits, PARITIES[parity], STOPS[stop])
+
+
+class End:
+    """A program's end of the line of a rig.
+
+    Args:
+        where: what the program calls the port.
+        program: what the transcript calls the program.
+    """
+
+    def __init__(self, rig: Rig, where: str, program: str) -> None:
+        self.rig, self.where = rig, where
+        self.buffer = bytearray()
+        self.connected, self.cancelled = True, False
+        self.tell: Callable[[], object] | None = None  # is told when something has come
+        rig.resume()
+        rig.do(lambda: rig.line.attach(program, self._arrived, lambda: None))
+
+    def hang_up(self) -> None:
+        """Let go of the line; the module stays as it is, its time stands still."""
+        self.rig.do(self._hang_up)
+        if self.rig not in NAMED.values():
+            self.rig.close()
+
+    def _hang_up(self) -> None:
+        self.rig.line.detach("closed")
+        self.rig.leave()
+        self.connected = False
+
+    def change_line(self, baud: int, word: Word) -> None:
+        """Use another rate or format from the next character on."""
+        host = self.rig.host
+        if (baud, word) != (host.baud, host.word):
+            self.rig.do(lambda: host.change_line(baud, word.bits, word.parity, word.stop))
+
+    # -------------------------------------------------------------------------------------------------------- reading
+    def _arrived(self, data: bytes) -> int:
+        self.buffer += data
+        if self.tell is not None:
+            self.tell()
+        return 0
+
+    def read(self, size: int, timeout: float | None, gap: float | None = None, least: int | None = None) -> bytes:
+        """Return up to `size` characters, fewer when the timeout (s) is over or somebody cancels it.
+
+        Args:
+            gap: the time between two characters (s) that ends it, too.
+            least: with so many it does not wait for more; by default all of them.
+
+        Raises:
+            Timeout: without timeout and rate, when nothing can come.
+        """
+        least = size if least is None else min(least, size)
+        if len(self.buffer) < least:
+            if timeout == 0:
+                self.rig.glance()
+            else:
+                self._gather(least, timeout, gap)
+        data = bytes(self.buffer[:size])
+        del self.buffer[: len(data)]  # more may have come meanwhile, while another thread lets time pass
+        return data
+
+    def _gather(self, size: int, timeout: float | None, gap: float | None) -> None:
+        now = self.rig.present()
+        end = None if timeout is None else now + seconds(timeout)
+        while (had := len(self.buffer)) < size:
+            if self.cancelled or not self.connected:
+                self.cancelled = False
+                return
+            limit = SILENCE_PS if end is None else max(end - self.rig.bench.now_ps, 0)
+            pause = None if gap is None or not had else seconds(gap)
+            if self.rig.wait(partial(self._has_more, had), limit if pause is None else min(limit, pause)):
+                continue
+            if end is not None or pause is not None:
+                return
+            self._complain(size)
+
+    def _has_more(self, than: int) -> bool:
+        return len(self.buffer) > than or self.cancelled or not self.connected
+
+    def cancel(self) -> None:
+        """End the read that waits, in another thread, or else the next one that would wait."""
+        self.rig.do(self._cancel)
+
+    def _cancel(self) -> None:
+        self.cancelled = True
+
+    def _complain(self, size: int) -> None:
+        """Nothing has come for long: say so, unless somebody may still send something meanwhile."""
+        if not isinstance(self.rig.pace, Following) and self.rig.line.quiet():
+            raise Timeout(
+                f"{self.where}: read({size}) without timeout got {len(self.buffer)}, and nothing more is coming "
+                f"({self.rig.chip.waiting}); give the port a timeout, or, if another thread writes, its URL a rate"
+            )
+
+    # -------------------------------------------------------------------------------------------------------- writing
+    def write(self, data: bytes) -> int:
+        """Queue characters; they go out as fast as the line allows while time passes."""
+        self.rig.do(lambda: self._send(data))
+        return len(data)
+
+    def _send(self, data: bytes) -> None:
+        self.rig.present()
+        self.rig.line.take(data)
+
+    def flush(self) -> None:
+        """Wait until everything has gone out."""
+        while not self.rig.wait(self.sent, PS_PER_S):
+            pass
+
+    def sent(self) -> bool:
+        """Return whether everything has gone out."""
+        return self.rig.host.idle
+
+    def space(self, on: bool) -> None:
+        """Put the line to space, behind what was written, or back to mark."""
+        self.flush()
+        self.rig.do(lambda: self.rig.host.space(on))
+
+    def sleep(self, duration: float) -> None:
+        """Let virtual time pass (s)."""
+        self.rig.wait(never, seconds(duration))

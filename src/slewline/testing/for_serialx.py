@@ -1,0 +1,279 @@
+"""slewline:// for serialx, sync and async: the same URLs as in pySerial, the same modules behind them.
+
+    import serialx
+    import slewline.testing.for_serialx                        # from now on, serialx knows slewline://
+
+    with serialx.serial_for_url("slewline://gs-c200s?chs=0", byte_size=7, parity="O", stopbits=2) as port: ...
+    reader, writer = await serialx.open_serial_connection("slewline://gs-c200s?chs=0", 9600, ...)
+
+Sync: virtual time passes while the program waits, as in pySerial.  Async: in a loop of `slewline.testing.aio`, virtual
+time passes while all tasks wait; in any other loop, it passes as far as what was written needs to be answered, or with
+a rate, by the wall clock.
+
+A read returns what is there as soon as there is something, as serialx does on a port of the machine.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+
+from serialx import (
+    BaseSerial,
+    BaseSerialTransport,
+    ModemPins,
+    PinState,
+    SerialException,
+    register_uri_handler,
+)
+
+from ..bench import Bench
+from ..core.chip import Chip
+from ..links.pace import Wait
+from .aio import time_of
+from .end import SILENCE_PS, End, word_of
+from .rig import SCHEME, Rig, from_url
+
+
+class Serial(BaseSerial):
+    """A serial port of serialx with a module of slewline at its other end."""
+
+    rig: Rig
+    end: End | None = None
+    _found_at: str | None = None  # whose module the rig is
+
+    def __init__(self, *args: Any, allow_code: bool = False, **settings: Any) -> None:
+        super().__init__(*args, **settings)
+        self._allow_code = allow_code
+
+    # ------------------------------------------------------------------------------------------------- open and close
+    def _open(self) -> None:
+        where = str(self.path)
+        if self.end is not None:
+            raise SerialException(f"{where}: is open already")
+        self._word()  # a mistake here makes no module
+        if self._found_at != where:
+            self.rig, self._found_at = self._found(), where
+        if self.rig.line.host is not None:
+            raise SerialException(f"{where}: somebody else has it open; one host at a time")
+        self.end = End(self.rig, where, "serialx")
+        self.set_modem_pins(self._modem_pins_on_open())
+
+    def _found(self) -> Rig:
+        return from_url(str(self.path), self._allow_code)
+
+    def _close(self) -> None:
+        if self.end is not None:
+            self.end.flush()
+            self._hang_up()
+
+    def _hang_up(self) -> None:
+        end, self.end = self.end, None
+        if end is not None:
+            end.hang_up()
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the port is open."""
+        return self.end is not None
+
+    @property
+    def bench(self) -> Bench:
+        """The bench of the module, for tests that look inside."""
+        return self.rig.bench
+
+    @property
+    def chip(self) -> Chip:
+        """The module."""
+        return self.rig.chip
+
+    def _word(self) -> Any:
+        return word_of(
+            str(self.path), self.baudrate, self.byte_size, self.parity.value, self.stopbits.value, self._xonxoff
+        )
+
+    def _reconfigure_port(self, update: Any) -> None:
+        self._line.change_line(self.baudrate, self._word())
+
+    @property
+    def _line(self) -> End:
+        if self.end is None:
+            raise SerialException(f"{self.path}: is not open")
+        return self.end
+
+    # --------------------------------------------------------------------------------------------- reading and writing
+    def _readinto(self, b: Any, *, timeout: float | None) -> int:
+        view = memoryview(b).cast("B")
+        data = self._line.read(len(view), timeout, least=1)
+        view[: len(data)] = data
+        return len(data)
+
+    def num_unread_bytes(self) -> int:
+        """Return how many characters can be read at once."""
+        self._line.rig.glance()
+        return len(self._line.buffer)
+
+    def _reset_read_buffer(self) -> None:
+        self._line.buffer.clear()
+
+    def _write(self, data: Any, *, timeout: float | None) -> int:
+        return self._line.write(bytes(data))
+
+    def num_unwritten_bytes(self) -> int:
+        """Return how many characters have not gone out."""
+        return self._line.rig.host.backlog
+
+    def _flush(self) -> None:
+        self._line.flush()
+
+    def _reset_write_buffer(self) -> None:
+        rig = self._line.rig
+        rig.do(rig.host.drop)
+
+    def sleep(self, duration: float) -> None:
+        """Let virtual time pass (s): what time.sleep is to a program with a real port."""
+        self._line.sleep(duration)
+
+    # ---------------------------------------------------------------------------------------------------- modem lines
+    def _get_modem_pins(self) -> ModemPins:
+        """RTS is bridged with CTS, DTR with DSR and DCD, and nobody rings."""
+        rts, dtr = self._rts_state, self._dtr_state
+        return ModemPins(cts=rts, dsr=dtr, car=dtr, rng=PinState.LOW)
+
+    def _set_modem_pins(self, modem_pins: ModemPins) -> None:
+        """They lead nowhere but back."""
+
+
+class Transport(BaseSerialTransport):
+    """A transport of asyncio with a module of slewline at its other end."""
+
+    transport_name = SCHEME
+    make = Serial
+    _serial: Serial | None
+
+    def __init__(self, loop: asyncio.AbstractEventLoop, protocol: asyncio.Protocol) -> None:
+        super().__init__(loop, protocol)
+        self._paused = self._called = False
+
+    async def _connect(self, *, path: str | None, **settings: Any) -> None:
+        self._serial = port = self.make(path, **settings)
+        port.open()
+        self._extra["serial"] = port
+        self._end.tell = self._arrived
+        self._time = time_of(self._loop, port.rig)
+        self._time.join(self)
+        self._call_protocol_connection_made()
+
+    @property
+    def _end(self) -> End:
+        assert self._serial is not None
+        return self._serial._line
+
+    # -------------------------------------------------------------------------------------------------------- reading
+    def _arrived(self) -> None:
+        if not self._called:
+            self._called = True
+            self._loop.call_soon(self._deliver)
+
+    def _deliver(self) -> None:
+        self._called = False
+        if self._connection_lost_called or self._closing or self._paused:
+            return
+        data = bytes(self._end.buffer)
+        self._end.buffer.clear()
+        if data:
+            self._protocol.data_received(data)
+
+    def pause_reading(self) -> None:
+        """Keep what comes until `resume_reading`."""
+        self._paused = True
+
+    def resume_reading(self) -> None:
+        """Hand on what has come, and what comes."""
+        self._paused = False
+        self._arrived()
+
+    def is_reading(self) -> bool:
+        """Return whether what comes is handed on."""
+        return not self._paused and not self._closing
+
+    # -------------------------------------------------------------------------------------------------------- writing
+    def write(self, data: bytes | bytearray | memoryview[int]) -> None:
+        """Queue characters; they go out as fast as the line allows while time passes."""
+        if self._closing:
+            return
+        end = self._end
+        end.write(bytes(data))
+        self._time.answer(end.rig.line.quiet)
+
+    def get_write_buffer_size(self) -> int:
+        """Return how many characters have not gone out."""
+        return 0 if self._serial is None or self._serial.end is None else self._serial.end.rig.host.backlog
+
+    async def _flush(self) -> None:
+        sent = asyncio.Event()
+        self._when_sent(lambda _: sent.set())
+        await sent.wait()
+
+    def _when_sent(self, call: Any) -> None:
+        end = self._end
+        if end.sent():
+            call(True)
+            return
+
+        def done(was: bool) -> None:  # as long as it takes
+            call(True) if was else self._when_sent(call)
+
+        self._time.wait(Wait(end.sent, end.rig.bench.now_ps + SILENCE_PS, done))
+
+    async def _reconfigure_port(self, update: Any) -> None:
+        assert self._serial is not None
+        self._serial._reconfigure_port(update)
+
+    async def _get_modem_pins(self) -> ModemPins:
+        assert self._serial is not None
+        return self._serial.get_modem_pins()
+
+    async def _set_modem_pins(self, modem_pins: ModemPins) -> None:
+        assert self._serial is not None
+        self._serial.set_modem_pins(modem_pins)
+
+    # ---------------------------------------------------------------------------------------------------------- close
+    def close(self) -> None:
+        """Let what was written go out, and hang up."""
+        self._end_with(drain=True)
+
+    def abort(self) -> None:
+        """Hang up; what was written and has not gone out is forgotten."""
+        self._end_with(drain=False)
+
+    def _end_with(self, drain: bool) -> None:
+        if self._connection_lost_called or (self._closing and drain):
+            return
+        self._closing = True
+        self._mark_user_closed()
+        if self._serial is None or self._serial.end is None:
+            self._call_protocol_connection_lost(None)
+        elif drain:
+            self._arm_close_timeout()
+            self._when_sent(lambda _: self._loop.call_soon(self._lost))
+        else:
+            self._serial._reset_write_buffer()
+            self._loop.call_soon(self._lost)
+
+    def _lost(self) -> None:
+        if self._connection_lost_called:
+            return
+        assert self._serial is not None
+        self._serial._hang_up()
+        self._time.leave(self)
+        self._call_protocol_connection_lost(None)
+
+
+register_uri_handler(
+    scheme=f"{SCHEME}://",
+    unique_scheme=f"{SCHEME}://",
+    sync_cls=Serial,
+    async_transport_cls=Transport,
+    connect_kwargs=frozenset({"allow_code"}),
+)

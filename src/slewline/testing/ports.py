@@ -1,0 +1,174 @@
+"""Names of serial ports that are modules for a while: a program that opens "/dev/ttyUSB0" or "COM3" finds one there.
+
+    with named_ports({"COM3": module}):
+        main()                               # serial.Serial("COM3") in it, or serialx.Serial, or serialx in asyncio
+
+The classes of pySerial and serialx stay the ones that the program has imported; their objects behave like those of
+slewline:// if the name of their port is one of these.  All other ports are what they were.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from importlib import import_module
+from importlib.util import find_spec
+from inspect import getattr_static
+from typing import TYPE_CHECKING, Any
+from weakref import WeakSet
+
+from ..core.timebase import Time
+from ..errors import UsageError
+from .rig import SCHEME, seconds
+
+if TYPE_CHECKING:
+    from .controller import Controller
+    from .rig import Rig
+
+MISSING = object()
+
+
+class Ports(dict[str, "Controller"]):
+    """Modules by the names of their ports."""
+
+    def advance(self, time: Time) -> None:
+        """Let virtual time pass for all of them."""
+        for module in set(self.values()):
+            module.advance(time)
+
+    def sleep(self, duration: float) -> None:
+        """Do what `time.sleep` does, in virtual time: monkeypatch.setattr("time.sleep", ports.sleep)."""
+        self.advance(seconds(duration))
+
+
+def plain(name: object) -> str:
+    r"""Return the name of a port as it is compared: "com3" and "\\\\.\\COM3" are COM3."""
+    upper = str(name).upper().removeprefix("\\\\.\\")
+    return upper if re.fullmatch(r"COM\d+", upper) else str(name)
+
+
+@contextmanager
+def named_ports(modules: Mapping[str, Controller]) -> Iterator[Ports]:
+    """Let programs find modules under names of ports while the block lasts.
+
+    Args:
+        modules: by the names of their ports; they are in this process (`on="url"`).
+
+    Raises:
+        UsageError: a module that has no serial line, or has its line behind a port.
+    """
+    for name, module in modules.items():
+        if not module.url.startswith(f"{SCHEME}://"):
+            raise UsageError(f"{name}: {module.label}; allowed a part with a serial line, on url")
+    known = {plain(name): module for name, module in modules.items()}
+    with ExitStack() as stack:
+        for library, lend in (("serial", _pyserial), ("serialx", _serialx)):
+            if find_spec(library) is not None:
+                lend(stack, import_module(library), known)
+        yield Ports(modules)
+
+
+# ------------------------------------------------------------------------------------------------------------- pySerial
+def _pyserial(stack: ExitStack, serial: Any, known: Mapping[str, Controller]) -> None:
+    from .protocol_slewline import Serial
+
+    def mine(port: Any) -> bool:
+        name = plain(port.port)
+        return name in known and (not port.is_open or vars(port).get("_url") == port.port)
+
+    own = {**vars(Serial), "fileno": _no_fileno}
+    _lend(stack, serial.Serial, own, mine, lambda port: known[plain(port.port)].rig)
+    from serial.tools import list_ports
+    from serial.tools.list_ports_common import ListPortInfo
+
+    listed = list_ports.comports
+
+    def comports(*arguments: Any, **more: Any) -> list[Any]:
+        return [*(ListPortInfo(name) for name in known), *listed(*arguments, **more)]
+
+    _put(stack, list_ports, "comports", comports)
+
+
+def _no_fileno(port: Any) -> int:
+    raise io.UnsupportedOperation(f"{port.port}: is a module of slewline, and no file; a program that needs one "
+                                  'finds a module on a device file: slewline_module("...", on="pty")')  # fmt: skip
+
+
+# -------------------------------------------------------------------------------------------------------------- serialx
+def _serialx(stack: ExitStack, serialx: Any, known: Mapping[str, Controller]) -> None:
+    from serialx import async_serial, common
+
+    from .for_serialx import Serial, Transport
+
+    def found(port: Any) -> Any:
+        return known[plain(port.path)].rig
+
+    class Named(Serial):
+        _found = found
+
+    class NamedTransport(Transport):
+        make = Named
+
+    handler_of = common.get_uri_handler
+
+    def get_uri_handler(uri: str) -> Any:
+        handler = handler_of(uri)
+        return replace(handler, async_transport_cls=NamedTransport) if plain(uri) in known else handler
+
+    _lend(stack, serialx.Serial, vars(Serial), lambda port: plain(port.path) in known, found)
+    for module in (common, async_serial):
+        _put(stack, module, "get_uri_handler", get_uri_handler)
+
+
+# ------------------------------------------------------------------------------------------------- what a class is lent
+def _lend(
+    stack: ExitStack, cls: type, own: Mapping[str, Any], mine: Callable[[Any], bool], found: Callable[[Any], Rig]
+) -> None:
+    """Let the objects of a class of which `mine` is true have these methods, for a while; then they are closed."""
+    held: WeakSet[Any] = WeakSet()
+
+    def noted(port: Any) -> Rig:
+        held.add(port)
+        return found(port)
+
+    for name, ours in {**own, "_found": noted}.items():
+        if name.startswith("__") or name == "_abc_impl":  # what every class has of its own
+            continue
+        theirs = getattr_static(cls, name, MISSING)
+        if theirs is MISSING or not (callable(ours) or isinstance(ours, property)):
+            _put(stack, cls, name, ours)
+        elif isinstance(ours, property):
+            _put(stack, cls, name, _either_property(ours, theirs, mine))
+        else:
+            _put(stack, cls, name, _either(ours, theirs, mine))
+    stack.callback(_close, held)
+
+
+def _close(ports: WeakSet[Any]) -> None:
+    for port in list(ports):
+        if port.is_open:
+            port.close()
+
+
+def _either(ours: Callable[..., Any], theirs: Callable[..., Any], mine: Callable[[Any], bool]) -> Callable[..., Any]:
+    def method(self: Any, *arguments: Any, **more: Any) -> Any:
+        return (ours if mine(self) else theirs)(self, *arguments, **more)
+
+    return method
+
+
+def _either_property(ours: property, theirs: Any, mine: Callable[[Any], bool]) -> property:
+    def get(self: Any) -> Any:
+        return ours.__get__(self) if mine(self) else theirs.__get__(self, type(self))
+
+    return property(get, getattr(theirs, "fset", None))
+
+
+def _put(stack: ExitStack, where: Any, name: str, value: Any) -> None:
+    """Set an attribute until the end of the stack."""
+    before = vars(where).get(name, MISSING)
+    setattr(where, name, value)
+    stack.callback(delattr, where, name) if before is MISSING else stack.callback(setattr, where, name, before)

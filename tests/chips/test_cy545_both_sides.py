@@ -1,0 +1,187 @@
+"""Both sides of the CY545 at once: who has the chip, and nothing is lost in between."""
+
+from __future__ import annotations
+
+import random
+import re
+
+import pytest
+from cy545 import MS, Rig545
+
+import slewline
+from slewline.core.kernel import Kernel
+
+BOTH = pytest.mark.parametrize("part", ["cy545", "cy545b"])
+CTS = 0x20
+COMMANDS = ("B 16", "B 0", "N 77", "R 9", "D 1", "A 5", "B 42H", "? P", "? R", "? N", '"ab"', "+", "-", "Y 9", "S 200")
+
+
+@pytest.mark.fact("CY545-UND-BUSY-SERIAL")
+@BOTH
+def test_busy_does_not_move_for_a_command_of_the_serial_side(part):
+    rig = Rig545("busy", part=part, serial=True, replies=False)
+    rig.serial.send("D 100\rR 5\r"[:6])
+    rig.bench.run("80 ms")
+    rig.host.send("B 16\r")  # asks while the chip is at work
+    rig.bench.run("20 ms")
+    assert rig.level("busy") == 1 and rig.edges("busy") == []
+    rig.bench.run_until_idle()
+    assert rig.level("usrb0") == 0 and rig.codes == []
+
+
+@pytest.mark.fact("CY545-UND-TWO-SIDES")
+@pytest.mark.parametrize("first", ["serial", "parallel"])
+@BOTH
+def test_the_side_that_begins_a_command_has_the_chip_until_its_end(part, first):
+    rig = Rig545(part=part, serial=True, replies=False)
+    rig.serial.send("")
+    rig.bench.run_until_idle()
+    one, other = (rig.serial, rig.host) if first == "serial" else (rig.host, rig.serial)
+    one.send("R 1")
+    rig.bench.run("20 ms")
+    other.send("R 7\r"[:3] if first == "parallel" else "R 7\r")
+    rig.bench.run("1 s")
+    assert rig.x.registers["rate"] == 100 and rig.x.unfinished == "R 1"
+    one.send("3\r")
+    rig.bench.run("10 ms")
+    if first == "parallel":
+        assert rig.x.registers["rate"] == 13
+        other.send("\r")
+    rig.bench.run("20 ms")
+    assert rig.x.registers["rate"] == 7 and rig.codes == []
+
+
+def test_behind_the_empty_handshake_the_bus_has_the_chip():
+    rig = Rig545(serial=True, replies=False)
+    rig.serial.send("")
+    rig.bench.run_until_idle()
+    rig.host.send(b"\xff")
+    rig.bench.run("1 ms")
+    rig.serial.send("R 7")
+    rig.bench.run("1 s")
+    assert rig.x.unfinished == ""
+    rig.host.prefix(False)
+    rig.host.send("R 9\r")
+    rig.bench.run("1 ms")
+    assert rig.x.registers["rate"] == 9 and rig.codes == []
+
+
+@pytest.mark.fact("CY545-CON-CTS-IDLE", "CY545-UND-TWO-SIDES")
+def test_cts_is_high_while_the_bus_has_the_chip():
+    rig = Rig545(serial=True, replies=False)
+    rig.host.send("O 0A0H\rR 1")
+    rig.bench.run("5 ms")
+    assert rig.level("usrb6") == 1
+    rig.host.send("\r")
+    rig.bench.run_until_idle()
+    assert rig.level("usrb6") == 0
+
+
+# -------------------------------------------------------------------------------------------------- one of many at once
+class Both:
+    """A chip with a host on each side, what each of them has sent, and what the chip has carried out."""
+
+    def __init__(self, seed: int, part: str, mode: int, baud: int, shuffle: bool) -> None:
+        self.chance = random.Random(seed)
+        self.bench = slewline.Bench(shuffle=seed if shuffle else None)
+        self.x = self.bench.add(part, name="x", crystal="11 MHz")
+        self.hosts = [self.bench.host(self.x), self.bench.host(self.x, over="serial", baud=baud)]
+        self.hosts[0].send(f"O {0x80 | mode}\r")
+        self.bench.run_until_idle()
+        for host in self.hosts:
+            host.heed(None if host is self.hosts[0] else bool(mode & CTS))
+        self.hosts[1].send("")
+        self.bench.run_until_idle()
+        self.sent: list[list[str]] = [[], []]
+        self.done: list[str] = []
+        self.x.on_command.add(self._begun)
+
+    def _begun(self, text: str) -> None:
+        if text:
+            self.done.append(text)
+
+    def play(self, number: int, burst: int) -> None:
+        """Let both hosts send, one or the other by chance, and time pass by chance; all is idle behind each burst.
+
+        The bus goes first, so without CTS it must leave the serial side some time: three characters long.
+        """
+        for turn in range(number):
+            side = self.chance.randrange(2)
+            command = f"{self.chance.choice(COMMANDS)}"
+            command = f"A {turn * 2 + side}" if command == "A 5" else command
+            self.sent[side].append(command)
+            self.hosts[side].send(f"{command}\r")
+            if self.chance.random() < 0.2:
+                self.bench.run(self.chance.randrange(10 * MS))
+            if turn % burst == burst - 1:
+                self.bench.run_until_idle("10000 s")
+        self.bench.run_until_idle("10000 s")
+
+    def check(self) -> None:
+        """Every command of both has been carried out once, in the order of its host, and every answer has come."""
+        merged = [*self.done]
+        assert sorted(merged) == sorted(self.sent[0] + self.sent[1])
+        assert in_order(merged, *self.sent)
+        said = b"".join(bytes(host.received) for host in self.hosts)
+        wanted = {"ab": '"ab"', "P=": "? P", "R=": "? R", "N=": "? N"}
+        for text, command in wanted.items():
+            assert said.count(text.encode()) == merged.count(command)
+        assert re.fullmatch(rb"(ab|P=[0-9]{8}\r|[RN]=[0-9]{5,8}\r)*", said)
+        assert [found.code for found in self.x.findings] == []
+        assert self.x.idle
+
+
+def in_order(merged: list[str], one: list[str], other: list[str]) -> bool:
+    """Is a list made of two others, each in its own order?  All ways to split it are followed at once."""
+    at = {0}
+    for count, each in enumerate(merged):
+        following = set()
+        for taken in at:
+            if taken < len(one) and one[taken] == each:
+                following.add(taken + 1)
+            if count - taken < len(other) and other[count - taken] == each:
+                following.add(taken)
+        at = following
+    return len(one) in at
+
+
+def test_two_lists_in_one_are_told_from_a_disorder():
+    assert in_order(list("abxcyd"), list("abcd"), list("xy")) and not in_order(list("bax"), list("ab"), list("x"))
+
+
+@pytest.mark.fact("CY545-CTS-6", "CY545-UND-TWO-SIDES")
+@pytest.mark.parametrize("shuffle", [False, True])
+@BOTH
+def test_both_hosts_at_once_with_cts_lose_nothing_and_never_stand_still(part, shuffle):
+    both = Both(1 + shuffle, part, CTS, 19200, shuffle)
+    both.play(600, 200)
+    both.check()
+
+
+@pytest.mark.fact("CY545-IMM-12", "CY545-UND-TWO-SIDES")
+@BOTH
+def test_both_hosts_at_once_with_answers_on_the_bus_lose_nothing(part):
+    both = Both(3, part, 0x01, 1200, False)  # FPL has the pin of CTS: the serial host goes slowly, by the clock
+    both.play(300, 8)
+    both.check()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("part", "mode", "baud", "burst"), [("cy545b", CTS, 19200, 200), ("cy545b", 0x01, 1200, 8)])
+def test_a_hundred_thousand_commands_of_both_hosts(part, mode, baud, burst):
+    both = Both(545, part, mode, baud, True)
+    for _ in range(100):
+        both.play(1000, burst)
+        both.check()
+        both.sent, both.done = [[], []], []
+        for host in both.hosts:
+            host.received.clear()
+
+
+def test_the_same_seed_gives_the_same_run():
+    found = []
+    for _ in range(2):
+        both = Both(7, "cy545b", CTS, 9600, False)
+        both.play(100, 50)
+        found.append((both.bench.now_ps, both.done, bytes(both.hosts[1].received)))
+    assert found[0] == found[1] and isinstance(both.bench.kernel, Kernel)

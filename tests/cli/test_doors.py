@@ -1,0 +1,221 @@
+"""Small doors: `python -m slewline`, examples, completion by the shell, NO_COLOR, names that are nearly right."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import slewline
+from slewline.cli import examples as module
+from slewline.cli.main import invoke
+from slewline.core.near import hint
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "examples"
+SLEWLINE = Path(sys.executable).with_name("slewline")
+
+
+def test_the_module_is_the_command():
+    ran = subprocess.run([sys.executable, "-m", "slewline", "chps"], capture_output=True, text=True, check=False)
+    assert ran.returncode == 2 and ran.stderr.startswith("Usage: slewline [OPTIONS]")
+    ran = subprocess.run([sys.executable, "-m", "slewline", "--version"], capture_output=True, text=True, check=True)
+    assert ran.stdout == f"slewline, version {slewline.__version__}\n"
+
+
+# ------------------------------------------------------------------------------------------------------------ examples
+def test_every_example_is_listed_with_what_it_is(call):
+    out = call("examples").out.split("\n\n")[0].splitlines()
+    there = {path.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.rglob("*") if path.is_file()}
+    listed = [line.split(maxsplit=1) for line in out]
+    assert {row[0] for row in listed} == {place for place in there if not place.endswith((".out", ".pyc"))}
+    assert all(len(row) == 2 and len(row[1]) > 12 for row in listed)
+
+
+@pytest.mark.parametrize(
+    ("name", "written"),
+    [
+        ("closed_loop", ["closed_loop.py"]),
+        ("uart.py", ["uart.py"]),
+        ("weld", ["programs/weld.cy525"]),
+        ("programs/weld.cy525", ["programs/weld.cy525"]),
+        ("programs\\weld.cy525", ["programs/weld.cy525"]),
+        ("looped", [f"drill/{name}" for name in sorted(os.listdir(EXAMPLES / "drill"))]),
+        ("drill/", [f"drill/{name}" for name in sorted(os.listdir(EXAMPLES / "drill"))]),
+    ],
+)
+def test_an_example_is_copied_out(call, name, written):
+    for _ in range(2):  # the same file may be there
+        ran = call("examples", name, "-o", "here")
+        assert (ran.status, ran.out) == (0, "".join(f"wrote {Path('here', place)}\n" for place in written))
+    for place in written:
+        assert Path("here", place).read_bytes() == (EXAMPLES / place).read_bytes()
+
+
+def test_an_example_that_was_copied_out_runs(call):
+    call("examples", "as_printed")
+    assert call("run", "drill/as_printed.toml", "-q").status == 0
+
+
+def test_another_file_is_not_overwritten(call):
+    Path("drill").mkdir()
+    Path("drill/looped.toml").write_text("mine")
+    ran = call("examples", "drill")
+    assert ran.status == 2 and "is there already, and differs; give another folder with --output" in ran.err
+    assert os.listdir("drill") == ["looped.toml"] and Path("drill/looped.toml").read_text() == "mine"
+
+
+def test_an_unknown_example_is_told_with_the_nearest(call):
+    ran = call("examples", "hand_of")
+    assert (ran.status, ran.err) == (
+        2,
+        "slewline: no example 'hand_of'; slewline examples lists them; did you mean handoff?\n",
+    )
+
+
+def test_a_package_without_examples_says_so(call, monkeypatch):
+    monkeypatch.setattr(module, "SOUGHT", ())
+    assert "no examples are installed" in call("examples").err
+
+
+def test_the_wheel_brings_them():
+    """What is built is told in one place; the wheel itself is made and tried where a network is."""
+    import tomllib
+
+    wheel = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["hatch"]["build"]["targets"]["wheel"]
+    assert wheel["force-include"] == {"examples": "slewline/examples"} and module.SOUGHT[0].name == "examples"
+
+
+# ---------------------------------------------------------------------------------------------------------- completion
+def completed(line, capsys, monkeypatch):
+    """What click's script for bash is told: the words, and those that a file may follow."""
+    words = line.split(" ")
+    monkeypatch.setenv("_SLEWLINE_COMPLETE", "bash_complete")
+    monkeypatch.setenv("COMP_WORDS", line)
+    monkeypatch.setenv("COMP_CWORD", str(len(words) - 1))
+    with pytest.raises(SystemExit):
+        sys.exit(invoke([]))
+    return [row.partition(",")[2] for row in capsys.readouterr().out.splitlines() if row]
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("slewline serve gs", ["gs-c200", "gs-c200s"]),
+        ("slewline describe MC11", ["mc1151a", "mc1151a-e"]),
+        ("slewline run x.cy525 --chip cy52", ["cy525"]),
+        ("slewline serve gs-c200s --strap ch", ["chs=0", "chs=1"]),
+        ("slewline serve gs-c200s --option eeprom_t", ["eeprom_time="]),
+        ("slewline run x.cy525 --drive ab", ["abort=0", "abort=1"]),
+        ("slewline run x.cy525 --pins pulse,dire", ["pulse,direction"]),
+        ("slewline run x --chip cy525 --pins sl", ["slew"]),
+        ("slewline describe mc1451a set_vel", ["SET_VEL"]),
+        ("slewline ramp gs-c200 la", ["law="]),
+        ("slewline examples hand", ["handoff.py"]),
+        ("slewline examples dri", ["drill", "drilling_machine.py", "drill/as_printed.toml"]),
+        ("slewline serve none:X --strap a", []),
+        ("slewline run x.txt --pins a", []),
+    ],
+)
+def test_names_are_completed(line, words, capsys, monkeypatch):
+    found = completed(line, capsys, monkeypatch)
+    assert found[: len(words)] == words and (words or not found)
+
+
+@pytest.mark.parametrize("line", ["run x", "lint a", "serve --bench b", "run x.cy525 --vcd o", "compare a"])
+def test_files_are_left_to_the_shell(line, capsys, monkeypatch):
+    assert completed(f"slewline {line}", capsys, monkeypatch) == [line.split()[-1]]
+
+
+@pytest.mark.posix
+@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")
+def test_bash_itself_completes():
+    script = """
+eval "$(_SLEWLINE_COMPLETE=bash_source slewline)"
+COMP_WORDS=(slewline serve gs-c200s --strap ch) COMP_CWORD=4
+_slewline_completion slewline ch --strap 2>/dev/null
+printf '%s\\n' "${COMPREPLY[@]}"
+"""
+    path = f"{SLEWLINE.parent}{os.pathsep}{os.environ['PATH']}"
+    ran = subprocess.run(
+        ["bash", "-c", script], env={**os.environ, "PATH": path}, capture_output=True, text=True, check=False
+    )
+    assert ran.stdout.split() == ["chs=0", "chs=1"]
+
+
+# -------------------------------------------------------------------------------------------------------------- colour
+def on_a_terminal(*arguments, **environment):
+    """What the command writes to a terminal."""
+    ours, theirs = os.openpty()
+    kept = {name: value for name, value in os.environ.items() if name != "NO_COLOR"}
+    process = subprocess.Popen([SLEWLINE, *arguments], stdout=theirs, env={**kept, "TERM": "xterm", **environment})
+    os.close(theirs)
+    found = b""
+    try:
+        while data := os.read(ours, 4096):
+            found += data
+    except OSError:  # Linux tells the end so
+        pass
+    os.close(ours)
+    assert process.wait(30) == 0
+    return found
+
+
+@pytest.mark.posix
+def test_no_color_is_heard(five):
+    arguments = ("run", five)
+    assert b"\033[" in on_a_terminal(*arguments)
+    assert b"\033[" in on_a_terminal(*arguments, NO_COLOR="")  # empty means nothing, as no-color.org has it
+    assert b"\033[" not in on_a_terminal(*arguments, NO_COLOR="1")
+
+
+# ------------------------------------------------------------------------------------------------------- nearest names
+def test_the_nearest_name_keeps_its_case():
+    assert hint("pulze", ["slew", "pulse"]) == "; did you mean pulse?"
+    assert hint("set_vle", ["SET_VEL", "GET_VEL"]) == "; did you mean SET_VEL?"
+    assert hint("quite else", ["slew", "pulse"]) == hint("x", []) == ""
+    assert hint(7, ["a7"]) == "; did you mean a7?"
+
+
+def bench():
+    made = slewline.Bench()
+    made.add("cy525", name="x")
+    made.record()
+    return made
+
+
+@pytest.mark.parametrize(
+    ("ask", "meant"),
+    [
+        (lambda bench: bench["x"].pin("pulze"), "pulse"),
+        (lambda bench: bench["X"], "x"),
+        (lambda bench: bench.add("cy52"), "cy525"),
+        (lambda bench: bench.add("cy525", rampunit=1), "ramp_unit"),
+        (lambda bench: bench.plot("x.svg", axes="xx"), "x"),
+        (lambda bench: bench.check_timing(["X"]), "x"),
+        (lambda bench: slewline.ramp("cy525", ramp_unot=3), "ramp_unit"),
+    ],
+)
+def test_a_name_that_is_nearly_right_is_met_by_the_right_one(ask, meant):
+    with pytest.raises(slewline.SlewlineError, match=rf"; did you mean {meant}\?$"):
+        ask(bench())
+
+
+@pytest.mark.parametrize(
+    ("words", "meant"),
+    [
+        (("rnu", "x.cy525"), "'run'"),
+        (("chips", "--jsn"), "'--json'"),
+        (("serve", "gs-c20s", "--tcp", "127.0.0.1:0"), "gs-c200s"),
+        (("serve", "gs-c200s", "--strap", "cs=1", "--tcp", "127.0.0.1:0"), "chs"),
+        (("serve", "gs-c200s", "--option", "eprom_time=1", "--tcp", "127.0.0.1:0"), "eeprom_time"),
+        (("describe", "gs-c200s", "ACTIVAT"), "ACTIVATE"),
+    ],
+)
+def test_the_command_line_names_the_nearest(call, words, meant):
+    ran = call(*words)
+    assert ran.status == 2 and f"id you mean {meant}?" in ran.err

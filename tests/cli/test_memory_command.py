@@ -1,0 +1,140 @@
+"""--memory and --save-memory of slewline run, and the EEPROM that slewline serve keeps with --state."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import subprocess
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from slewline.bench.images import read_image, write_image
+
+PROGRAM = b"N 5\r+\rG\r0\r"
+ENTER = ("Y 0", "E", "N 5", "+", "G", "0", "Q", "Y 0", "X")
+
+
+def test_a_program_is_entered_and_its_memory_is_saved(call, write) -> None:
+    ran = call("run", write("p.cy545b", *ENTER), "--save-memory", "p.bin")
+    assert ran.status == 0 and "position 5, 5 steps" in ran.out and "wrote p.bin" in ran.out
+    image = Path("p.bin").read_bytes()
+    assert image.startswith(PROGRAM) and image[len(PROGRAM) :] == b"\xff" * (65536 - len(PROGRAM))
+
+
+@pytest.mark.parametrize("name", ["p.bin", "p.hex"])
+def test_an_image_is_executed(call, write, name: str) -> None:
+    write_image(name, PROGRAM)
+    ran = call("run", write("x.cy545b", "Y 0", "X"), "--memory", name)
+    assert ran.status == 0 and "position 5, 5 steps" in ran.out
+
+
+def test_a_dump_of_32k_runs_in_its_mirror_too(call, write) -> None:
+    write_image("dump.hex", PROGRAM.ljust(32768, b"\xff"))
+    ran = call("run", write("x.cy545b", "Y 8000H", "X"), "--memory", "dump.hex", "--save-memory", "again.bin")
+    assert ran.status == 0 and "position 5, 5 steps" in ran.out
+    assert len(Path("again.bin").read_bytes()) == 32768
+
+
+def test_an_endless_or_empty_program_is_what_the_memory_holds(call, write) -> None:
+    ran = call("run", write("x.cy545b", "Y 0", "X"), "--until", "10 ms")
+    assert "erased-memory" in ran.out
+
+
+def test_a_replay_has_the_memory(call, write) -> None:
+    write_image("p.hex", PROGRAM)
+    assert call("run", write("x.cy545b", "Y 0", "X"), "--memory", "p.hex", "--journal", "j", "--quiet").status == 0
+    Path("p.hex").unlink()
+    ran = call("run", "--replay", "j", "--save-memory", "q.bin")
+    assert "position 5, 5 steps" in ran.out and read_image("q.bin").startswith(PROGRAM)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("run", "five.cy525", "--memory", "p.hex"), "memory p.hex: a cy525 has none outside itself; leave it out"),
+        (("run", "five.cy525", "--save-memory", "q.hex"), "--save-memory wants one memory on the bench, and there are"),
+        (("run", "p.cy545b", "--memory", "none.hex"), "none.hex: cannot be read: No such file"),
+        (("run", "p.cy545b", "--memory", "bad.hex"), "bad.hex, line 1: checksum 00, calculated BE"),
+        (("run", "p.cy545b", "--memory", "p.hex", "--save-memory", "p.hex"), "p.hex: this command uses that file"),
+        (("run", "b.toml", "--memory", "p.hex"), "a bench file says which chips there are; leave out"),
+        (("run", "--replay", "j", "--memory", "p.hex"), "--replay repeats a run as it was; leave out --memory"),
+        (("serve", "cy525", "--tcp", "127.0.0.1:0", "--memory", "p.hex"), "a cy525 has none outside itself"),
+        (("serve", "--bench", "b.toml", "--memory", "p.hex"), "a bench file says all of this itself; leave out"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_is_refused(call, five, write, arguments: tuple[str, ...], says: str) -> None:
+    write("p.cy545b", *ENTER)
+    write("bad.hex", ":010000004100")
+    write("b.toml", '[[chip]]\npart = "cy545b"\n[[serve]]\ntcp = "127.0.0.1:0"')
+    write_image("p.hex", PROGRAM)
+    before = Path("p.hex").read_bytes()
+    ran = call(*arguments)
+    assert ran.status == 2 and says in ran.err
+    assert Path("p.hex").read_bytes() == before and not Path("q.hex").exists()
+
+
+# --------------------------------------------------------------------------------------------------------------- serve
+class Served:
+    """A server process, and a host on its serial side that has sent the two returns."""
+
+    def __init__(self, *how: str) -> None:
+        command = "from slewline.cli.main import main; main()"
+        words = [sys.executable, "-c", command, "serve", "cy545b", "--tcp", "127.0.0.1:0", *how]
+        self.process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        host, _, port = self.process.stdout.readline().strip().rpartition("socket://")[2].rpartition(":")
+        self.socket = socket.create_connection((host, int(port)), 30)
+        self.send("\r\r")
+
+    def send(self, text: str) -> None:
+        self.socket.sendall(text.encode())
+
+    def ask(self, text: str, end: bytes) -> bytes:
+        """Send, and return what comes up to an end."""
+        self.send(text)
+        found = b""
+        while not found.endswith(end):
+            found += self.socket.recv(1000)
+        return found
+
+    def end(self, how: int = signal.SIGTERM) -> int:
+        """End the process; returns its status."""
+        self.process.send_signal(how)
+        status = self.process.wait(30)
+        self.socket.close()
+        self.process.stdout.close()
+        self.process.stderr.close()
+        return status
+
+
+@contextmanager
+def served(*how: str):
+    server = Served(*how)
+    try:
+        yield server
+    finally:
+        if server.process.poll() is None:
+            server.end(signal.SIGKILL)
+
+
+def test_a_server_keeps_its_eeprom(folder) -> None:
+    with served("--state", "state") as server:
+        assert server.ask("O 0A0H\r? O\r", b"\r") == b"O=00160\r"  # CTS from now on: the EEPROM is slower than the line
+        assert server.ask("E\rN 5\r+\rG\r0\rQ? Y\r", b"\r") == b"Y=00010\r"
+        assert server.end() == 0  # before the flush is due, on a machine that is not too slow
+    assert {path.name for path in Path("state").iterdir()} == {".lock", "memory.eeprom"}
+    with served("--state", "state", "--lockstep") as server:
+        assert server.ask("Y 0\r? M,4\r", b"\r0\r") == b"Y=00000\r" + PROGRAM
+
+
+def test_an_image_goes_into_the_eeprom_whatever_it_held(folder) -> None:
+    write_image("p.hex", PROGRAM)
+    write_image("q.bin", b"N 7\r")
+    for image in ("p.hex", "q.bin"):
+        with served("--state", "state", "--lockstep", "--memory", image) as server:
+            assert server.ask("? Y\r", b"\r") == b"Y=00000\r"
+            assert server.end() == 0
+    with served("--state", "state", "--lockstep") as server:
+        assert server.ask("Y 0\r? M,4\r", b"\r0\r") == b"Y=00000\rN 7\r" + PROGRAM[4:]

@@ -1,0 +1,158 @@
+"""Texts of CY545 programs: assembled byte for byte, disassembled to the same bytes, linted, described."""
+
+from __future__ import annotations
+
+import pytest
+
+from slewline.chips import checks_of, sheet_of
+from slewline.errors import ProgramError, UsageError
+from slewline.language.assemble import assemble, to_ascii, to_binary
+from slewline.language.describe import describe
+from slewline.language.disassemble import commands, disassemble, instructions
+from slewline.language.lint import lint
+from slewline.language.verbatim import Entry
+
+SHEET = sheet_of("cy545b")
+PLAIN = sheet_of("cy545")
+CC10 = "Y 10\nE\nN 1\n+\nG\nD 2000\nL 50,16\n0\nQ\nY 10\nX\n"
+ODD = 'E\n/T 3,0  ; a comment\nR #\n"Hi, you"\n? M,2\n[38H,1,65]\nZ 0421H 92H\n0\nQ\n'
+
+
+def odd(text, sheet=SHEET):
+    found = lint(text, sheet, checks_of(sheet.part))
+    return [(problem.line, problem.code) for problem in found if problem.severity != "note"]
+
+
+def test_a_program_is_assembled_as_it_is_written_and_at_its_address():
+    made = assemble(CC10, SHEET)
+    assert made.stored == b"N 1\r+\rG\rD 2000\rL 50,16\r0\r"
+    assert [line.address for line in made.lines] == [10, 14, 16, 18, 25, 33]
+    assert made.listing().splitlines()[4] == "00025  4C 20 35 30 2C 31 36 0D              L 50,16"
+    assert made.preset == ("Y 10", "Y 10", "X")
+
+
+def test_what_a_host_sends_sets_the_pointer_unless_the_program_begins_at_0():
+    made = assemble(CC10, SHEET)
+    assert to_ascii(made) == b"Y 10\rE\r" + made.stored + b"Q"
+    assert to_binary(made).hex(" ") == ("59 02 0a 00 45 00 4e 03 01 00 00 2b 00 47 00 44 02 d0 07 4c 02 32 10 00 00 51")
+    assert to_ascii(assemble("E\nG\n0\nQ\n", SHEET)) == b"E\rG\r0\rQ"
+
+
+def test_every_form_is_kept_character_for_character():
+    made = assemble(ODD, SHEET)
+    assert made.stored == b'/T 3,0\rR #\r"Hi, you"\r? M,2\r[38H,1,65]\rZ 0421H 92H\r0\r'
+    again = assemble(disassemble(made.stored, SHEET), SHEET)
+    assert again.stored == made.stored
+
+
+def test_what_switches_give_has_no_binary_form():
+    with pytest.raises(UsageError, match="# is text only"):
+        to_binary(assemble("E\nR #\n0\nQ\n", SHEET))
+
+
+def test_the_slash_becomes_part_of_the_number_in_binary():
+    assert to_binary(assemble("E\n/B 2\n0\nQ\n", SHEET)).hex(" ") == "45 00 42 01 12 00 00 51"
+
+
+def test_a_second_program_begins_where_the_pointer_is():
+    found = odd("Y 0\nE\nY 500\nQ\nY 500\nE\nG\n0\nQ\n+\nY 0\nX\n")
+    assert found == []
+
+
+def test_bytes_that_are_no_command_stand_alone():
+    found = instructions(b"\xff\xffG\r\x01R 5\rQ\rR", SHEET)
+    assert [(one.address, one.row.form if one.row else None) for one in found] == [
+        (0, None), (2, "G"), (4, None), (5, "R"), (9, None), (10, None), (11, None),
+    ]  # fmt: skip
+
+
+def test_a_binary_stream_is_told_as_commands():
+    said, notes = commands(bytes.fromhex("52 01 87 44 02 3B 1A 4E 03 11 22 33 5A 03 21 04 92 47 00"), SHEET)
+    assert said == ["R 135", "D 6715", "N 3351057", "Z 1057,146", "G"]
+    assert not notes
+    assert commands(bytes.fromhex("FF FF 47 00"), SHEET) == (["G"], [])
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "says"),
+    [
+        ("R ABH", "bad-number", "0ABH"),
+        ("R 300", "range", "0..255"),
+        ("L 3,#", "bad-number", "first argument only"),
+        ("/R 5", "slash", "B, T, W, H"),
+        ("? Z", "unknown-query", "M,n"),
+        ('"open', "no-end-of-string", "quotation mark"),
+        ("[1,2,3", "count", "2 values announced"),
+        ("[1", "bad-number", "address, count"),
+        ("K", "unknown-command", "K is in no list"),
+        ("Qx", "extra-argument", "ends by itself"),
+        ("N", "missing-argument", "steps"),
+        ("\u2019", "bad-character", "no byte"),
+    ],
+)
+def test_what_is_wrong_is_told_with_its_place_and_a_remedy(text, code, says):
+    with pytest.raises(ProgramError) as caught:
+        assemble(f"E\n{text}\n0\nQ\n", SHEET)
+    (problem,) = caught.value.problems
+    assert (problem.line, problem.code) == (2, code)
+    assert says in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (CC10, []),
+        ("+\nE\nN 1\nG\nQ\n", [(4, "no-end")]),
+        ("+\nE\nN 1\nG\nL 3,4\nL 2,4\n0\nQ\n", [(6, "nested-loop")]),
+        ("+\nE\nN 1\nG\nL 3,4\nZ 2,4\n0\nQ\n", []),
+        ("+\nE\nN 1\nL 3,1\n0\nQ\n", [(4, "branch-middle")]),
+        ("Y 256\nE\nJ 0\nQ\n", []),
+        ("Y 250\nE\nJ 0\nQ\n", [(3, "branch-outside")]),
+        ("Y 253\nE\nJ 1\n0\nQ\n", [(3, "page-crossed")]),
+        ("E\nE\n0\nQ\n", [(2, "enter-inside")]),
+        ("Q\n", [(1, "quit-outside")]),
+        ("L 2,0\n", [(1, "branch-in-command-mode")]),
+        ("O 1\nR 5\n", [(2, "binary-mode")]),
+        ("O 0C0H\n", [(1, "mode-bits")]),
+        ("O 81H\nR 5\n", []),
+        ("E\n0\nQ\nX\nY 5\n", [(5, "not-immediate")]),
+        ("E\n0\nQ\nX\n@wait 5 s\nY 5\n", []),
+        ("E\n0\nQ\nX\n0\nY 5\n", []),
+    ],
+)
+def test_what_is_odd_is_told(text, expected):
+    assert odd(text) == expected
+
+
+def test_the_plain_part_takes_no_stop_while_its_program_runs():
+    text = "E\nJ 0\nQ\nX\n0\n"
+    assert odd(text, PLAIN) == [(5, "not-heard")]
+    assert odd(text) == []
+
+
+def test_a_branch_is_judged_by_the_page_behind_it():
+    assert odd("Y 4096\nE\n+\nN 1\nG\nL 3,6\n0\nQ\n") == []
+    assert odd("Y 4096\nE\n+\nN 1\nG\nL 3,7\n0\nQ\n") == [(6, "branch-middle")]
+
+
+@pytest.mark.parametrize(
+    ("ascii", "data", "at"),
+    [
+        (True, b"Q", 0), (True, b"AQ\rQ", 3), (True, b'"Q\rQ', 3), (False, b"R\x01QQ", 3), (False, b"\xffG\x00Q", 3),
+        (False, b'"\x03\x00QQ\x00\x00Q', 7),
+    ],
+)  # fmt: skip
+def test_the_q_that_ends_an_entry_is_told_from_others(ascii, data, at):
+    entry = Entry(SHEET.leave[-1], ascii)
+    assert [entry.ends(byte) for byte in data] == [place == at for place in range(len(data))]
+
+
+def test_the_reference_has_every_command_and_how_numbers_are_written():
+    page = describe(SHEET)
+    for row in SHEET.commands:
+        assert f"| {row.name} |" in page
+    assert "`0ABH`" in page
+    assert "- binary: `5A 03 count.low count.high target`" in describe(SHEET, "Z")
+    assert "inverts bit 4" in describe(SHEET, "B")
+    assert "P (8 digits)" in describe(SHEET, "?")
+    assert "- binary: `51`" in describe(SHEET, "Q")

@@ -1,0 +1,353 @@
+"""Hosts of a chip with two sides: FlowHost on its bus, AdaptiveHost on its serial line."""
+
+from __future__ import annotations
+
+import inspect
+
+import pytest
+
+import slewline
+from slewline import Timeout, UsageError, WiringError
+from slewline.core.timebase import Time
+from slewline.parts.adaptive_host import AdaptiveHost
+from slewline.parts.computer import Computer
+from slewline.parts.flow_host import FlowHost
+
+SIDES = pytest.mark.parametrize("over", ["parallel", "serial"])
+FACE = ("send", "ask", "got", "received", "drop", "clear", "idle", "waiting")
+
+
+class Desk:
+    """A CY545B, and a host over one of its sides, to which answers come."""
+
+    def __init__(self, over: str, journal: object = None, part: str = "cy545b") -> None:
+        self.bench = slewline.Bench(journal=journal)
+        self.x = self.bench.add(part, name="x")
+        self.ram = self.bench.part("ram", name="ram", to=self.x)
+        self.host = self.bench.host(self.x, name="host", over=over)
+        if over == "parallel":
+            self.host.send("O 81H\r")
+        self.bench.run_until_idle()
+
+    @property
+    def codes(self) -> list[str]:
+        return [found.code for found in self.bench.findings]
+
+
+# ------------------------------------------------------------------------------------------------ the face
+@pytest.mark.parametrize("cls", [FlowHost, AdaptiveHost])
+def test_both_have_the_face_of_every_host(cls):
+    assert issubclass(cls, Computer)
+    assert [name for name in FACE if name != "received" and not hasattr(cls, name)] == []
+    assert [name for name in ("send", "ask", "got") if getattr(cls, name) is getattr(Computer, name)] == []
+    calls = [call for _, call in inspect.getmembers(cls, inspect.isfunction)]
+    told = [inspect.signature(call).parameters.get("timeout") for call in calls]
+    assert {each.annotation for each in told if each is not None} == {"Time"} and Time == str | int
+
+
+@SIDES
+@pytest.mark.parametrize(
+    ("query", "answer"), [("? P", "P=00000000"), ("? R", "R=00100"), ("? N", "N=00000200"), ("?F", "F=00014")]
+)
+def test_a_query_is_answered(over, query, answer):
+    desk = Desk(over)
+    assert desk.host.ask(query) == answer
+    assert desk.codes == []
+
+
+@SIDES
+def test_memory_is_listed_line_by_line(over):
+    desk = Desk(over)
+    desk.host.send("Y 10\rE\rN 1\r+\rG\rQY 10\r")
+    desk.bench.run_until_idle()
+    assert desk.host.ask("? M,2") == "Y=00010\rN 1\r+"
+    assert desk.host.ask("? M 1") == "Y=00010\rN 1"
+
+
+@SIDES
+def test_in_binary_an_answer_is_bytes(over):
+    desk = Desk(over)
+    desk.host.send("O 1\r" if over == "parallel" else "O 0\r")
+    assert desk.host.ask("? R") == b"R=\x00\x64"
+    assert desk.host.ask("? P") == b"P=\0\0\0"
+    desk.host.send(b"O\x01\x81" if over == "parallel" else b"O\x01\x80")
+    assert desk.host.ask("? R") == "R=00100"
+    assert desk.codes == []
+
+
+@SIDES
+@pytest.mark.parametrize("command", ["R 5", "G", "? Z", "", "? PP", "? M", 5])
+def test_what_is_not_answered_is_refused_before_it_is_sent(over, command):
+    desk = Desk(over)
+    with pytest.raises(UsageError, match=r"is not answered; ask \? P"):
+        desk.host.ask(command)
+    assert desk.host.idle and desk.host.ask("? R") == "R=00100"
+
+
+@SIDES
+def test_no_answer_is_a_timeout_and_the_host_goes_on(over):
+    desk = Desk(over)
+    desk.host.send("O 80H\r" if over == "parallel" else "O 81H\r")
+    desk.bench.run_until_idle()
+    with pytest.raises(Timeout, match="elsewhere" if over == "parallel" else "an answer to"):
+        desk.host.ask("? R", "50 ms")
+    if over == "parallel":
+        desk.host.send("O 81H\r")
+        assert desk.host.ask("? R") == "R=00100"
+
+
+@SIDES
+def test_what_is_no_text_is_refused(over):
+    desk = Desk(over)
+    for wrong in (7, None, "R \u0661\r"):
+        with pytest.raises(UsageError, match="host"):
+            desk.host.send(wrong)
+    assert desk.host.ask("? R") == "R=00100"
+
+
+@SIDES
+@pytest.mark.parametrize("wrong", [1, 0, "on"])
+def test_heed_takes_true_false_and_none(over, wrong):
+    with pytest.raises(UsageError, match="allowed True, False, None"):
+        Desk(over).host.heed(wrong)
+
+
+def test_prefix_takes_true_and_false():
+    with pytest.raises(UsageError, match="allowed True, False"):
+        Desk("parallel").host.prefix(None)
+
+
+# --------------------------------------------------------------------------------------- clear, drop, messages
+def test_clear_forgets_what_is_queued_and_the_host_still_hears():
+    desk = Desk("parallel")
+    desk.host.send("D 500\rR 1\rR 2\r")
+    desk.bench.run("20 ms")
+    desk.host.clear()
+    desk.bench.run_until_idle()
+    assert desk.host.idle and desk.x.registers["rate"] == 100
+    desk.host.send('"news"\r')
+    desk.bench.run_until(desk.host.got("news"), "1 s")
+    assert desk.host.ask("? R") == "R=00100" and desk.codes == []
+
+
+def test_clear_in_the_middle_of_a_message_gives_the_lines_back():
+    desk = Desk("parallel")
+    desk.host.send('"a long message"\r')
+    desk.bench.run_until(desk.host.got("a lo"), "1 s")
+    assert not desk.host.idle
+    desk.host.clear()
+    desk.bench.run_until(desk.host.got("message"), "1 s")
+    desk.bench.run_until_idle()
+    assert desk.host.ask("? R") == "R=00100"
+
+
+def test_drop_leaves_what_has_begun():
+    desk = Desk("parallel")
+    desk.host.send("R 55\r")
+    desk.host.send("R 66\r")
+    before = desk.host.sent
+    desk.bench.run_until(lambda: desk.host.sent == before + 2, "1 s")
+    desk.host.drop()
+    desk.bench.run_until_idle()
+    assert desk.x.registers["rate"] == 55
+
+
+def test_a_message_that_nobody_asked_for_is_read_while_the_host_does_nothing():
+    desk = Desk("parallel")
+    desk.host.send('Y 0\rE\r"tick"\rD 20\rJ 0\rQY 0\rX\r')
+    desk.bench.run("210 ms")
+    assert 9 <= desk.host.received.count(b"tick") <= 11
+    desk.host.send("0\r")
+    desk.bench.run_until_idle()
+    assert desk.codes == []
+
+
+def test_while_fpl_is_not_in_use_a_low_user_bit_6_is_no_message():
+    desk = Desk("parallel")
+    desk.host.send("O 80H\rB 22\rR 7\r")
+    desk.bench.run_until_idle()
+    assert desk.x.pin("usrb6").level == 0 and desk.x.registers["rate"] == 7 and desk.host.received == b""
+
+
+def test_what_another_host_has_set_is_told_by_heed():
+    desk = Desk("parallel")
+    desk.host.send("O 80H\r")
+    desk.bench.run_until_idle()
+    other = desk.bench.host(desk.x, over="serial")
+    other.send('O 81H\r"hello"\r')
+    desk.bench.run("50 ms")
+    assert desk.host.received == b"" and desk.x.pin("usrb6").level == 0
+    desk.host.heed(True)
+    desk.bench.run_until_idle()
+    assert desk.host.received == b"hello"
+
+
+def test_a_host_that_takes_cts_for_fpl_is_told_and_looks_at_it_no_longer():
+    desk = Desk("parallel")
+    other = desk.bench.host(desk.x, over="serial")
+    other.send("O 0A0H\rR 5\r")
+    desk.bench.run("100 ms")
+    assert desk.codes == ["no-message"] and desk.host.received == b""
+    assert desk.x.registers["rate"] == 100  # to the chip it was an empty handshake, so the bus has it
+    desk.host.send("R 6\r")
+    desk.bench.run("1 ms")
+    assert desk.x.registers["rate"] == 6
+    desk.bench.run_until_idle()
+    assert desk.x.registers["rate"] == 5
+    desk.host.send("R 6\rO 81H\r")
+    desk.bench.run_until_idle()
+    desk.host.heed(None)
+    assert desk.host.ask("? R") == "R=00006"
+
+
+def test_the_empty_handshake_goes_before_every_command_but_not_into_a_program():
+    desk = Desk("parallel")
+    desk.bench.record("x.busy")
+    desk.host.send("R 7\r+\r")
+    desk.bench.run_until_idle()
+    assert len(desk.bench.edges("x.busy")[0]) == 2 * (1 + 4 + 1 + 2)
+    desk.host.send("Y 0\rE\rR 7\r+\rQ")
+    desk.bench.run_until_idle()
+    assert desk.ram.content[:6] == b"R 7\r+\r"
+    desk.host.prefix(False)
+    before = len(desk.bench.edges("x.busy")[0])
+    desk.host.send("R 9\r")
+    desk.bench.run_until_idle()
+    assert len(desk.bench.edges("x.busy")[0]) == before + 2 * 4
+    assert desk.codes == []
+
+
+def test_a_host_without_the_prefix_is_told_while_a_program_runs():
+    desk = Desk("parallel")
+    desk.host.send("Y 0\rE\rD 50\rJ 0\rQY 0\rX\r")
+    desk.bench.run("100 ms")
+    desk.host.prefix(False)
+    desk.host.send("R 9\r")
+    desk.bench.run("100 ms")
+    assert "missing-ff" in desk.codes and desk.x.registers["rate"] == 9
+
+
+# ----------------------------------------------------------------------------------------------------- the serial host
+def test_the_first_command_begins_with_two_returns_and_the_next_ones_do_not():
+    desk = Desk("serial")
+    heard = []
+    desk.x.pin("rxd").net.watch(lambda net: heard.append(net.level))
+    desk.host.send("R 7\r")
+    desk.bench.run_until_idle()
+    first = len(heard)
+    desk.host.send("R 7\r")
+    desk.bench.run_until_idle()
+    assert len(heard) - first == first - 2 * 6  # a return has six edges
+    assert desk.codes == []
+
+
+@pytest.mark.parametrize("baud", [300, 19200])
+def test_a_host_speaks_at_the_rate_that_is_fixed(baud):
+    bench = slewline.Bench()
+    host = bench.host(bench.add("cy545b", fixed_baud=baud), over="serial")
+    assert host.baud == baud and host.ask("? R") == "R=00100"
+    assert bench.findings == []
+
+
+def test_after_i_the_host_waits_and_says_hello_again():
+    desk = Desk("serial")
+    assert desk.host.ask("? R") == "R=00100"
+    desk.host.send("R 7\rI\r")
+    assert desk.host.ask("? R") == "R=00100" and desk.codes == []
+
+
+def test_after_the_supply_was_off_both_hosts_begin_anew():
+    desk = Desk("parallel")
+    other = desk.bench.host(desk.x, over="serial")
+    assert desk.host.ask("? R") == "R=00100"
+    desk.host.send("O 80H\r")
+    assert other.ask("? R") == "R=00100"
+    desk.x.power(False)
+    desk.bench.run("10 ms")
+    desk.x.power(True)
+    desk.bench.run("20 ms")
+    assert other.ask("? R") == "R=00100"
+    desk.host.send("O 81H\r")
+    assert desk.host.ask("? R") == "R=00100" and desk.codes == []
+
+
+def test_heed_lets_a_host_that_waits_for_cts_go_on():
+    desk = Desk("serial")
+    desk.host.heed(True)
+    desk.host.send("R 9\r")  # user bit 6 is high, and no CTS
+    desk.bench.run("100 ms")
+    assert desk.x.registers["rate"] == 100 and not desk.host.idle
+    desk.host.heed(None)
+    desk.bench.run_until_idle()
+    assert desk.x.registers["rate"] == 9
+
+
+def test_characters_that_wait_for_cts_can_be_dropped():
+    desk = Desk("serial")
+    desk.host.send("O 0A0H\rD 500\rR 1\rR 2\r")
+    desk.bench.run("100 ms")
+    desk.host.drop()
+    desk.bench.run_until_idle()
+    assert desk.x.registers["rate"] == 100
+    desk.host.clear()
+    desk.host.send("\rR 3\r")
+    desk.bench.run_until_idle()
+    assert desk.x.registers["rate"] == 3
+
+
+# ------------------------------------------------------------------------------------------------ furnishing
+def test_one_host_a_side_and_one_side_a_host():
+    bench = slewline.Bench()
+    x, y = bench.add("cy545b"), bench.add("cy545")
+    assert type(bench.host(x)) is FlowHost and type(bench.host(x, over="serial")) is AdaptiveHost
+    for over in ("parallel", "serial"):
+        with pytest.raises(WiringError, match="on this side of cy545b already"):
+            bench.host(x, over=over)
+        with pytest.raises(UsageError, match="has a host of its own"):
+            bench.host(x, y, over=over)
+
+
+@pytest.mark.parametrize(
+    ("how", "text"),
+    [
+        ({"baud": 9600}, "has no serial line here; over='serial' is one"),
+        ({"over": "bus"}, "these channels: parallel, serial"),
+        ({"over": "serial", "delay": "1 us"}, "let the host's program pause"),
+        ({"over": "serial", "baud": 0}, "baud"),
+    ],
+)
+def test_what_does_not_fit_a_side_is_refused(how, text):
+    bench = slewline.Bench()
+    with pytest.raises(UsageError, match=text):
+        bench.host(bench.add("cy545b"), **how)
+
+
+def test_a_line_of_rs232_does_not_fit_ttl_levels():
+    bench = slewline.Bench()
+    with pytest.raises(UsageError, match="TTL levels"):
+        bench.host(bench.add("cy545b"), over="serial", line=bench.part("rs232_line"))
+
+
+# ------------------------------------------------------------------------------------------------ journal
+def test_a_journal_plays_both_hosts_again(tmp_path):
+    path = tmp_path / "run.jsonl"
+    desk = Desk("parallel", journal=path)
+    other = desk.bench.host(desk.x, name="other", over="serial", baud=4800)
+    other.heed(False)
+    desk.host.prefix(False)
+    desk.host.prefix(True)
+    other.send("R 9\r")
+    desk.bench.run("50 ms")
+    assert desk.host.ask("? R") == "R=00009"
+    desk.host.heed(True)
+    desk.host.send("D 100\r")
+    desk.host.send("S 1\r")
+    desk.bench.run("20 ms")
+    desk.host.drop()
+    other.send("? P\r")
+    desk.bench.run("500 ms")
+    again = slewline.replay(path)
+    assert again.now_ps == desk.bench.now_ps
+    assert again.parts["host"].received == desk.host.received
+    assert again.parts["other"].received == other.received
+    assert again.chips["x"].registers == desk.x.registers

@@ -1,0 +1,146 @@
+"""Names of ports that are modules for one test: what programs do with them beside opening and reading."""
+
+from __future__ import annotations
+
+import asyncio
+import io
+
+import pytest
+import serial
+import serialx
+from serial.tools import list_ports
+from serialx import Serial as SerialOfSerialx
+
+from slewline.errors import UsageError
+from slewline.testing import aio
+
+SETTINGS = {"baudrate": 9600, "bytesize": 7, "parity": "O", "stopbits": 2, "timeout": 1}
+NAME = "/dev/ttyUSB0"
+NOBODY = (OSError, AttributeError)  # the latter where tests.elsewhere has taken POSIX away
+
+
+@pytest.fixture
+def ports(slewline_ports):
+    return slewline_ports({NAME: "gs-c200s"}, straps={"chs": 0})
+
+
+def ask(port, command=b"V1"):
+    port.write(command + b"\r")
+    return port.read_until(b"\r")
+
+
+def test_every_way_to_open_it(ports):
+    with serial.Serial(NAME, **SETTINGS) as port:
+        assert ask(port) == b"V+0\r" and isinstance(port, serial.Serial)
+    with serial.serial_for_url(NAME, **SETTINGS) as port:
+        assert ask(port) == b"V+0\r"
+    port = serial.serial_for_url(NAME, do_not_open=True, **SETTINGS)
+    port.open()
+    assert ask(port) == b"V+0\r"
+    port.close()
+    assert not port.is_open
+    port = serial.Serial(**SETTINGS)
+    port.port = NAME
+    port.open()
+    assert ask(port) == b"V+0\r"
+    with pytest.raises(serial.SerialException, match="one host at a time"):
+        serial.Serial(NAME, **SETTINGS)
+    port.port = NAME  # closes and opens it
+    assert ask(port) == b"V+0\r"
+    port.close()
+
+
+def test_settings_lines_breaks_and_buffers_are_those_of_the_module(ports):
+    with serial.Serial(NAME, **SETTINGS) as port:
+        port.parity = "E"
+        assert ask(port, b"F") == b"E1\r"
+        port.parity = "O"
+        port.rts = False
+        assert (port.cts, port.dsr, port.ri) == (False, True, False)
+        port.write(b"V1\r")
+        while port.in_waiting < 4:
+            pass
+        port.reset_input_buffer()
+        assert port.read(1) == b""
+        port.send_break(0.05)
+        assert ask(port, b"") == b"E1\r"
+        assert port.bench is ports[NAME].bench
+        with pytest.raises(io.UnsupportedOperation, match=r'on="pty"'):
+            port.fileno()
+
+
+def test_it_is_in_the_list_of_ports(ports):
+    assert NAME in [found.device for found in list_ports.comports()]
+
+
+@pytest.mark.posix
+def test_a_port_that_is_open_already_stays_what_it_is(slewline_module, tmp_path):
+    """Its file descriptor is one of the system, whatever its name means meanwhile."""
+    from slewline.testing.ports import named_ports
+
+    served = slewline_module("gs-c200s", on="pty", straps={"chs": 0})
+    other = slewline_module("gs-c200s", straps={"chs": 0})
+    with serial.Serial(served.url, 9600, timeout=10) as real, named_ports({served.url: other}):
+        assert ask(real) == b"V+0\r" and real.fileno() > 0
+        assert other.now == 10**9  # nobody has spoken to it
+
+
+def test_time_sleeps_for_all_of_them(slewline_ports):
+    ports = slewline_ports({"COM3": "gs-c200s", "COM4": "gs-c200"})
+    before = [module.now for module in ports.values()]
+    ports.sleep(0.5)
+    ports.advance("1 ms")
+    assert [module.now - then for module, then in zip(ports.values(), before, strict=True)] == [501 * 10**9] * 2
+
+
+@pytest.mark.parametrize(("part", "face"), [("cy525", "host"), ("gs-c200s", "tcp"), ("mc1451a", "host")])
+def test_a_module_without_a_line_in_this_process_is_refused(slewline_ports, slewline_module, part, face):
+    with pytest.raises(UsageError, match=rf"^COM3: {part} on {face}; allowed a part with a serial line, on url$"):
+        slewline_ports({"COM3": slewline_module(part, on=face)})
+
+
+def test_serialx_finds_it_by_every_way(ports):
+    settings = {"baudrate": 9600, "byte_size": 7, "parity": "O", "stopbits": 2}
+    for make in (SerialOfSerialx, serialx.Serial, serialx.serial_for_url):
+        with make(NAME, read_timeout=1, **settings) as port:
+            assert ask(port) == b"V+0\r" and isinstance(port, serialx.Serial)
+    with pytest.raises(NOBODY):
+        SerialOfSerialx("/dev/ttyUSB77").open()
+
+    async def main():
+        reader, writer = await serialx.open_serial_connection(NAME, **settings)
+        writer.write(b"V1\r")
+        assert await reader.readuntil(b"\r") == b"V+0\r"
+        writer.close()
+        await writer.wait_closed()
+        async with serialx.async_serial_for_url(NAME, **settings) as port:
+            await port.write(b"F\r")
+            assert await port.readuntil(b"\r") == b"R\r"
+        with pytest.raises(NOBODY):
+            await serialx.open_serial_connection("/dev/ttyUSB77", **settings)
+
+    aio.run(main())
+    asyncio.run(main())
+    assert ports[NAME].rig.line.host is None
+
+
+def test_nothing_of_serialx_is_touched_afterwards():
+    assert "_found" not in vars(serialx.Serial)
+    with pytest.raises(NOBODY):
+        SerialOfSerialx(NAME).open()
+    with pytest.raises(NOBODY):
+        serialx.serial_for_url(NAME).open()
+
+
+@pytest.mark.parametrize("make", [serial.Serial, SerialOfSerialx])
+def test_what_a_program_leaves_open_is_closed_at_the_end(slewline_module, make):
+    from slewline.testing.ports import named_ports
+
+    module = slewline_module("gs-c200s", straps={"chs": 0})
+    with named_ports({NAME: module}):
+        left = make(NAME)
+        if not left.is_open:
+            left.open()
+        assert module.rig.line.host is not None
+    assert module.rig.line.host is None and not left.is_open
+    left.close()
