@@ -66,6 +66,16 @@ def test_bytes_that_are_no_command_stand_alone():
     ]  # fmt: skip
 
 
+def test_branches_go_to_bytes_so_no_label_is_named():
+    stored = assemble('E\n? R\n"a"\nL 3,0\n0\nQ\n', SHEET).stored
+    assert disassemble(stored, SHEET, labels=True) == disassemble(stored, SHEET)
+
+
+def test_a_command_may_stand_directly_behind_q():
+    made = assemble("Y 10\nE\n0\nQY 10\nX\n", SHEET)
+    assert (made.stored, made.preset) == (b"0\r", ("Y 10", "Y 10", "X"))
+
+
 def test_a_binary_stream_is_told_as_commands():
     said, notes = commands(bytes.fromhex("52 01 87 44 02 3B 1A 4E 03 11 22 33 5A 03 21 04 92 47 00"), SHEET)
     assert said == ["R 135", "D 6715", "N 3351057", "Z 1057,146", "G"]
@@ -85,7 +95,7 @@ def test_a_binary_stream_is_told_as_commands():
         ("[1,2,3", "count", "2 values announced"),
         ("[1", "bad-number", "address, count"),
         ("K", "unknown-command", "K is in no list"),
-        ("Qx", "extra-argument", "ends by itself"),
+        ("Q X", "extra-argument", "ends by itself"),
         ("N", "missing-argument", "steps"),
         ("\u2019", "bad-character", "no byte"),
     ],
@@ -111,6 +121,10 @@ def test_what_is_wrong_is_told_with_its_place_and_a_remedy(text, code, says):
         ("Y 253\nE\nJ 1\n0\nQ\n", [(3, "page-crossed")]),
         ("E\nE\n0\nQ\n", [(2, "enter-inside")]),
         ("Q\n", [(1, "quit-outside")]),
+        ("E\n0\nQY 0\nX\n", []),
+        ("E\n0\nQ/G\n", [(3, "slash")]),
+        ("", []),
+        ("@note nothing is sent\n", []),
         ("L 2,0\n", [(1, "branch-in-command-mode")]),
         ("O 1\nR 5\n", [(2, "binary-mode")]),
         ("O 0C0H\n", [(1, "mode-bits")]),

@@ -52,7 +52,7 @@ def disassemble(
     """
     program = instructions(stored, sheet)
     marks = dict(known or {})
-    names = _names(program, sheet, marks) if labels else {}
+    names = _names(program, sheet, marks) if labels and sheet.labels else {}
     marks |= {letter: address for address, letter in names.items()}
     shown = [_line(instruction, sheet, marks, names) for instruction in program]
     if frame:

@@ -16,7 +16,7 @@ PASSES_TIME = ("wait", "until", "bytes", "to", "power", "reset")  # behind these
 def modes(source: Source) -> None:
     """Bits of the mode that nobody knows, and text behind an O that makes all that follows binary."""
     said = source.statements
-    for statement, behind in zip(said, [*said[1:], None], strict=True):
+    for statement, behind in zip(said, [*said, None][1:], strict=True):
         if statement.row.name != "MODE" or statement.operands[0].label:
             continue
         mode, about = statement.values[0], section(statement.row)

@@ -11,7 +11,7 @@ from .grammar import BETWEEN, LINE_LIMIT, hint, number
 
 
 class VerbatimReader(LetterReader):
-    """Takes one line apart, which is one command: it is kept as it stands."""
+    """Takes one line apart, which is one command, kept as it stands; behind one that ends by itself is another."""
 
     def __init__(self, source: Source, number: int, column: int, text: str) -> None:
         super().__init__(source, number, column, text)
@@ -27,18 +27,23 @@ class VerbatimReader(LetterReader):
             remedy = slip_remedy(self.sheet, text[odd])
             self.error(odd, odd + 1, "bad-character", f"{text[odd]!r}, which is no byte", "", "", remedy)
             return ()
-        at = 1 if text.startswith(spoken.negate) else 0
-        row = self.sheet.commands.by_form.get(text[at : at + 1])
-        if row is None:
-            self.unknown(min(at, len(text) - 1))
-            return ()
-        if at and row.form not in spoken.negated:
-            allowed = ", ".join(spoken.negated)
-            self.error(0, at, "slash", f"{spoken.negate} in front of {row.name}", f"in front of {allowed}", row.where)
-            return ()
-        operands = self.rest(row, at + 1)
-        if operands is not None:
-            self.add(0, len(text), row, operands, ())
+        begin = 0
+        while begin < len(text):
+            at = begin + text.startswith(spoken.negate, begin)
+            row = self.sheet.commands.by_form.get(text[at : at + 1])
+            if row is None:
+                self.unknown(min(at, len(text) - 1))
+                return ()
+            if at > begin and row.form not in spoken.negated:
+                found, allowed = f"{spoken.negate} in front of {row.name}", f"in front of {', '.join(spoken.negated)}"
+                self.error(begin, at, "slash", found, allowed, row.where)
+                return ()
+            operands = self.rest(row, at + 1)
+            if operands is None:
+                return ()
+            end = len(text) if row.terminated else at + 1
+            self.add(begin, end, row, operands, ())
+            begin = end
         return ()
 
     def rest(self, row: Row, at: int) -> tuple[Operand, ...] | None:
@@ -49,10 +54,12 @@ class VerbatimReader(LetterReader):
             return self.asked(row, at)
         if row.form == self.spoken.display:
             return self.shown(row, at)
-        if not row.terminated and self.text[at:]:
+        if row.terminated:
+            return self.operands(row, at)
+        if self.text[at : at + 1].isspace():
             self.behind(row, at)
             return None
-        return self.operands(row, at)
+        return ()
 
     def string(self, row: Row, at: int) -> tuple[Operand, ...] | None:
         """Characters up to the next quotation mark, which ends the line."""
