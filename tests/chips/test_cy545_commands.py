@@ -88,6 +88,13 @@ def test_of_a_number_that_is_too_large_the_low_bits_count(rig: Rig545, command: 
     assert rig.codes == ["range"]
 
 
+@pytest.mark.fact("CY545-UND-RANGE")
+def test_of_too_many_lines_that_are_asked_for_the_low_bits_count(rig: Rig545) -> None:
+    rig.enter("G", "+", "-")
+    assert rig.say("Y 0", "? M,258") == rig.say("? M,2")
+    assert rig.codes == ["range"]
+
+
 @pytest.mark.fact("CY545-LANG-WIDTH-1", "CY545-CON-MAX-STEPS", "CY545-CMD-N-1")
 def test_positions_and_numbers_have_24_bits(rig: Rig545) -> None:
     assert rig.say("A 16777215", "? P", "N 16777215", "? N") == "P=16777215\rN=16777215\r"

@@ -312,6 +312,8 @@ def test_the_command_for_the_display_makes_a_write_cycle_a_value() -> None:
         ("[38H,3,65,66", "AB", "count"),
         ("[38H,1,65,66", "A", "count"),
         ("[38H", "", "bad-number"),
+        ("[38H,1,321", "A", "range"),
+        ("[138H,1,65", "A", "range"),
     ],
 )
 def test_data_for_the_display_may_end_in_a_bracket_and_the_fewer_count(written: str, shown: str, code: str) -> None:

@@ -215,7 +215,7 @@ class Decoder:
         if None in counts:
             self._note("bad-number", f"{row.name} {words[1]}: not a number; ignored", hint(words[1]))
             return None
-        values = tuple(count & 0xFF for count in counts if count is not None)
+        values = tuple(self._low_byte(row, count) for count in counts if count is not None)
         return Spoken(row, values, 0, b"", row.form + body, words[0].encode("latin-1"))
 
     def _to_display(self, row: Row, body: str, words: Sequence[str]) -> Spoken | None:
@@ -225,7 +225,7 @@ class Decoder:
         if len(numbers) < 2 or None in numbers:
             self._note("bad-number", f"{row.form}{body}: address, count and data are numbers; ignored")
             return None
-        address, count, *data = (found & 0xFF for found in numbers if found is not None)
+        address, count, *data = (self._low_byte(row, found) for found in numbers if found is not None)
         digits = sum(map(len, words))
         return Spoken(row, (address, count), digits, b"", row.form + body, self._data_of(row, count, bytes(data)))
 
@@ -279,6 +279,12 @@ class Decoder:
         """Cut a number to the bytes of its argument, whatever its range."""
         self._check(row, arg, found)
         return arg.fit(found)
+
+    def _low_byte(self, row: Row, found: int) -> int:
+        """Cut a number to a byte, where it is no argument of the table."""
+        if found > 0xFF:
+            self._note("range", f"{row.name} {found}: allowed 0..255")
+        return found & 0xFF
 
     def _check(self, row: Row, arg: Arg, found: int) -> None:
         if not arg.low <= found <= arg.high:
