@@ -41,6 +41,7 @@ EXPECTED: Mapping[Kind, str] = MappingProxyType(
 )
 
 
+SHOWN = 80  # characters of a value in a message; of a longer one the begin is told, and which number is wrong
 LIKE: Mapping[Kind, str] = MappingProxyType({"number": "9600 or '37.5'", "time": "'20 ms'", "frequency": "'11 MHz'"})
 
 
@@ -181,13 +182,17 @@ class Option:
                     return choice
         why = self._wrong(value)
         if why is not None:
-            raise UsageError(f"{owner}: {self.name} {value!r}; {why or f'allowed {self.allowed}'}")
+            raise UsageError(f"{owner}: {self.name} {_cut(value)}; {why or f'allowed {self.allowed}'}")
         if self.kind == "ints":
             return tuple(map(int, sorted(value) if isinstance(value, (set, frozenset)) else value))
         return int(value) if _whole(value) else value
 
     def _wrong(self, value: Any) -> str | None:
         """Return why a value is not allowed, "" where `allowed` says it all; None: it is."""
+        if self.kind == "ints" and isinstance(value, (list, tuple)) and len(repr(value)) > SHOWN:
+            odd = next((k for k, each in enumerate(value) if not _whole(each) or not self._within(each)), None)
+            if odd is not None:
+                return f"{value[odd]!r} at {odd}; allowed {self.allowed}"
         if self.kind not in FITS or (self.choices and self.kind != "object") or not FITS[self.kind](value):
             return ""
         if self.low is not None or self.high is not None or self.kind in SIZES:
@@ -231,6 +236,12 @@ class Option:
             "none": self.none,
             "where": self.where,
         }
+
+
+def _cut(value: Any) -> str:
+    """Return a value for a message, of a long one its begin."""
+    text = repr(value)
+    return text if len(text) <= SHOWN else f"{text[:SHOWN]} ..."
 
 
 def _same(value: Any) -> Any:
