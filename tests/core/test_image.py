@@ -103,3 +103,13 @@ def test_a_file_that_is_called_hex_is_read_as_such(tmp_path) -> None:
         read_image(tmp_path / "y.hex")
     with pytest.raises(UsageError, match="there is no directory"):
         write_image(tmp_path / "none" / "x.hex", b"")
+
+
+@pytest.mark.parametrize(
+    ("image", "says"), [(bytes(LARGEST + 1), "an image of 65537 bytes; allowed 65536"), ("abc", "expected bytes")]
+)
+def test_what_is_no_image_is_not_written(image, says: str, tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UsageError, match=says):
+        write_image("x.hex", image)
+    assert not list(tmp_path.iterdir())

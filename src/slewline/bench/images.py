@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from os import PathLike
 
-from ..core.image import from_file, from_hex, to_hex
+from ..core.image import LARGEST, from_file, from_hex, to_hex
+from ..errors import UsageError
 from .text import read_file
 
 HEX = (".hex", ".ihx", ".ihex")  # endings of Intel HEX; any other name gets the bytes themselves
@@ -31,9 +32,13 @@ def write_image(path: str | PathLike[str], image: bytes) -> None:
     """Write an image to a file, which appears whole or not at all; its name says in which form.
 
     Raises:
-        UsageError: the file cannot be written.
+        UsageError: the file cannot be written, or the image is no bytes, or more than 64K of them.
     """
     from ..record.whole_file import WholeFile
 
+    if not isinstance(image, (bytes, bytearray)):
+        raise UsageError(f"{path}: an image {image!r}; expected bytes, such as those of read_image")
+    if len(image) > LARGEST:
+        raise UsageError(f"{path}: an image of {len(image)} bytes; allowed {LARGEST}, sixteen address lines")
     with WholeFile(str(path)) as file:
         file.write(as_image_file(path, image))
