@@ -31,6 +31,15 @@ def test_an_image_is_executed(call, write, name: str) -> None:
     assert ran.status == 0 and "position 5, 5 steps" in ran.out
 
 
+@pytest.mark.parametrize("name", ["p.bin", "p.hex"])
+def test_an_image_is_disassembled(call, name: str) -> None:
+    write_image(name, PROGRAM)
+    ran = call("dis", name, "--chip", "cy545b")
+    assert ran.status == 0 and [line.split(" ;")[0].rstrip() for line in ran.out.splitlines()[1:-1]] == [
+        "N 5", "+", "G", "0",
+    ]  # fmt: skip
+
+
 def test_a_dump_of_32k_runs_in_its_mirror_too(call, write) -> None:
     write_image("dump.hex", PROGRAM.ljust(32768, b"\xff"))
     ran = call("run", write("x.cy545b", "Y 8000H", "X"), "--memory", "dump.hex", "--save-memory", "again.bin")
@@ -58,6 +67,9 @@ def test_a_replay_has_the_memory(call, write) -> None:
         (("run", "five.cy525", "--save-memory", "q.hex"), "--save-memory wants one memory on the bench, and there are"),
         (("run", "p.cy545b", "--memory", "none.hex"), "none.hex: cannot be read: No such file"),
         (("run", "p.cy545b", "--memory", "bad.hex"), "bad.hex, line 1: checksum 00, calculated BE"),
+        (("run", "p.cy545b", "--memory", "bytes.hex"), "bytes without addresses go into a file .bin"),
+        (("dis", "bad.hex", "--chip", "cy545b"), "bad.hex, line 1: checksum 00, calculated BE"),
+        (("dis", "end.hex", "--chip", "cy545b"), "end.hex: empty, no bytes in it"),
         (("run", "p.cy545b", "--memory", "p.hex", "--save-memory", "p.hex"), "p.hex: this command uses that file"),
         (("run", "b.toml", "--memory", "p.hex"), "a bench file says which chips there are; leave out"),
         (("run", "--replay", "j", "--memory", "p.hex"), "--replay repeats a run as it was; leave out --memory"),
@@ -68,6 +80,8 @@ def test_a_replay_has_the_memory(call, write) -> None:
 def test_what_cannot_be_is_refused(call, five, write, arguments: tuple[str, ...], says: str) -> None:
     write("p.cy545b", *ENTER)
     write("bad.hex", ":010000004100")
+    write("bytes.hex", "47 0D")
+    write("end.hex", ":00000001FF")
     write("b.toml", '[[chip]]\npart = "cy545b"\n[[serve]]\ntcp = "127.0.0.1:0"')
     write_image("p.hex", PROGRAM)
     before = Path("p.hex").read_bytes()

@@ -146,7 +146,12 @@ def asm_command(**options: Any) -> int:
 @cli.command("dis", short_help="Disassemble a program buffer.", epilog=EXIT)
 @click.argument("file", type=FILE)
 @CHIP
-@click.option("--format", "form", type=click.Choice(["hex", "bin"]), help="What FILE holds; else its look decides.")
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["hex", "bin"]),
+    help="What FILE holds; else its look decides. hex: pairs of digits, or Intel HEX.",
+)
 @click.option("--stream", is_flag=True, help="FILE is what a host sends in binary mode, not a program buffer.")
 @click.option("--labels", is_flag=True, help="Name branch targets.")
 @click.option("--output", "-o", metavar="F", type=FILE, help="Write to a file.")

@@ -15,6 +15,7 @@ import click
 
 from ..bench.text import read_file, read_text
 from ..chips import CATALOGUE, PARTS, checks_of, sheet_of
+from ..core.image import from_file, is_hex
 from ..errors import BenchFileError, UsageError
 from .files import STDIN, Outputs, chip_of, is_bench, read_options, read_program, sheet_for
 
@@ -141,12 +142,14 @@ def line_object(line: Instruction) -> dict[str, Any]:
 
 
 def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
-    """Return the bytes of a hex or binary file; without `form`, a file that looks like hex is hex.
+    """Return the bytes of a hex or binary file, or of an image; without `form`, a file that looks like hex is hex.
 
     Raises:
         BenchFileError: the file cannot be read, is empty, is no hex though it looks like it, or is a program text.
     """
     raw = sys.stdin.buffer.read() if file == STDIN else read_file(file)
+    if form != "bin" and is_hex(raw):
+        raw, form = from_file(raw, file), "bin"
     if not raw:
         raise BenchFileError(f"{file}: empty, no bytes in it")
     code = re.sub(rb";[^\n]*", b"", raw).split()

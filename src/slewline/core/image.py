@@ -79,7 +79,8 @@ def _record(line: str, at: str) -> tuple[int, int, bytes]:
     except ValueError:
         record = b""
     if len(record) < 5:
-        raise BenchFileError(f"{at}: {line[:40]!r} is no record; one is a colon and pairs of hexadecimal digits")
+        remedy = "a colon and pairs of hexadecimal digits; bytes without addresses go into a file .bin"
+        raise BenchFileError(f"{at}: {line[:40]!r} is no record; one is {remedy}")
     if len(record) != record[0] + 5:
         raise BenchFileError(
             f"{at}: {len(record) - 5} bytes of data, and the count says {record[0]}; the line is cut off"
