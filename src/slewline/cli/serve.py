@@ -108,7 +108,8 @@ class Serve:
                 f"--{', --'.join(PORTS)}"
             )
         if self.chip is not None and not ports and self.registers is None:
-            raise click.UsageError(f"where? Give one of --{', --'.join(PORTS)}")
+            bus = f", or --{REGISTERS} for its bus" if bus_of(self.chip) else ""
+            raise click.UsageError(f"where? Give one of --{', --'.join(PORTS)}{bus}")
         if len(ports) > 1:
             given = " and ".join(f"--{kind}" for kind, _ in ports)
             raise click.UsageError(f"a chip has one port, and {given} are {len(ports)}; leave out all but one")
