@@ -60,6 +60,11 @@ def test_a_replay_has_the_memory(call, write) -> None:
     assert "position 5, 5 steps" in ran.out and read_image("q.bin").startswith(PROGRAM)
 
 
+def test_a_memory_that_is_not_there_is_missed_before_the_run(call, five) -> None:
+    ran = call("run", five, "--save-memory", "q.hex")
+    assert ran.status == 2 and not ran.out and "and there are none; leave it out" in ran.err
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [

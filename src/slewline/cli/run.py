@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from ..bench.stage import Script
     from ..core.chip import Chip, Finding
     from ..core.table import Sheet
+    from ..parts.memory import Ram
     from ..parts.part import Part
     from ..record.vcd_sources import Buses
 
@@ -177,9 +178,11 @@ class Run:
         return bench
 
     def prepare(self, bench: Bench) -> None:
-        """Drive pins, record what will be written, and listen for the transcript."""
+        """Drive pins, record what will be written, and listen for the transcript; refuse what would run in vain."""
         if not bench.chips:
             raise Refused(f"{self.file or self.replay}: no chip on the bench, so there is nothing to run")
+        if self.save_memory is not None:
+            memory_of(bench, self.save_memory)
         for pin, level, at in self.drive:
             bench.pin(self.full_name(bench, pin)).drive(level, f"{at} ps" if at else None)
         if self.vcd and self.pins:
@@ -243,6 +246,7 @@ class Run:
     # ------------------------------------------------------------------------------------------------------- afterwards
     def write(self, bench: Bench, ended: str, outputs: Outputs) -> None:
         """Write what was asked for."""
+        from ..bench.images import write_image
         from .report import as_json
 
         if bench.journal is not None:
@@ -250,7 +254,7 @@ class Run:
         if self.json:
             outputs.write(self.json, as_json(bench, ended, self.is_bench or len(bench.chips) != 1))
         outputs.save(self.steps, bench.save_steps)
-        outputs.save(self.save_memory, lambda path: write_memory(bench, path))
+        outputs.save(self.save_memory, lambda path: write_image(path, memory_of(bench, path).content))
         outputs.save(self.vcd, lambda path: self.write_vcd(bench, path))
         outputs.written += self.layouts
         outputs.save(self.plot, lambda path: bench.plot(path, pins=self.plotted(bench), dark=self.dark))
@@ -288,16 +292,15 @@ class Run:
         return [found for found in bench.findings if self.strict or found.code == "expect"]
 
 
-def write_memory(bench: Bench, path: str) -> None:
-    """Write the content of the only memory on a bench, as the name of the file says."""
-    from ..bench.images import write_image
+def memory_of(bench: Bench, path: str) -> Ram:
+    """Return the only memory on a bench, which is to be written to a file."""
     from ..parts.memory import Ram
 
     found = [part for part in bench.parts.values() if isinstance(part, Ram)]
     if len(found) != 1:
         what = f"{len(found)} of them" if found else "none"
-        raise Refused(f"{path}: --save-memory wants one memory on the bench, and there are {what}")
-    write_image(path, found[0].content)
+        raise Refused(f"{path}: --save-memory wants one memory on the bench, and there are {what}; leave it out")
+    return found[0]
 
 
 def read(text: str, file: str, sheet: Sheet) -> tuple[Script, dict[str, int]]:
