@@ -471,3 +471,12 @@ def test_the_two_parts_differ_in_three_things() -> None:
         assert getattr(CY545, name) == getattr(CY545B, name)
     assert set(sheet.DIFFERENCES) == {"FPL", "BUSY", "immediate commands"}
     assert CY545.channels[0] != CY545B.channels[0]
+
+
+def test_what_is_missing_of_a_command_is_told(rig: Rig545) -> None:
+    rig.send('"open\r')
+    assert rig.x.waiting.endswith("'\"open\\r' has come without its quotation mark")
+    rig.send('"')
+    assert rig.x.waiting.endswith("'\"open\\r' has come without its carriage return")
+    rig.send("\rR 1")
+    assert rig.x.waiting.endswith("'R 1' has come without its carriage return")

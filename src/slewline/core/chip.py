@@ -274,13 +274,18 @@ class Chip(OneAxis):
     def waiting(self) -> str:
         """What the chip waits for, and since when."""
         text, since = self._waiting
-        rest = f"; {self.unfinished!r} has come without its carriage return" if self.unfinished else ""
+        rest = f"; {self.unfinished!r} has come without its {self.lacking}" if self.unfinished else ""
         return f"{self.name}: {text} since {readable(since)}{rest}"
 
     @property
     def unfinished(self) -> str:
         """The line that has come so far, where lines end with a carriage return."""
         return ""
+
+    @property
+    def lacking(self) -> str:
+        """What would end, or go on with, the line that has come so far."""
+        return "carriage return"
 
     def finding(self, code: str, text: str) -> None:
         """Add a finding, now: what a host did wrong, or where the manual is silent."""

@@ -194,6 +194,11 @@ class Cy545(Chip):
         """The line that has come so far."""
         return self.interpreter.decoder.unfinished
 
+    @property
+    def lacking(self) -> str:
+        """What would end it: of a string its quotation mark."""
+        return "quotation mark" if self.interpreter.decoder.in_string else super().lacking
+
 
 class Cy545B(Cy545):
     """A CY545B on a bench: it takes commands of the host while it runs a program."""

@@ -59,6 +59,11 @@ class Decoder:
         return self._head + text_of(self._line)
 
     @property
+    def in_string(self) -> bool:
+        """Does the line that has come so far lack the quotation mark that ends its string?"""
+        return not self.at_letter and self._state == self._in_string
+
+    @property
     def _head(self) -> str:
         return self.dialect.negate * self._slash + (self._row.form if self._row is not None else "")
 
