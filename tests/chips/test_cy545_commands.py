@@ -473,6 +473,16 @@ def test_the_two_parts_differ_in_three_things() -> None:
     assert CY545.channels[0] != CY545B.channels[0]
 
 
+@pytest.mark.fact("CY545-UND-ILLEGAL", "CY545-UND-SPACING")
+@pytest.mark.parametrize(
+    ("asked", "code"),
+    [("? R 5", "extra-argument"), ("? R,A", "extra-argument"), ("?R", "spacing"), ("?  R", "spacing")],
+)
+def test_a_query_with_too_much_or_oddly_spaced_is_answered_and_told(rig: Rig545, asked: str, code: str) -> None:
+    assert rig.say(asked) == "R=00100\r"
+    assert rig.codes == [code]
+
+
 def test_what_is_missing_of_a_command_is_told(rig: Rig545) -> None:
     rig.send('"open\r')
     assert rig.x.waiting.endswith("'\"open\\r' has come without its quotation mark")

@@ -216,10 +216,15 @@ class Decoder:
         if not words or len(words[0]) != 1:
             self._note("missing-argument", f"{row.name} needs a letter; ignored")
             return None
-        counts = [number(word) for word in words[1:2]]
+        needed = 2 if words[0] == self.dialect.listing else 1
+        counts = [number(word) for word in words[1:needed]]
         if None in counts:
             self._note("bad-number", f"{row.name} {words[1]}: not a number; ignored", hint(words[1]))
             return None
+        if len(words) > needed:
+            behind = " ".join(words[needed:])
+            self._note("extra-argument", f"{row.name} {words[0]} takes no more; {behind} is ignored")
+        self._spacing(row, body, words[:needed])
         values = tuple(self._low_byte(row, count) for count in counts if count is not None)
         return Spoken(row, values, 0, b"", row.form + body, words[0].encode("latin-1"))
 
