@@ -83,6 +83,13 @@ def test_a_wrong_count_takes_the_next_command_for_data_until_reset(rig: Rig545) 
     assert rig.say("O 81H", "? R") == "R=00100\r"
 
 
+@pytest.mark.fact("CY545-UND-ILLEGAL")
+def test_bytes_that_are_missing_are_0_and_surplus_ones_are_ignored(rig: Rig545) -> None:
+    tell(rig, "4E 02 05 01 52 02 10 20")
+    assert (rig.x.registers["number"], rig.x.registers["rate"]) == (0x105, 0x10)
+    assert rig.codes == ["count", "count"]
+
+
 @pytest.mark.fact("CY545-BIN-7")
 def test_slash_and_number_sign_belong_to_text(rig: Rig545) -> None:
     tell(rig, "2F 00")

@@ -19,7 +19,7 @@ LANGUAGE = (
        "so the returns that set the rate, and one behind Q, do no harm", "test_an_empty_line_is_nothing"),
     _Q("CY545-UND-SPACING", "2002 p.16", "no space or several are taken, and told",
        "as in its sisters", "test_spacing_is_forgiven_and_told"),
-    _Q("CY545-UND-ILLEGAL", "2002 p.16", "a number that is none, or missing, makes its command nothing; surplus ones are ignored; both are told",
+    _Q("CY545-UND-ILLEGAL", "2002 p.16", "a number that is none, or missing, makes its command nothing, but in binary missing bytes are 00; surplus ones are ignored; all is told",
        "as in its sisters", "test_a_command_whose_number_is_none_is_ignored_and_told"),
     _Q("CY545-UND-RANGE", "2002 p.16", "of a number that is too large the low bits count; it is told",
        "as in its sisters, and as a machine of bytes would; to saturate is the other reading", "test_of_a_number_that_is_too_large_the_low_bits_count"),
