@@ -54,6 +54,12 @@ def test_the_slash_becomes_part_of_the_number_in_binary():
     assert to_binary(assemble("E\n/B 2\n0\nQ\n", SHEET)).hex(" ") == "45 00 42 01 12 00 00 51"
 
 
+def test_a_program_that_begins_too_high_is_told_how_much_room_there_is():
+    with pytest.raises(ProgramError, match=r"12 bytes of program from address 65530 on; .* allowed 6 ") as caught:
+        assemble("Y 65530\nE\nN 12345\n+\n0\nQ\n", SHEET)
+    assert caught.value.problems[0].remedy == "let it begin at a lower address"
+
+
 def test_a_second_program_begins_where_the_pointer_is():
     found = odd("Y 0\nE\nY 500\nQ\nY 500\nE\nG\n0\nQ\n+\nY 0\nX\n")
     assert found == []

@@ -114,9 +114,11 @@ def link(source: Source) -> None:
                 source.report(target, "missing-label", "error", found, section=section, remedy=remedy)
         over = next((statement for statement in block.statements if statement.end > room > 0), None)
         if over is not None:
-            found = f"{block.size} {units(sheet)} of program; this instruction does not fit"
-            where, remedy = sheet.buffer_where, dialect.shorter(sheet)
-            source.report(over, "overflow", "error", found, allowed=f"{room}", section=where, remedy=remedy)
+            begin = f" from address {block.base} on" if block.base else ""
+            found = f"{block.size} {units(sheet)} of program{begin}; this instruction does not fit"
+            where, allowed = sheet.buffer_where, f"{room - block.base}"
+            remedy = "let it begin at a lower address" if begin else dialect.shorter(sheet)
+            source.report(over, "overflow", "error", found, allowed=allowed, section=where, remedy=remedy)
 
 
 def entry_and_end(sheet: Sheet) -> tuple[Row, ...]:
