@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import zip_longest
+
 from ...core.channel import FlowBus
 from ...core.table import Sheet
 from ...language.lint import Check, section
@@ -16,7 +18,7 @@ PASSES_TIME = ("wait", "until", "bytes", "to", "power", "reset")  # behind these
 def modes(source: Source) -> None:
     """Bits of the mode that nobody knows, and text behind an O that makes all that follows binary."""
     said = source.statements
-    for statement, behind in zip(said, [*said[1:], None], strict=True):
+    for statement, behind in zip_longest(said, said[1:]):
         if statement.row.name != "MODE" or statement.operands[0].label:
             continue
         mode, about = statement.values[0], section(statement.row)
