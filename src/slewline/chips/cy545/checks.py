@@ -8,6 +8,7 @@ from ...core.channel import FlowBus
 from ...core.table import Sheet
 from ...language.lint import Check, section
 from ...language.statements import Directive, Source, Statement
+from ..cy5xx.sisters import written_for
 from .interpreter import REFUSED
 from .ramp_checks import motions
 from .sheet import MB_3, MB_6, MB_ASCII
@@ -65,4 +66,4 @@ def meets(source: Source, item: Statement, started: Statement, live: bool) -> No
 
 def checks(sheet: Sheet) -> tuple[Check, ...]:
     """Return the rules of this part, for `language.lint.lint`."""
-    return (motions(sheet), modes, running(sheet))
+    return (motions(sheet), modes, running(sheet), written_for)
