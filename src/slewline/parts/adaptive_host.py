@@ -4,7 +4,7 @@ r"""A host on a serial line that finds its rate: two carriage returns first, the
     rxd  <----- P=00000000\r txd
     cts  <------------------ the part's flow pin       low: the next character may begin
 
-CTS is obeyed while the part uses its pin for that, as far as the host knows from the mode commands that it has sent
+The host goes by CTS while the part uses its pin for that, as far as it knows from the mode commands that it has sent
 itself; `heed` tells it of others, or lets it ignore CTS.
 """
 
@@ -19,10 +19,8 @@ from ..core.kernel import Task
 from ..core.outside import from_outside
 from ..core.serial import Character, Word
 from ..core.waits import edge, first_of, until
-from ..errors import Timeout, UsageError
-from .bell import Bell
-from .computer import Computer
-from .following import Following
+from ..errors import Timeout
+from .following import Following, FollowingHost
 from .rs232 import POWER_UP_PS, SILENCE_PS, SerialPort
 from .worker import as_bytes
 
@@ -36,7 +34,7 @@ HELLO = b"\r\r"
 RESET_PS = 20 * 10**9  # a host gives a chip so long behind a reset, which begins with its supply
 
 
-class AdaptiveHost(SerialPort, Computer):
+class AdaptiveHost(SerialPort, FollowingHost):
     """A host computer on the serial line of one chip that finds the rate.
 
     `send` and `ask` begin with two carriage returns as long as the chip does not know the rate; `write` sends
@@ -50,19 +48,15 @@ class AdaptiveHost(SerialPort, Computer):
     burst = 1  # each character looks at CTS
 
     def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], *, baud: int | None = None) -> None:
-        if len(chips) > 1:
-            raise UsageError(f"{name}: {len(chips)} chips; each drives its own line, so it has its own host")
         channel, sheet, pins = chips[0].channel, chips[0].sheet, chips[0].pins
         assert isinstance(channel, AdaptiveLine)
         rate = USUAL_BAUD if baud is None else baud
         super().__init__(kernel, name, baud=rate, bits=channel.bits, parity=channel.parity, stop=channel.stop, ttl=True)
         self.add_pin("cts", "in", "low: clear to send", pull=1)
         self.join(chips)
-        self.heeding: bool | None = None  # as somebody has said
-        self.news = Bell(kernel, f"{name}.(news)")  # CTS is to be obeyed, or no longer
         self.port = channel
         self.following = Following(sheet, self._lost)  # as characters are queued
-        self.gone = Following(sheet)  # as they go out
+        self.gone = Following(sheet)
         self.sender: Task | None
         self.adapted = self.was_reset = False
         self.returns = 0  # carriage returns one behind the other, while no rate is known
@@ -84,34 +78,12 @@ class AdaptiveHost(SerialPort, Computer):
         self.adapted, self.returns, self.was_reset = False, 0, True
 
     @property
-    def obeys(self) -> bool:
-        """Does a character wait for CTS?"""
-        if self.heeding is not None:
-            return self.heeding
-        mask, *values = self.port.in_use
-        return self.gone.mode & mask in values
-
-    @from_outside
-    def heed(self, on: bool | None) -> None:
-        """Obey CTS from now on (True), or ignore it (False), or do as the host's own mode commands have it (None).
-
-        Raises:
-            UsageError: none of the three.
-        """
-        if on is not None and not isinstance(on, bool):
-            raise UsageError(f"{self.name}: heed({on!r}); allowed True, False, None")
-        self.input("heed", on)
-        self.heeding = on
-        self.news.ring()
-        self.kernel.settle()
-
-    @property
     def held(self) -> bool:
         """Does CTS hold the next character?"""
-        return self.obeys and self.pins["cts"].net.level != 0
+        return self.heeds and self.pins["cts"].net.level != 0
 
     async def before_burst(self) -> None:
-        """Wait until the chip can listen, and for CTS, while it is obeyed."""
+        """Wait until the chip can listen, and for CTS, while the host goes by it."""
         await until(self.kernel, self.listens_ps)
         while self.held:
             await first_of(self.kernel, None, (self.pins["cts"].net, 0), (self.news.net, None))

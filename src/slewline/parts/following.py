@@ -7,15 +7,21 @@ tells the part, over its other side or by a program, a host does not hear of.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from ..core.bell import Bell
+from ..core.channel import AdaptiveLine, FlowBus
+from ..core.outside import from_outside
 from ..errors import UsageError
 from ..language.dialect import spoken_as
 from ..language.verbatim import Entry, Verbatim
+from .computer import Computer
 
 if TYPE_CHECKING:
+    from ..core.kernel import Kernel
     from ..core.table import Sheet
+    from .connection import Connection
 
 TEXT = 0x80  # in the mode register: commands in ASCII
 SIZES = {8: 3, 5: 2}  # bytes of an answer in binary, by its digits in text
@@ -112,3 +118,42 @@ class Question:
         if match is None:
             return None
         return match[0][:-1].decode("latin-1") if self.ascii else bytes(match[0])
+
+
+class FollowingHost(Computer):
+    """A host that follows what it sends: it goes by the flow line of its chip, FPL or CTS, while that is in use.
+
+    `gone` follows bytes as they go out; `news` rings with each of them, and whenever the host goes by the line or no
+    longer.
+    """
+
+    gone: Following
+
+    def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection] = ()) -> None:
+        super().__init__(kernel, name, chips)
+        self.heeding: bool | None = None  # as somebody has said
+        self.news = Bell(kernel, f"{name}.(news)")
+
+    @property
+    def heeds(self) -> bool:
+        """Does the host go by the flow line?"""
+        if self.heeding is not None:
+            return self.heeding
+        channel = self.channel
+        assert isinstance(channel, FlowBus | AdaptiveLine)
+        mask, *values = channel.in_use
+        return self.gone.mode & mask in values
+
+    @from_outside
+    def heed(self, on: bool | None) -> None:
+        """Go by FPL or CTS from now on (True), or not (False), or as the host's own mode commands have it (None).
+
+        Raises:
+            UsageError: none of the three.
+        """
+        if on is not None and not isinstance(on, bool):
+            raise UsageError(f"{self.name}: heed({on!r}); allowed True, False, None")
+        self.input("heed", on)
+        self.heeding = on
+        self.news.ring()
+        self.kernel.settle()

@@ -12,8 +12,8 @@ from collections import deque
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from ...core.bell import Bell
 from ...core.channel import AdaptiveLine
-from ...core.net import Driver, Net
 from ...core.serial import OVERSAMPLING, TTL, Receiver, Word, bit_clock, transmit
 from ...core.timebase import PS_PER_S, Clock
 from ...core.waits import until
@@ -21,6 +21,7 @@ from ...core.waits import until
 if TYPE_CHECKING:
     from ...core.chip import Chip
     from ...core.kernel import Task
+    from ...core.net import Net
     from .user_bits import UserBits
 
 ROOM = 3  # characters that the chip keeps while it is at work
@@ -40,7 +41,7 @@ class SerialSide:
         self.fixed_baud: int | None = chip.options.fixed_baud
         self.shortest, self.longest = (chip.clock.ps(ticks[f"{which}_bit"]) for which in ("shortest", "longest"))
         self.rxd, self.txd = chip.pins["rxd"].net, chip.drivers["txd"]
-        self._rung, self._bell = 0, Driver(Net(chip.kernel, f"{chip.name}.(serial)"), chip.name)
+        self._bell = Bell(chip.kernel, f"{chip.name}.(serial)")
         self.listener: Task | None = None
         self.receiver: Receiver | None = None
         self.watching = self.told = False
@@ -158,8 +159,7 @@ class SerialSide:
                 )
             else:
                 self.buffer.append(character.byte)
-                self._rung += 1
-                self._bell.drive(self._rung)
+                self._bell.ring()
 
     @property
     def receiving(self) -> bool:
