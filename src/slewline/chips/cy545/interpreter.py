@@ -102,7 +102,7 @@ class Interpreter:
                 await first_of(chip.kernel, chip.clock.ps(due), *watched)
             else:
                 await jog.step(way)
-            chip.tick = max(chip.tick, chip.clock.ticks_from(chip.kernel.now))
+            chip.sync_forward()
         return await sides.letter()
 
     async def execute(self, command: Spoken) -> None:

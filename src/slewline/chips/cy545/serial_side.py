@@ -176,4 +176,4 @@ class SerialSide:
         chip.waits("the end of what it sends on TXD")
         await until(self.kernel, self.over_ps)
         await transmit(self.txd, self.clock, self.word, message, TTL)
-        chip.tick = max(chip.tick, chip.clock.ticks_from(self.kernel.now))
+        chip.sync_forward()
