@@ -68,12 +68,6 @@ class Instructions(instructions.Parameters):
     def do_pointer(self, address: int) -> None:
         self.registers.pointer = address
 
-    def finding_once(self, code: str, text: str) -> None:
-        """Add a finding, once."""
-        if code not in self.said:
-            self.said.add(code)
-            self.chip.finding(code, text)
-
     # ----------------------------------------------------------------------------------------------------------- bits
     def do_bit(self, argument: int) -> None:
         one = argument & 0xC0 == 0
