@@ -20,8 +20,8 @@ from ..core.outside import from_outside
 from ..core.serial import Character, Word
 from ..core.waits import edge, first_of, until
 from ..errors import Timeout
-from .following import Following, FollowingHost
 from .rs232 import POWER_UP_PS, SILENCE_PS, SerialPort
+from .shadow import Shadow, ShadowHost
 from .worker import as_bytes
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ HELLO = b"\r\r"
 RESET_PS = 20 * 10**9  # a host gives a chip so long behind a reset, which begins with its supply
 
 
-class AdaptiveHost(SerialPort, FollowingHost):
+class AdaptiveHost(SerialPort, ShadowHost):
     """A host computer on the serial line of one chip that finds the rate.
 
     `send` and `ask` begin with two carriage returns as long as the chip does not know the rate; `write` sends
@@ -55,8 +55,8 @@ class AdaptiveHost(SerialPort, FollowingHost):
         self.add_pin("cts", "in", "low: clear to send", pull=1)
         self.join(chips)
         self.port = channel
-        self.following = Following(sheet, self._lost)  # as characters are queued
-        self.gone = Following(sheet)
+        self.shadow = Shadow(sheet, self._lost)  # as characters are queued
+        self.gone = Shadow(sheet)
         self.sender: Task | None
         self.adapted = self.was_reset = False
         self.returns = 0  # carriage returns one behind the other, while no rate is known
@@ -68,7 +68,7 @@ class AdaptiveHost(SerialPort, FollowingHost):
     # ------------------------------------------------------------------------------------------- what the chip knows
     def switched_on(self) -> None:
         """Note that the chip begins anew, at this instant."""
-        self.following.reset()
+        self.shadow.reset()
         self.gone.reset()
         self.adapted, self.returns = False, 0
         self.listens_ps = self.kernel.now + RESET_PS
@@ -89,7 +89,7 @@ class AdaptiveHost(SerialPort, FollowingHost):
             await first_of(self.kernel, None, (self.pins["cts"].net, 0), (self.news.net, None))
 
     def after_burst(self, data: bytes) -> None:
-        """Follow what has gone out."""
+        """Note what has gone out."""
         for byte in data:
             self.gone.feed(byte)
         self.news.ring()
@@ -106,7 +106,7 @@ class AdaptiveHost(SerialPort, FollowingHost):
         super().write(data, fault)
         for byte in data:
             if self.adapted:
-                self.following.feed(byte)
+                self.shadow.feed(byte)
             else:
                 self.returns = self.returns + 1 if byte == HELLO[0] else 0
                 self.adapted = self.returns == len(HELLO)
@@ -129,36 +129,36 @@ class AdaptiveHost(SerialPort, FollowingHost):
             UsageError: a command that is not answered.
             Timeout: no answer; the mode register may send it elsewhere.
         """
-        question = self.following.question(self.name, command)
+        query = self.shadow.query(self.name, command)
         since = len(self.received)
-        self.send(self.following.sent(command))
+        self.send(self.shadow.sent(command))
         try:
             self.kernel.outside.wait(
-                lambda: question.answered(self.received, since) is not None,
+                lambda: query.answered(self.received, since) is not None,
                 f"{self.name}: an answer to {command!r}",
                 timeout,
             )
         except Timeout:
             self.give_up()
             raise
-        return question.answered(self.received, since) or ""
+        return query.answered(self.received, since) or ""
 
     async def exchange(self, command: str) -> str | bytes | None:
         """Send a command in a task, and wait until it has gone out; return the answer to a query.
 
         Return None where there is none: the line is silent for longer than any answer takes.
         """
-        asks = command.startswith(self.following.dialect.query)
-        question = self.following.question(self.name, command) if asks else None
+        asks = command.startswith(self.shadow.dialect.query)
+        query = self.shadow.query(self.name, command) if asks else None
         since = len(self.received)
         with self.kernel.outside.nested():  # in the script that asks
-            self.send(self.following.sent(command))
+            self.send(self.shadow.sent(command))
         while self.outgoing:
             await edge(self.news.net)
-        while question is not None and question.answered(self.received, since) is None:
+        while query is not None and query.answered(self.received, since) is None:
             if await first_of(self.kernel, self.kernel.now + SILENCE_PS, (self.news.net, None)) is None:
                 return None
-        return None if question is None else question.answered(self.received, since)
+        return None if query is None else query.answered(self.received, since)
 
     @from_outside
     def give_up(self) -> None:
@@ -177,7 +177,7 @@ class AdaptiveHost(SerialPort, FollowingHost):
             self.sender.kill()
         self.outgoing.clear()
         self.drivers["txd"].drive(self.mark)
-        self.following.decoder.reset()
+        self.shadow.decoder.reset()
         self.gone.decoder.reset()
 
     # ----------------------------------------------------------------------------------------- as a test has need of it
@@ -187,14 +187,14 @@ class AdaptiveHost(SerialPort, FollowingHost):
         Raises:
             UsageError: a command that is not answered.
         """
-        self.following.question(self.name, command)
+        self.shadow.query(self.name, command)
         self.set_line(self.baud, Word(self.port.bits, self.port.parity, self.port.stop))
-        return (b"" if self.adapted else HELLO) + self.following.sent(command)
+        return (b"" if self.adapted else HELLO) + self.shadow.sent(command)
 
     def ends(self, command: str, data: bytes) -> bool:
         """Return whether these characters have the answer to a query."""
-        return self.following.question(self.name, command).answered(data, 0) is not None
+        return self.shadow.query(self.name, command).answered(data, 0) is not None
 
     def answer_in(self, command: str, data: bytes) -> str | bytes:
         """Return the answer to a query, of these characters; nothing, where there is none."""
-        return self.following.question(self.name, command).answered(data, 0) or b""
+        return self.shadow.query(self.name, command).answered(data, 0) or b""

@@ -20,8 +20,8 @@ from ..core.outside import from_outside
 from ..core.pin import Condition, GotCondition
 from ..core.waits import edge, first_of, level, until
 from ..errors import Timeout, UsageError
-from .following import Following, FollowingHost, Question
 from .part import served
+from .shadow import Query, Shadow, ShadowHost
 from .worker import Data, as_bytes
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 EMPTY = 0xFF
 
 
-class FlowHost(FollowingHost):
+class FlowHost(ShadowHost):
     """A host computer on the bus of one chip.
 
     `received` is what messages brought.
@@ -57,16 +57,16 @@ class FlowHost(FollowingHost):
         self.request.drive(1)
         self.received: bytearray = bytearray()
         self.sent = 0
-        self.following = self.gone = Following(sheet)
+        self.shadow = self.gone = Shadow(sheet)
         self.empty_first = True
         self.turn = Bell(kernel, f"{name}.(turn)")
         self.taken = False  # somebody is using the lines
         self.listener: Task | None = None
-        line("reset").watch(lambda _net: self.following.reset())
+        line("reset").watch(lambda _net: self.shadow.reset())
 
     def switched_on(self) -> None:
         """Note that the part has been switched on, at this instant."""
-        self.following.reset()
+        self.shadow.reset()
 
     def rewired(self) -> None:
         """Begin to listen: the host is wired, and time is about to pass."""
@@ -92,7 +92,7 @@ class FlowHost(FollowingHost):
         """Let go of the bus, and ask for nothing; listen anew, for whatever was under way was cut short."""
         self.request.drive(1)
         self.bus.drive(None)
-        self.following.decoder.reset()
+        self.shadow.decoder.reset()
         self._listen_again()
 
     # ------------------------------------------------------------------------------------------------------- the lines
@@ -174,7 +174,7 @@ class FlowHost(FollowingHost):
         await self._take_turn()
         try:
             for byte in data:
-                begins = self.following.at_letter
+                begins = self.shadow.at_letter
                 if begins and (self.empty_first or byte == EMPTY):
                     await self._empty_handshake()
                     self.begun = True
@@ -195,14 +195,14 @@ class FlowHost(FollowingHost):
         self.request.drive(1)
         self.bus.drive(None)
         self.sent += 1
-        self.following.feed(byte)
+        self.shadow.feed(byte)
         self.news.ring()  # FPL may be in use from now on
 
-    async def ask_now(self, data: bytes, question: Question) -> str | bytes:
+    async def ask_now(self, data: bytes, query: Query) -> str | bytes:
         """Send a query, and wait until it is answered."""
         since = len(self.received)
         await self.send_now(data)
-        while (found := question.answered(self.received, since)) is None:
+        while (found := query.answered(self.received, since)) is None:
             await edge(self.news.net)
         return found
 
@@ -220,12 +220,12 @@ class FlowHost(FollowingHost):
     def query(self, chip: str, command: str) -> Errand[str | bytes]:
         """Queue a query, in the form of the mode at its turn."""
         served(self.name, self.chips, chip)
-        self.following.question(self.name, command)
+        self.shadow.query(self.name, command)
         self.input("query", chip, command)
 
         async def ask() -> str | bytes:
-            following = self.following
-            return await self.ask_now(following.sent(command), following.question(self.name, command))
+            shadow = self.shadow
+            return await self.ask_now(shadow.sent(command), shadow.query(self.name, command))
 
         return self.errand(f"asks {chip} {command!r}", ask)
 

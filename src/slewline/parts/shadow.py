@@ -1,4 +1,4 @@
-"""What a host knows of a part from what it has sent: where commands begin, mode register, program entry, and answers.
+"""Shadow registers: what a host knows of a part from what it has sent, such as its mode register and program entry.
 
 A part that keeps its program as it was sent has no pin that tells its mode, so a host remembers it.  What somebody else
 tells the part, over its other side or by a program, a host does not hear of.
@@ -28,8 +28,8 @@ SIZES = {8: 3, 5: 2}  # bytes of an answer in binary, by its digits in text
 MODE, RESET = "MODE", "INITIALIZE"  # the commands that a host remembers
 
 
-class Following:
-    """Follows the bytes that go to a part.  `mode` is its mode register, as far as the host knows."""
+class Shadow:
+    """Takes the bytes that go to a part.  `mode` is its mode register, as far as the host knows."""
 
     def __init__(self, sheet: Sheet, on_reset: Callable[[], object] = lambda: None) -> None:
         self.sheet, self.dialect, self.on_reset = sheet, spoken_as(sheet, Verbatim), on_reset
@@ -72,7 +72,7 @@ class Following:
             self.reset()
             self.on_reset()
 
-    # ------------------------------------------------------------------------------------------------------- questions
+    # ------------------------------------------------------------------------------------------------------- queries
     def sent(self, command: str) -> bytes:
         """Return a command as it goes out in the present mode.
 
@@ -81,7 +81,7 @@ class Following:
         """
         return (self.dialect.sent if self.ascii else self.dialect.sent_binary)(self.sheet, command)
 
-    def question(self, who: str, command: str) -> Question:
+    def query(self, who: str, command: str) -> Query:
         """Return what is asked by a command, such as "? P".
 
         Raises:
@@ -94,10 +94,10 @@ class Following:
         if match is None:
             forms = ", ".join(f"{dialect.query} {letter}" for letter in (*letters, dialect.listing))
             raise UsageError(f"{who}: {command!r} is not answered; ask {forms},n, and send() the rest")
-        return Question(self.dialect, match[1] or match[2], int(match[3] or 0), self.ascii)
+        return Query(self.dialect, match[1] or match[2], int(match[3] or 0), self.ascii)
 
 
-class Question:
+class Query:
     """A query, and what its answer looks like among the bytes that come."""
 
     def __init__(self, dialect: Verbatim, letter: str, lines: int, ascii: bool) -> None:
@@ -120,14 +120,14 @@ class Question:
         return match[0][:-1].decode("latin-1") if self.ascii else bytes(match[0])
 
 
-class FollowingHost(Computer):
-    """A host that follows what it sends: it goes by the flow line of its chip, FPL or CTS, while that is in use.
+class ShadowHost(Computer):
+    """A host that goes by the flow line of its chip, FPL or CTS, while the mode register puts it to this use.
 
-    `gone` follows bytes as they go out; `news` rings with each of them, and whenever the host goes by the line or no
+    `gone` takes bytes as they go out; `news` rings with each of them, and whenever the host goes by the line or no
     longer.
     """
 
-    gone: Following
+    gone: Shadow
 
     def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection] = ()) -> None:
         super().__init__(kernel, name, chips)
