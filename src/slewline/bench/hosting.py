@@ -257,7 +257,7 @@ def channel_over(chip: Chip, over: str | None) -> Channel:
 
 
 def _tell_power(host: SerialHost | FlowHost | AdaptiveHost, chips: Sequence[Chip]) -> None:
-    """Tell a host when a chip is switched on, as somebody who stands before both would."""
+    """Tell a host when a chip is switched on."""
     for chip in chips:
         chip.on_power.add(lambda _chip, on: host.switched_on() if on else None)
 

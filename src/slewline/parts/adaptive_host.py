@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from .connection import Connection
 
 USUAL_BAUD = 9600
-HELLO = b"\r\r"
+RETURNS = b"\r\r"  # by which the chip finds the rate
 RESET_PS = 20 * 10**9  # a host gives a chip so long behind a reset, which begins with its supply
 
 
@@ -108,8 +108,8 @@ class AdaptiveHost(SerialPort, ShadowHost):
             if self.adapted:
                 self.shadow.feed(byte)
             else:
-                self.returns = self.returns + 1 if byte == HELLO[0] else 0
-                self.adapted = self.returns == len(HELLO)
+                self.returns = self.returns + 1 if byte == RETURNS[0] else 0
+                self.adapted = self.returns == len(RETURNS)
 
     def send(self, data: str | bytes) -> None:
         """Queue characters; two carriage returns go first if the chip does not know the rate.
@@ -118,7 +118,7 @@ class AdaptiveHost(SerialPort, ShadowHost):
             UsageError: text that is not ASCII, or neither text nor bytes.
         """
         if not self.adapted:
-            self.write(HELLO, "late" if self.was_reset else "")
+            self.write(RETURNS, "late" if self.was_reset else "")
             self.was_reset = False
         self.write(data)
 
@@ -189,7 +189,7 @@ class AdaptiveHost(SerialPort, ShadowHost):
         """
         self.shadow.query(self.name, command)
         self.set_line(self.baud, Word(self.port.bits, self.port.parity, self.port.stop))
-        return (b"" if self.adapted else HELLO) + self.shadow.sent(command)
+        return (b"" if self.adapted else RETURNS) + self.shadow.sent(command)
 
     def ends(self, command: str, data: bytes) -> bool:
         """Return whether these characters have the answer to a query."""

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from .connection import Connection
 
 TEXT = 0x80  # in the mode register: commands in ASCII
-SIZES = {8: 3, 5: 2}  # bytes of an answer in binary, by its digits in text
 MODE, RESET = "MODE", "INITIALIZE"  # the commands that a host remembers
 
 
@@ -107,7 +106,7 @@ class Query:
         elif ascii:
             self.pattern = rb"%c=[0-9]{%d}\r" % (letter.encode(), dialect.queries[letter])
         else:
-            self.pattern = rb"%c=.{%d}" % (letter.encode(), SIZES[dialect.queries[letter]])
+            self.pattern = rb"%c=.{%d}" % (letter.encode(), dialect.answer_bytes[dialect.queries[letter]])
 
     def answered(self, data: bytes | bytearray, since: int) -> str | bytes | None:
         """Return the answer that has come behind so many bytes, as text without its last carriage return; None: none.

@@ -17,6 +17,7 @@ from ...core.channel import AdaptiveLine
 from ...core.serial import OVERSAMPLING, TTL, Receiver, Word, bit_clock, transmit
 from ...core.timebase import PS_PER_S, Clock
 from ...core.waits import until
+from .sheet import BAUD_TOLERANCE
 
 if TYPE_CHECKING:
     from ...core.chip import Chip
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 
 ROOM = 3  # characters that the chip keeps while it is at work
 EDGES = (0, 1, 2, 3, 5, 9)  # of a carriage return, in bits
-NEAR = 0.03  # of a standard rate; and of two carriage returns
 SKEW = 0.25  # of a bit, by which an edge may be off
 
 
@@ -115,14 +115,14 @@ class SerialSide:
             return
         edges.clear()
         first, self.first_bit = self.first_bit, bit
-        if first is not None and abs(bit - first) <= NEAR * first:
+        if first is not None and abs(bit - first) <= BAUD_TOLERANCE * first:
             self._adapt((first + bit) / 2)
 
     def _adapt(self, bit_ps: float) -> None:
         """Take the rate of two carriage returns, if it is one of those that the chip knows."""
         rate = PS_PER_S / bit_ps
-        fits = self.shortest * (1 - NEAR) <= bit_ps <= self.longest * (1 + NEAR)
-        if not fits or all(abs(rate - standard) > NEAR * standard for standard in self.standard):
+        fits = self.shortest * (1 - BAUD_TOLERANCE) <= bit_ps <= self.longest * (1 + BAUD_TOLERANCE)
+        if not fits or all(abs(rate - standard) > BAUD_TOLERANCE * standard for standard in self.standard):
             slowest, fastest = (PS_PER_S / ps for ps in (self.longest, self.shortest))
             if self._untold():
                 self.chip.finding(
