@@ -175,7 +175,7 @@ class Instructions(instructions.Parameters):
         return self.registers.values[name]
 
     async def do_string(self, data: bytes) -> None:
-        await self.display.string(data)
+        await self.display.put(data)
 
     async def do_display(self, address: int, _count: int, data: bytes) -> None:
         await self.local_bus.show(address, data)
