@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+from typing import Any
+
 from cy5xx import Rig
 
 import slewline
@@ -68,3 +71,20 @@ class Rig545(Rig):
     def user(self) -> str:
         """USRB5 ... USRB0, as digits."""
         return self.state("usrb5 usrb4 usrb3 usrb2 usrb1 usrb0")
+
+
+def steppable(pins: tuple[str, ...], *lines: str, **options: Any) -> Rig545:
+    """A chip without a memory whose pins are recorded, and whose registers are set."""
+    rig = Rig545(*pins, memory=None, replies=False, **options)
+    rig.send("".join(f"{line}\r" for line in lines))
+    return rig
+
+
+def periods(rig: Rig545, start: int | None = None) -> list[int]:
+    """From fall to fall of PULSE, ps."""
+    return [b - a for a, b in pairwise(rig.falls("pulse", start))]
+
+
+def near(found: float, expected: float, percent: float) -> bool:
+    """Is a number as expected, to so many percent?"""
+    return abs(found - expected) <= abs(expected) * percent / 100

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import pairwise
 from random import Random
 from typing import Any
 
 import pytest
-from cy545 import MS, US, Rig545
+from cy545 import MS, US, Rig545, near, periods, steppable
 
 import slewline
 from slewline.chips.cy545 import sheet
@@ -15,20 +16,7 @@ from slewline.core.net import Driver
 
 PINS = ("pulse", "ccw", "stopped", "slew", "usrb0")
 RATES = sheet.TABLES["20k"]
-
-
-def rigged(*lines: str, **options: Any) -> Rig545:
-    rig = Rig545(*PINS, memory=None, replies=False, **options)
-    rig.send("".join(f"{line}\r" for line in lines))
-    return rig
-
-
-def periods(rig: Rig545, start: int | None = None) -> list[int]:
-    return [b - a for a, b in pairwise(rig.falls("pulse", start))]
-
-
-def near(found: float, expected: float, percent: float) -> bool:
-    return abs(found - expected) <= abs(expected) * percent / 100
+rigged = partial(steppable, PINS)
 
 
 # ----------------------------------------------------------------------------------------------------------------- jog

@@ -11,7 +11,6 @@ import slewline
 from slewline.parts.panel_parts import switch_address
 
 LINES = ("xmem_sel", "sw_sel", "ale", "rd", "wr", "usrb7")
-RELEASED = None
 
 
 class Traced(Rig545):

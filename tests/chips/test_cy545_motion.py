@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from itertools import pairwise
 
 import pytest
-from cy545 import MS, US, Rig545
+from cy545 import MS, US, Rig545, near, periods, steppable
 
 import slewline
 from slewline.chips.cy545 import profile, sheet
@@ -14,22 +15,7 @@ from slewline.errors import UsageError
 
 PINS = ("pulse", "ccw", "stopped", "slew")
 RATES = sheet.TABLES["20k"]
-
-
-def rigged(*lines: str, crystal: str = "12 MHz", **options: object) -> Rig545:
-    """A chip whose registers are set."""
-    rig = Rig545(*PINS, memory=None, replies=False, crystal=crystal, **options)
-    rig.send("".join(f"{line}\r" for line in lines))
-    return rig
-
-
-def periods(rig: Rig545) -> list[int]:
-    """From fall to fall of PULSE, ps."""
-    return [b - a for a, b in pairwise(rig.falls("pulse"))]
-
-
-def near(found: float, expected: float, percent: float) -> bool:
-    return abs(found - expected) <= abs(expected) * percent / 100
+rigged = partial(steppable, PINS)
 
 
 def slewing(*lines: str, number: int = 10_000, **options: object) -> Rig545:

@@ -80,6 +80,51 @@ def test_a_motion_flows_through_the_code_as_the_page_says(x):
 
 
 @pytest.fixture
+def c():
+    bench = slewline.Bench()
+    c = bench.add("cy545b", name="c")
+    bench.part("ram", to=c)
+    c.bench, c.host = bench, bench.host(c)
+    c.host.send("O 81H\rY 0\rE\rN 300\r+\rG\r0\rQY 0\r")
+    bench.run_until_idle()
+    return c
+
+
+def test_a_query_flows_through_the_code_as_the_page_says(c):
+    wanted = told('`host.ask("? R")')
+    assert len(wanted) > 10
+    assert in_order(wanted, traced(lambda: c.host.ask("? R"))) is None
+
+
+def test_a_program_in_a_memory_flows_through_the_code_as_the_page_says(c):
+    def ran():
+        c.host.send("X\r")
+        c.bench.run_until_idle()
+
+    wanted = told("`X`")
+    assert len(wanted) > 15
+    assert in_order(wanted, traced(ran)) is None
+    assert c.position == 300
+
+
+def test_a_line_flows_through_the_code_as_the_page_says():
+    bench = slewline.Bench()
+    y = bench.add("gs-c200s", name="y", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0})
+    host = bench.host(y)
+    for line in ("Po", "S20", "T100", "R5", "+200"):
+        host.ask(line)
+
+    def ran():
+        host.ask("E")
+        bench.run_until_idle()
+
+    wanted = told('`host.ask("E")')
+    assert len(wanted) > 15
+    assert in_order(wanted, traced(ran)) is None
+    assert y.position == 200
+
+
+@pytest.fixture
 def m():
     bench = slewline.Bench()
     m = bench.add("mc1451a", name="m")
@@ -137,7 +182,10 @@ def test_the_instants_of_the_first_and_the_last_byte_are_those_of_the_page(x):
 
 def test_every_row_of_the_page_is_told_in_a_chapter_that_is_traced():
     rows = [line for line in FLOW.splitlines() if line.startswith("| ") and not line.startswith("| where")]
-    traced_ones = ("`host.send", "`G`", '`host.command("SET_POS"', '`host.command("UPDATE")', "`bench.plot")
+    traced_ones = (
+        "`host.send", "`G`", '`host.ask("? R")', "`X`", '`host.ask("E")', '`host.command("SET_POS"',
+        '`host.command("UPDATE")', "`bench.plot",
+    )  # fmt: skip
     assert len(rows) == sum(len(told(heading)) for heading in traced_ones)
 
 

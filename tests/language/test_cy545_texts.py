@@ -144,6 +144,11 @@ def test_what_is_odd_is_told(text, expected):
     assert odd(text) == expected
 
 
+@pytest.mark.parametrize("text", ["", "F", "; nothing"])
+def test_a_text_without_a_command_is_linted(text):
+    assert [problem.code for problem in lint(text, SHEET, checks_of("cy545b"))] == ["missing-argument"] * (text == "F")
+
+
 def test_the_plain_part_takes_no_stop_while_its_program_runs():
     text = "E\nJ 0\nQ\nX\n0\n"
     assert odd(text, PLAIN) == [(5, "not-heard")]

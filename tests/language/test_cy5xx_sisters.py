@@ -14,14 +14,21 @@ PROGRAMS = {
     "cy500": "A\nR 253\nL\nE\nG\nO\nT\n0\nQ\nD\nI\nF 2\nJ\n",
     "cy512": "A\nR 255\nS 5\nN 200\nE\nG\nX 500\nL 3,0\nT\n0\nQD\n",
     "cy525": "A 0\nF 3\nR 80\nS 200\nZ 1\nN 100\nE\nA$G\nD 500\nL 3,A\nT A\n0\nQX\n",
+    "cy545": "A 0\nF 30\nR 200\nS 220\nN 100\nE\n+\nG\nB 16\nW 1\nT 5,0\nZ 400,0\n? P\n0\nQ\nY 0\nX\n",
 }
 OTHER = {  # letters that mean something else, by part and sister
     ("cy500", "cy512"): "JLOPRVWX",
     ("cy500", "cy525"): "ADFHJLOPRSTVWXZ$",
     ("cy512", "cy500"): "JLOPR",
     ("cy512", "cy525"): "ADFHORSTXZ$",
+    ("cy500", "cy545"): 'ABCDFHJLOPRSTWXYZ?["',
+    ("cy512", "cy545"): 'ABCDFHORSTWXYZ?["',
     ("cy525", "cy500"): "ADFHJLOPRST",
     ("cy525", "cy512"): "ADFHORSTX",
+    ("cy525", "cy545"): 'BCHORTWYZ?["',
+    ("cy545", "cy500"): "ABCDFHJLOPRSTU",
+    ("cy545", "cy512"): "ABCDFHORSTUVWX",
+    ("cy545", "cy525"): "BCHORTUVWZ$",
 }
 
 
@@ -55,13 +62,22 @@ def test_the_list_is_shown_a_letter_a_line():
     ("part", "lines", "count"),
     [
         ("cy525", ["A", "D", "T", "X 500", "O", "J", "L"], 1),
+        ("cy525", ["B 1", "H 5", "W 1", "Y 0", "? P", "[1,1,65", "Z 4,0", '"hi"'], 1),
         ("cy525", ["F", "G 3", "K", "N"], 0),
         ("cy512", ["A 5", "D 5", "X", "Z 1", "T 4", "O", "J"], 1),
-        ("cy512", ["R", "B 1", "K", "F", "P"], 0),
+        ("cy512", ["R", "C 1", "K", "F", "P"], 0),
         ("cy500", ["A 5", "D 5", "X 3", "L 3,4", "J 4", "V 1", "Z 1", "O 3"], 1),
-        ("cy500", ["R", "B 1", "K", "F", "P", "O"], 0),
+        ("cy500", ["R", "C 1", "K", "F", "P", "O"], 0),
+        ("cy545", ["A", "B", "D", "H", "O", "T 5", "U", "V 1", "W", "X 500", "Z 1"], 1),
+        ("cy545", ["F", "G 3", "K", "N", "R", "QX"], 0),
     ],
 )
 def test_one_line_tells_where_its_form_is_that_of_the_sister(part, lines, count):
     for line in lines:
         assert len(notes(part, f"{line}\n")) == count, line
+
+
+def test_the_cy545b_has_the_letters_of_the_cy545():
+    for part, program in PROGRAMS.items():
+        assert notes("cy545b", program) == notes("cy545", program), part
+    assert all("CY545B" not in line for line in notes("cy525", PROGRAMS["cy545"]))

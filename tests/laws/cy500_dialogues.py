@@ -8,7 +8,7 @@ from typing import Any
 import slewline
 from slewline.core.net import Driver
 
-from .dialogues import Dialogue, Played, heard
+from .dialogues import Dialogue, Played, heard, in_order
 
 OUTPUTS = (
     "ready", "instrobe", "prog", "run", "programmable_output", "pulse", "motion_complete", "phase1", "phase2",
@@ -38,8 +38,7 @@ def made(seed: int) -> Dialogue:
     edges = sorted({*begins, *(int(t) for t in quiet.bench.edges("x.pulse")[0])})
     for _ in range(rnd.choice((0, 1, 1, 2, 3, 5))):
         happening(dialogue, rnd, edges)
-    once = {(at, pin): level for at, pin, level in dialogue.events}
-    dialogue.events = sorted(((at, pin, level) for (at, pin), level in once.items()), key=lambda event: event[0])
+    dialogue.events = in_order(dialogue.events)
     return dialogue
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from random import Random
 from typing import Any
 
-from .dialogues import CRYSTALS, Dialogue, differences, play
+from .dialogues import CRYSTALS, Dialogue, differences, in_order, play
 
 __all__ = ["Dialogue", "differences", "made", "play"]
 MS = 10**9
@@ -23,8 +23,7 @@ def made(seed: int) -> Dialogue:
     edges = sorted({*begins, *(int(t) for t in quiet.bench.edges("x.pulse")[0])})
     for _ in range(rnd.choice((0, 1, 1, 2, 3, 5, 8))):
         happening(dialogue, rnd, edges)
-    once = {(at, pin): level for at, pin, level in dialogue.events}
-    dialogue.events = sorted(((at, pin, level) for (at, pin), level in once.items()), key=lambda event: event[0])
+    dialogue.events = in_order(dialogue.events)
     return dialogue
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import slewline
 from slewline.core.net import Driver
 
-from .dialogues import Dialogue, Played, differences, heard
+from .dialogues import Dialogue, Played, differences, heard, in_order
 
 __all__ = ["Motions", "Moved", "differences", "made", "play"]
 MS = 10**9
@@ -49,8 +49,7 @@ def made(seed: int) -> Motions:
     if "\rC\r" in sent and rnd.random() < 0.7:
         at = rnd.choice(begins)
         dialogue.events += [(at, "inhibit_abort", 0), (at + rnd.choice((1, 10**8, MS, 30 * MS)), "inhibit_abort", None)]
-    once = {(at, pin): level for at, pin, level in dialogue.events}
-    dialogue.events = sorted(((at, pin, level) for (at, pin), level in once.items()), key=lambda event: event[0])
+    dialogue.events = in_order(dialogue.events)
     return dialogue
 
 

@@ -38,6 +38,12 @@ class Dialogue:
     part: str = "cy525"
 
 
+def in_order(events: list[tuple[int, str, Any]]) -> list[tuple[int, str, Any]]:
+    """Events in the order of time; a wire is told one thing in an instant, for the order of two would not be given."""
+    once = {(at, pin): level for at, pin, level in events}
+    return sorted(((at, pin, level) for (at, pin), level in once.items()), key=lambda event: event[0])
+
+
 def made(seed: int) -> Dialogue:
     """The dialogue of a seed."""
     rnd = Random(seed)
@@ -47,9 +53,7 @@ def made(seed: int) -> Dialogue:
     edges = sorted({*begins, *(int(t) for t in quiet.bench.edges("x.pulse")[0])})
     for _ in range(rnd.choice((0, 1, 1, 2, 3, 5))):
         happening(dialogue, rnd, edges)
-    # a wire is told one thing in an instant: two would be a matter of order, which is nobody's to choose
-    once = {(at, pin): level for at, pin, level in dialogue.events}
-    dialogue.events = sorted(((at, pin, level) for (at, pin), level in once.items()), key=lambda event: event[0])
+    dialogue.events = in_order(dialogue.events)
     return dialogue
 
 

@@ -86,8 +86,7 @@ class Mad:
     def __init__(self, seed: int, journal: str | None = None) -> None:
         self.rnd = Random(seed)
         self.bench = slewline.Bench(journal=journal)
-        self.chip: Any = self.bench.add(self.part, "x", position=0)
-        self.host = self.bench.host(self.chip)
+        self.furnish()
         self.hash, self.told = hashlib.sha256(), hashlib.sha256()
         self.effects: Counter[str] = Counter()
         self.findings: Counter[str] = Counter()
@@ -95,12 +94,17 @@ class Mad:
         for code, handler in list(self.chip.interpreter.handlers.items()):
             self.chip.interpreter.handlers[code] = self._counted(code, handler)
 
-    def _counted(self, code: int, handler: Any) -> Any:
-        letter = chr(code or 0x30)
+    def furnish(self) -> None:
+        """Put the chip and its host on the bench."""
+        self.chip: Any = self.bench.add(self.part, "x", position=0)
+        self.host = self.bench.host(self.chip)
 
-        def counted(*values: int) -> Any:
+    def _counted(self, code: int | str, handler: Any) -> Any:
+        letter = code if isinstance(code, str) else chr(code or 0x30)
+
+        def counted(*values: int, **named: bytes) -> Any:
             self.effects[letter] += 1
-            return handler(*values)
+            return handler(*values, **named)
 
         return counted
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import slewline
 
-from .dialogues import Played, heard
+from .dialogues import Played, heard, in_order
 
 OUTPUTS = ("clock", "dir", "mov", "ramp", "rdy", "uo1", "uo2", "uo3", "reset", "txd")
 LINES = ("K", "Z", "Z", "F", "V1", "E", "V2", "Q")
@@ -49,9 +49,7 @@ def made(seed: int) -> Dialogue:
     instants = marks(dialogue, rnd.choice(STEPS))
     for _ in range(rnd.choice((0, 1, 1, 2, 3, 5))):
         happening(dialogue, rnd, instants)
-    # a wire is told one thing in an instant: two would be a matter of order, which is nobody's to choose
-    once = {(at, pin): level for at, pin, level in dialogue.events}
-    dialogue.events = sorted(((at, pin, level) for (at, pin), level in once.items()), key=lambda event: event[0])
+    dialogue.events = in_order(dialogue.events)
     return dialogue
 
 

@@ -8,14 +8,14 @@ import pytest
 
 from .cy500_dialogues import KINDS, made, play
 from .dialogues import Dialogue, differences
+from .test_twin import explained
 
 
 def compared(seed: int, shuffle: int | None = None) -> Dialogue:
     """Play a dialogue both ways and assert that nothing differs."""
     dialogue = made(seed)
     found = differences(play(dialogue), play(dialogue, stepwise=True, shuffle=shuffle))
-    told = f"dialogue {seed} at {dialogue.crystal}: {found[:3]}\n  {dialogue.sent!r}\n  {dialogue.events}"
-    assert not found, told
+    assert not found, explained(dialogue, found)
     return dialogue
 
 

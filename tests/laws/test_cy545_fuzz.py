@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections import Counter
 from pathlib import Path
 from random import Random
-from typing import Any
 
 import pytest
-
-import slewline
 
 from .fuzz import BLOCK, Mad, check
 
@@ -71,27 +66,16 @@ class Mad545(Mad):
     text = staticmethod(text)
 
     def __init__(self, seed: int, journal: str | None = None) -> None:
-        self.rnd = Random(seed)
-        self.bench = slewline.Bench(journal=journal)
-        self.chip: Any = self.bench.add(self.part, "x", fixed_baud=19200)
+        super().__init__(seed, journal)
+        self.effects["E"] = self.effects["Q"] = 10**6  # performed by the interpreter itself
+
+    def furnish(self) -> None:
+        """Put the chip on the bench, with what stands around it, and a host on each side."""
+        self.chip = self.bench.add(self.part, "x", fixed_baud=19200)
         for kind in ("ram", "hp_display", "thumbwheels"):
             self.bench.part(kind, name=kind, to=self.chip)
         self.host = self.bench.host(self.chip)
         self.serial = self.bench.host(self.chip, over="serial", baud=19200)
-        self.hash, self.told = hashlib.sha256(), hashlib.sha256()
-        self.effects: Counter[str] = Counter()
-        self.findings: Counter[str] = Counter()
-        self.accepted = 0
-        for form, handler in list(self.chip.interpreter.handlers.items()):
-            self.chip.interpreter.handlers[form] = self._told(form, handler)
-        self.effects["E"] = self.effects["Q"] = 10**6  # performed by the interpreter itself
-
-    def _told(self, letter: str, handler: Any) -> Any:
-        def counted(*values: int, **named: bytes) -> Any:
-            self.effects[letter] += 1
-            return handler(*values, **named)
-
-        return counted
 
     def block(self) -> None:
         """A thousand bytes for both sides with pin changes among them, then RESET, then every valid command."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 
+import numpy as np  # noqa: F401 (what a run in this process loads first is unloaded behind it, and numpy loads once)
 import pytest
 
 import slewline.testing.faces  # stays loaded between the runs

@@ -144,7 +144,7 @@ def _until(rest: str) -> Reading:
 async def _reached(stage: Stage, chip: Chip, position: int) -> None:
     """Wait until the position register has a value, whoever changes it; nothing is paid for steps in between."""
     axis = stage.axis(chip)
-    axis.on_change.add(stage.ring)
+    axis.on_change.add(stage.bell.ring)
     try:
         await stage.next_round()
         while axis.position != position:
@@ -154,7 +154,7 @@ async def _reached(stage: Stage, chip: Chip, position: int) -> None:
             if await first_of(stage.kernel, due, (stage.bell.net, None)) is None:
                 await stage.next_round()
     finally:
-        axis.on_change.remove(stage.ring)
+        axis.on_change.remove(stage.bell.ring)
 
 
 def _drive(rest: str) -> Reading:

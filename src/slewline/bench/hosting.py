@@ -68,7 +68,10 @@ class Hosted(Furnished):
         if len(kinds) > 1:
             raise UsageError(f"host: some of these chips have {', some '.join(kinds)}; one host speaks to one kind")
         channel = channels[0]
-        if not isinstance(channel, SerialLine | AdaptiveLine) and (baud is not None or line is not None):
+        if isinstance(channel, SerialLine | AdaptiveLine):
+            if picoseconds(delay):
+                raise UsageError(f"host: delay {delay!r}; on a serial line let the host's program pause")
+        elif baud is not None or line is not None:
             wrong = f"baud {baud!r}" if baud is not None else "line"
             raise UsageError(f"host: {wrong}; {chips[0].name} has no serial line{_else_over(chips[0])}")
         asked = {} if over is None else {"over": over}  # journals of a part with one channel stay as they are
@@ -126,8 +129,6 @@ class Hosted(Furnished):
         """A host on a serial line whose rate the chip finds, with CTS."""
         from ..parts.adaptive_host import AdaptiveHost
 
-        if picoseconds(delay):
-            raise UsageError(f"host: delay {delay!r}; on a serial line let the host's program pause")
         if line is not None:
             raise UsageError(
                 f"host: line={line.name}; the serial side of {chips[0].name} has TTL levels, no RS-232 line"
@@ -176,8 +177,6 @@ class Hosted(Furnished):
         """A host on an RS-232 line, wired to every module on it."""
         from ..parts.rs232 import SerialHost
 
-        if picoseconds(delay):
-            raise UsageError(f"host: delay {delay!r}; on a serial line let the host's program pause")
         for other in self.parts.values():
             taken = [chip.name for chip in chips if isinstance(other, SerialHost) and chip.name in other.chips]
             if taken:
@@ -257,7 +256,7 @@ def channel_over(chip: Chip, over: str | None) -> Channel:
 
 
 def _tell_power(host: SerialHost | FlowHost | AdaptiveHost, chips: Sequence[Chip]) -> None:
-    """Tell a host when a chip is switched on, as somebody who stands before both would."""
+    """Tell a host when a chip is switched on."""
     for chip in chips:
         chip.on_power.add(lambda _chip, on: host.switched_on() if on else None)
 

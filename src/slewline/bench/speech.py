@@ -88,12 +88,12 @@ class OverFlow(Speech):
 
         async def send(stage: Stage, chip: Chip) -> None:
             host = stage.flow_host
-            data = host.following.sent(body)
-            if not (host.heeds and body.startswith(host.following.dialect.query)):
+            data = host.shadow.sent(body)
+            if not (host.heeds and body.startswith(host.shadow.dialect.query)):
                 stage.tell(body)
                 await host.send_now(data)
                 return
-            answer = await host.ask_now(data, host.following.question(host.name, body))
+            answer = await host.ask_now(data, host.shadow.query(host.name, body))
             stage.tell(f"{body} -> {answered(answer)}")
 
         return self.send(b"", send)
@@ -125,10 +125,10 @@ class OverAdaptive(Speech):
 
         async def send(stage: Stage, chip: Chip) -> None:
             host = stage.adaptive_host
-            if not body.startswith(host.following.dialect.query):
+            if not body.startswith(host.shadow.dialect.query):
                 stage.tell(body)
             answer = await host.exchange(body)
-            if body.startswith(host.following.dialect.query):
+            if body.startswith(host.shadow.dialect.query):
                 stage.tell(f"{body} -> {'no answer' if answer is None else answered(answer)}")
 
         return lambda stage: stage.do(send)

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-from ..core.net import Driver, Net
+from ..core.bell import Bell
 from ..core.waits import edge
 from ..errors import SlewlineError
 from ..language.assemble import RefusedProgram
@@ -119,7 +119,7 @@ class Stage:
         self.kernel = scene.kernel
         self.step: Step | None = None
         self.directed = False
-        self.bell, self.rung = Driver(Net(self.kernel, f"{host.name}.(bell)"), host.name), 0
+        self.bell = Bell(self.kernel, f"{host.name}.(bell)")
 
     def do(self, act: Act) -> None:
         """Queue an action of the host for the present line; what goes wrong in it is told with the line."""
@@ -182,14 +182,9 @@ class Stage:
         """Say what the host does, in the transcript."""
         self.host.on_event(text)
 
-    def ring(self) -> None:
-        """Wake who waits for the bell, in the next round."""
-        self.rung += 1
-        self.bell.drive(self.rung)
-
     async def next_round(self) -> None:
         """Let the round of this instant end, so that its changes show."""
-        self.ring()
+        self.bell.ring()
         await edge(self.bell.net)
 
     def nested(self) -> AbstractContextManager[None]:

@@ -320,6 +320,10 @@ class Chip(OneAxis):
         """Move to the next clock tick at or after this instant of the kernel."""
         self.tick = self.clock.ticks_from(self.kernel.now)
 
+    def sync_forward(self) -> None:
+        """Do the same, unless the count is ahead of this instant already."""
+        self.tick = max(self.tick, self.clock.ticks_from(self.kernel.now))
+
     async def ticks(self, number: int) -> None:
         """Let clocks of the crystal pass."""
         self.tick += number

@@ -35,7 +35,7 @@ class Loop:
         self.dirty: list[Call] = []  # what flushes bytes that were written in this turn
         self.closed = self.hears_signals = False
         self.bell, self.button = bell()
-        self._forgotten = weakref.finalize(self, _hush, self.bell, self.button)  # closed even so
+        self._forgotten = weakref.finalize(self, _close, self.bell, self.button)  # closed even so
         self.watch(self.bell.fileno(), self._answer)
 
     # --------------------------------------------------------------------------------------------- file descriptors
@@ -107,6 +107,6 @@ class Loop:
         self._forgotten()
 
 
-def _hush(*ends: socket) -> None:
+def _close(*ends: socket) -> None:
     for end in ends:
         end.close()

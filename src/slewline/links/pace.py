@@ -101,7 +101,7 @@ class Pace:
         self.waits.append(wait)
 
     def forget(self, wait: Wait) -> None:
-        """Take away somebody who no longer waits."""
+        """Remove a wait, met or not."""
         if wait in self.waits:
             self.waits.remove(wait)
             for net in wait.nets:

@@ -53,7 +53,7 @@ class FineSelector(getattr(selectors, "EpollSelector", selectors.DefaultSelector
 
 
 def pair() -> tuple[socket.socket, socket.socket]:
-    """Return two sockets that are connected, and keep no byte waiting for company: on Windows they are TCP."""
+    """Return two connected sockets that send every byte at once: on Windows they are TCP, which would gather them."""
     ends = socket.socketpair()
     for end in ends:
         if end.family in (socket.AF_INET, socket.AF_INET6):

@@ -4,7 +4,7 @@ r"""A host on a serial line that finds its rate: two carriage returns first, the
     rxd  <----- P=00000000\r txd
     cts  <------------------ the part's flow pin       low: the next character may begin
 
-CTS is obeyed while the part uses its pin for that, as far as the host knows from the mode commands that it has sent
+The host goes by CTS while the part uses its pin for that, as far as it knows from the mode commands that it has sent
 itself; `heed` tells it of others, or lets it ignore CTS.
 """
 
@@ -19,11 +19,9 @@ from ..core.kernel import Task
 from ..core.outside import from_outside
 from ..core.serial import Character, Word
 from ..core.waits import edge, first_of, until
-from ..errors import Timeout, UsageError
-from .bell import Bell
-from .computer import Computer
-from .following import Following
+from ..errors import Timeout
 from .rs232 import POWER_UP_PS, SILENCE_PS, SerialPort
+from .shadow import Shadow, ShadowHost
 from .worker import as_bytes
 
 if TYPE_CHECKING:
@@ -32,11 +30,11 @@ if TYPE_CHECKING:
     from .connection import Connection
 
 USUAL_BAUD = 9600
-HELLO = b"\r\r"
+RETURNS = b"\r\r"  # by which the chip finds the rate
 RESET_PS = 20 * 10**9  # a host gives a chip so long behind a reset, which begins with its supply
 
 
-class AdaptiveHost(SerialPort, Computer):
+class AdaptiveHost(SerialPort, ShadowHost):
     """A host computer on the serial line of one chip that finds the rate.
 
     `send` and `ask` begin with two carriage returns as long as the chip does not know the rate; `write` sends
@@ -50,19 +48,15 @@ class AdaptiveHost(SerialPort, Computer):
     burst = 1  # each character looks at CTS
 
     def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], *, baud: int | None = None) -> None:
-        if len(chips) > 1:
-            raise UsageError(f"{name}: {len(chips)} chips; each drives its own line, so it has its own host")
         channel, sheet, pins = chips[0].channel, chips[0].sheet, chips[0].pins
         assert isinstance(channel, AdaptiveLine)
         rate = USUAL_BAUD if baud is None else baud
         super().__init__(kernel, name, baud=rate, bits=channel.bits, parity=channel.parity, stop=channel.stop, ttl=True)
         self.add_pin("cts", "in", "low: clear to send", pull=1)
         self.join(chips)
-        self.heeding: bool | None = None  # as somebody has said
-        self.news = Bell(kernel, f"{name}.(news)")  # CTS is to be obeyed, or no longer
         self.port = channel
-        self.following = Following(sheet, self._lost)  # as characters are queued
-        self.gone = Following(sheet)  # as they go out
+        self.shadow = Shadow(sheet, self._lost)  # as characters are queued
+        self.gone = Shadow(sheet)
         self.sender: Task | None
         self.adapted = self.was_reset = False
         self.returns = 0  # carriage returns one behind the other, while no rate is known
@@ -74,7 +68,7 @@ class AdaptiveHost(SerialPort, Computer):
     # ------------------------------------------------------------------------------------------- what the chip knows
     def switched_on(self) -> None:
         """Note that the chip begins anew, at this instant."""
-        self.following.reset()
+        self.shadow.reset()
         self.gone.reset()
         self.adapted, self.returns = False, 0
         self.listens_ps = self.kernel.now + RESET_PS
@@ -84,40 +78,18 @@ class AdaptiveHost(SerialPort, Computer):
         self.adapted, self.returns, self.was_reset = False, 0, True
 
     @property
-    def obeys(self) -> bool:
-        """Does a character wait for CTS?"""
-        if self.heeding is not None:
-            return self.heeding
-        mask, *values = self.port.in_use
-        return self.gone.mode & mask in values
-
-    @from_outside
-    def heed(self, on: bool | None) -> None:
-        """Obey CTS from now on (True), or ignore it (False), or do as the host's own mode commands have it (None).
-
-        Raises:
-            UsageError: none of the three.
-        """
-        if on is not None and not isinstance(on, bool):
-            raise UsageError(f"{self.name}: heed({on!r}); allowed True, False, None")
-        self.input("heed", on)
-        self.heeding = on
-        self.news.ring()
-        self.kernel.settle()
-
-    @property
     def held(self) -> bool:
         """Does CTS hold the next character?"""
-        return self.obeys and self.pins["cts"].net.level != 0
+        return self.heeds and self.pins["cts"].net.level != 0
 
     async def before_burst(self) -> None:
-        """Wait until the chip can listen, and for CTS, while it is obeyed."""
+        """Wait until the chip can listen, and for CTS, while the host goes by it."""
         await until(self.kernel, self.listens_ps)
         while self.held:
             await first_of(self.kernel, None, (self.pins["cts"].net, 0), (self.news.net, None))
 
     def after_burst(self, data: bytes) -> None:
-        """Follow what has gone out."""
+        """Note what has gone out."""
         for byte in data:
             self.gone.feed(byte)
         self.news.ring()
@@ -134,10 +106,10 @@ class AdaptiveHost(SerialPort, Computer):
         super().write(data, fault)
         for byte in data:
             if self.adapted:
-                self.following.feed(byte)
+                self.shadow.feed(byte)
             else:
-                self.returns = self.returns + 1 if byte == HELLO[0] else 0
-                self.adapted = self.returns == len(HELLO)
+                self.returns = self.returns + 1 if byte == RETURNS[0] else 0
+                self.adapted = self.returns == len(RETURNS)
 
     def send(self, data: str | bytes) -> None:
         """Queue characters; two carriage returns go first if the chip does not know the rate.
@@ -146,7 +118,7 @@ class AdaptiveHost(SerialPort, Computer):
             UsageError: text that is not ASCII, or neither text nor bytes.
         """
         if not self.adapted:
-            self.write(HELLO, "late" if self.was_reset else "")
+            self.write(RETURNS, "late" if self.was_reset else "")
             self.was_reset = False
         self.write(data)
 
@@ -157,36 +129,36 @@ class AdaptiveHost(SerialPort, Computer):
             UsageError: a command that is not answered.
             Timeout: no answer; the mode register may send it elsewhere.
         """
-        question = self.following.question(self.name, command)
+        query = self.shadow.query(self.name, command)
         since = len(self.received)
-        self.send(self.following.sent(command))
+        self.send(self.shadow.sent(command))
         try:
             self.kernel.outside.wait(
-                lambda: question.answered(self.received, since) is not None,
+                lambda: query.answered(self.received, since) is not None,
                 f"{self.name}: an answer to {command!r}",
                 timeout,
             )
         except Timeout:
             self.give_up()
             raise
-        return question.answered(self.received, since) or ""
+        return query.answered(self.received, since) or ""
 
     async def exchange(self, command: str) -> str | bytes | None:
         """Send a command in a task, and wait until it has gone out; return the answer to a query.
 
         Return None where there is none: the line is silent for longer than any answer takes.
         """
-        asks = command.startswith(self.following.dialect.query)
-        question = self.following.question(self.name, command) if asks else None
+        asks = command.startswith(self.shadow.dialect.query)
+        query = self.shadow.query(self.name, command) if asks else None
         since = len(self.received)
         with self.kernel.outside.nested():  # in the script that asks
-            self.send(self.following.sent(command))
+            self.send(self.shadow.sent(command))
         while self.outgoing:
             await edge(self.news.net)
-        while question is not None and question.answered(self.received, since) is None:
+        while query is not None and query.answered(self.received, since) is None:
             if await first_of(self.kernel, self.kernel.now + SILENCE_PS, (self.news.net, None)) is None:
                 return None
-        return None if question is None else question.answered(self.received, since)
+        return None if query is None else query.answered(self.received, since)
 
     @from_outside
     def give_up(self) -> None:
@@ -205,7 +177,7 @@ class AdaptiveHost(SerialPort, Computer):
             self.sender.kill()
         self.outgoing.clear()
         self.drivers["txd"].drive(self.mark)
-        self.following.decoder.reset()
+        self.shadow.decoder.reset()
         self.gone.decoder.reset()
 
     # ----------------------------------------------------------------------------------------- as a test has need of it
@@ -215,14 +187,14 @@ class AdaptiveHost(SerialPort, Computer):
         Raises:
             UsageError: a command that is not answered.
         """
-        self.following.question(self.name, command)
+        self.shadow.query(self.name, command)
         self.set_line(self.baud, Word(self.port.bits, self.port.parity, self.port.stop))
-        return (b"" if self.adapted else HELLO) + self.following.sent(command)
+        return (b"" if self.adapted else RETURNS) + self.shadow.sent(command)
 
     def ends(self, command: str, data: bytes) -> bool:
         """Return whether these characters have the answer to a query."""
-        return self.following.question(self.name, command).answered(data, 0) is not None
+        return self.shadow.query(self.name, command).answered(data, 0) is not None
 
     def answer_in(self, command: str, data: bytes) -> str | bytes:
         """Return the answer to a query, of these characters; nothing, where there is none."""
-        return self.following.question(self.name, command).answered(data, 0) or b""
+        return self.shadow.query(self.name, command).answered(data, 0) or b""

@@ -19,10 +19,9 @@ from types import MappingProxyType
 
 from ..core.hook import Hook
 from ..core.kernel import Kernel
-from ..core.net import Net
 from ..core.option import Option
 from ..core.serial import BAUD, TTL, Receiver, Word, bit_clock
-from .external import BUS_WIRING, External
+from .external import WRITE_WIRING, Writable
 from .part import Part
 
 CHARACTERS, FIRST, CONTROL = 8, 0x38, 0x30
@@ -68,21 +67,15 @@ def framed(rows: list[str]) -> str:
     return "\n".join((f"+{edge}+", *(f"|{row}|" for row in rows), f"+{edge}+"))
 
 
-class HpDisplay(External, Display):
+class HpDisplay(Writable, Display):
     """An eight-character LED display, HDSP-211x, with the latch and the gates that enable it."""
 
-    wiring = MappingProxyType({**BUS_WIRING, "wr": "write_strobe", "select": "display_select"})
+    wiring = MappingProxyType({**WRITE_WIRING, "select": "display_select"})
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name, "low: the display is selected; enabled while rd or wr is low, too")
-        self.add_pin("wr", "in", "its rise, while selected: the byte on the bus is taken", pull=1, active=0)
         self.cells = bytearray(LINES + 1)
         self._clear()
-
-    def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
-        super().rewired()
-        self.pin("wr").net.watch(self._write)
 
     def _clear(self) -> None:
         """Blank all characters, and let none flash."""
@@ -100,11 +93,10 @@ class HpDisplay(External, Display):
         """Return the byte at the address."""
         return self.cells[self._place()]
 
-    def _write(self, net: Net) -> None:
-        if net.level == 0 or not self.selected:
-            return
+    def written(self, byte: int) -> None:
+        """Take a byte: a character, a flash bit, or the control word."""
         before, place = self.text, self._place()
-        self.cells[place] = self.byte("db")
+        self.cells[place] = byte
         if place == CONTROL and self.cells[CONTROL] & CLEAR:
             self._clear()
             self.cells[CONTROL] &= ~CLEAR

@@ -2,6 +2,7 @@ r"""What a chip reads and writes on a bus of its own: an address latch, and an o
 
 select  ----\____________________________/----
 ale     _________/--\_______________________      its fall latches the byte on the bus as an address
+wr      -----------------\____/-------------      its rise: the byte on the bus is taken, by parts that can be written
 rd      -----------------\________/---------      low: what the address selects stands on the bus
 db      ==========|= low =|== data ==|
 
@@ -18,6 +19,7 @@ from ..core.net import Net
 from .part import Part
 
 BUS_WIRING = MappingProxyType({"db": "data", "ale": "address_latch", "rd": "read_strobe"})
+WRITE_WIRING = MappingProxyType({**BUS_WIRING, "wr": "write_strobe"})
 
 
 class External(Part):
@@ -56,4 +58,25 @@ class External(Part):
 
     def shown(self) -> int | None:
         """Return the byte at the address, 0 to 255; None: nobody is at this address, and the bus floats."""
+        raise NotImplementedError
+
+
+class Writable(External):
+    """One that takes a byte as well: that on the bus, as `wr` rises."""
+
+    def __init__(self, kernel: Kernel, name: str, selects: str) -> None:
+        super().__init__(kernel, name, selects)
+        self.add_pin("wr", "in", "its rise, while selected: the byte on the bus is taken", pull=1, active=0)
+
+    def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
+        super().rewired()
+        self.pin("wr").net.watch(self._write)
+
+    def _write(self, net: Net) -> None:
+        if net.level == 1 and self.selected:
+            self.written(self.byte("db"))
+
+    def written(self, byte: int) -> None:
+        """Take a byte at the address in the latch."""
         raise NotImplementedError

@@ -5,8 +5,8 @@ r"""A host on a bus that works both ways: commands out, messages in, a handshake
     message     FPL low: IO_REQUEST low, wait BUSY low, take the byte, IO_REQUEST high, wait BUSY high, while it is low
 
 The empty handshake in front of a command is what a part wants whose program may run, and ignores otherwise.  A host
-that finds FPL low in it takes the message first (ch. 16, Immediate Commands).  FPL is looked at while it is in use, as
-far as the host knows from the mode commands that it has sent itself; `heed` tells it of others.
+that finds FPL low in it takes the message first (ch. 16, Immediate Commands).  The host goes by FPL while it is in use,
+as far as it knows from the mode commands that it has sent itself; `heed` tells it of others.
 """
 
 from __future__ import annotations
@@ -14,16 +14,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ..core.channel import FlowBus
+from ..core.bell import Bell
 from ..core.net import Driver, Net
 from ..core.outside import from_outside
 from ..core.pin import Condition, GotCondition
 from ..core.waits import edge, first_of, level, until
 from ..errors import Timeout, UsageError
-from .bell import Bell
-from .computer import Computer
-from .following import Following, Question
 from .part import served
+from .shadow import Query, Shadow, ShadowHost
 from .worker import Data, as_bytes
 
 if TYPE_CHECKING:
@@ -35,7 +33,7 @@ if TYPE_CHECKING:
 EMPTY = 0xFF
 
 
-class FlowHost(Computer):
+class FlowHost(ShadowHost):
     """A host computer on the bus of one chip.
 
     `received` is what messages brought.
@@ -46,11 +44,8 @@ class FlowHost(Computer):
 
     def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], delay_ps: int = 0) -> None:
         super().__init__(kernel, name, chips)
-        if len(chips) > 1:
-            raise UsageError(f"{name}: {len(chips)} chips; such a bus belongs to one, with its memory and displays")
-        channel, sheet, pins = chips[0].channel, chips[0].sheet, chips[0].pins
-        assert isinstance(channel, FlowBus)
-        self.bus_channel, self.delay_ps = channel, delay_ps
+        sheet, pins = chips[0].sheet, chips[0].pins
+        self.delay_ps = delay_ps
 
         def line(role: str) -> Net:
             row = sheet.role(role)
@@ -62,17 +57,16 @@ class FlowHost(Computer):
         self.request.drive(1)
         self.received: bytearray = bytearray()
         self.sent = 0
-        self.following = Following(sheet)
-        self.heeding: bool | None = None  # as somebody has said
+        self.shadow = self.gone = Shadow(sheet)
         self.empty_first = True
-        self.turn, self.news = Bell(kernel, f"{name}.(turn)"), Bell(kernel, f"{name}.(news)")
+        self.turn = Bell(kernel, f"{name}.(turn)")
         self.taken = False  # somebody is using the lines
         self.listener: Task | None = None
-        line("reset").watch(lambda _net: self.following.reset())
+        line("reset").watch(lambda _net: self.shadow.reset())
 
     def switched_on(self) -> None:
         """Note that the part has been switched on, at this instant."""
-        self.following.reset()
+        self.shadow.reset()
 
     def rewired(self) -> None:
         """Begin to listen: the host is wired, and time is about to pass."""
@@ -83,12 +77,6 @@ class FlowHost(Computer):
             self.listener.kill()
         self.taken = False
         self.listener = self.kernel.spawn(self._listen(), f"{self.name} listens")
-
-    @property
-    def heeds(self) -> bool:
-        """Does the host take FPL for what it says?"""
-        mask, value = self.bus_channel.in_use
-        return self.heeding if self.heeding is not None else self.following.mode & mask == value
 
     @property
     def offered(self) -> bool:
@@ -104,7 +92,7 @@ class FlowHost(Computer):
         """Let go of the bus, and ask for nothing; listen anew, for whatever was under way was cut short."""
         self.request.drive(1)
         self.bus.drive(None)
-        self.following.decoder.reset()
+        self.shadow.decoder.reset()
         self._listen_again()
 
     # ------------------------------------------------------------------------------------------------------- the lines
@@ -186,7 +174,7 @@ class FlowHost(Computer):
         await self._take_turn()
         try:
             for byte in data:
-                begins = self.following.at_letter
+                begins = self.shadow.at_letter
                 if begins and (self.empty_first or byte == EMPTY):
                     await self._empty_handshake()
                     self.begun = True
@@ -207,14 +195,14 @@ class FlowHost(Computer):
         self.request.drive(1)
         self.bus.drive(None)
         self.sent += 1
-        self.following.feed(byte)
+        self.shadow.feed(byte)
         self.news.ring()  # FPL may be in use from now on
 
-    async def ask_now(self, data: bytes, question: Question) -> str | bytes:
+    async def ask_now(self, data: bytes, query: Query) -> str | bytes:
         """Send a query, and wait until it is answered."""
         since = len(self.received)
         await self.send_now(data)
-        while (found := question.answered(self.received, since)) is None:
+        while (found := query.answered(self.received, since)) is None:
             await edge(self.news.net)
         return found
 
@@ -232,28 +220,14 @@ class FlowHost(Computer):
     def query(self, chip: str, command: str) -> Errand[str | bytes]:
         """Queue a query, in the form of the mode at its turn."""
         served(self.name, self.chips, chip)
-        self.following.question(self.name, command)
+        self.shadow.query(self.name, command)
         self.input("query", chip, command)
 
         async def ask() -> str | bytes:
-            following = self.following
-            return await self.ask_now(following.sent(command), following.question(self.name, command))
+            shadow = self.shadow
+            return await self.ask_now(shadow.sent(command), shadow.query(self.name, command))
 
         return self.errand(f"asks {chip} {command!r}", ask)
-
-    @from_outside
-    def heed(self, on: bool | None) -> None:
-        """Take FPL for what it says from now on (True), or not (False), or as the host's own mode commands have it.
-
-        Raises:
-            UsageError: none of the three.
-        """
-        if on is not None and not isinstance(on, bool):
-            raise UsageError(f"{self.name}: heed({on!r}); allowed True, False, None")
-        self.input("heed", on)
-        self.heeding = on
-        self.news.ring()
-        self.kernel.settle()
 
     @from_outside
     def prefix(self, on: bool) -> None:

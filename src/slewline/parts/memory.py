@@ -21,7 +21,7 @@ from ..core.outside import from_outside
 from ..core.store import STORE, Gathered, Memory, Store
 from ..core.timebase import Time, picoseconds, readable
 from ..errors import UsageError
-from .external import BUS_WIRING, External
+from .external import WRITE_WIRING, Writable
 from .worker import Data, as_bytes
 
 POLLED = 0x80  # what a read shows inverted while a byte is being written
@@ -31,7 +31,7 @@ OF_ALL = (
 )
 
 
-class Ram(External):
+class Ram(Writable):
     """A RAM of up to 64K bytes on the bus of a chip.
 
     Args:
@@ -39,7 +39,7 @@ class Ram(External):
         image: what it holds from address 0 on; the rest is FF, where a real part would hold anything.
     """
 
-    wiring = MappingProxyType({**BUS_WIRING, "wr": "write_strobe", "select": "memory_select"})
+    wiring = MappingProxyType({**WRITE_WIRING, "select": "memory_select"})
     options: tuple[Option, ...] = OF_ALL
 
     def __init__(self, kernel: Kernel, name: str, *, size: int | None = None, image: Data = b"") -> None:
@@ -48,13 +48,7 @@ class Ram(External):
         self.size = size or size_of(data)
         self.fits(0, data)
         self._content = bytearray(data.ljust(self.size, bytes([ERASED])))
-        self.add_pin("wr", "in", "its rise, while selected: the byte on the bus is taken", pull=1, active=0)
         self.upper = ERASED  # in the latch of the high byte
-
-    def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
-        super().rewired()
-        self.pin("wr").net.watch(self._write)
 
     # -------------------------------------------------------------------------------------------------------- content
     @property
@@ -106,9 +100,9 @@ class Ram(External):
         """Return the byte at the address."""
         return self._content[self.address]
 
-    def _write(self, net: Net) -> None:
-        if net.level == 1 and self.selected:
-            self.take(self.address, self.byte("db"))
+    def written(self, byte: int) -> None:
+        """Take a byte at the address."""
+        self.take(self.address, byte)
 
     def take(self, address: int, byte: int) -> None:
         """Take a byte that is written to an address."""

@@ -11,9 +11,9 @@ from collections.abc import Callable, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from ..core.bell import Bell
 from ..core.hook import Hook
 from ..core.kernel import Kernel, Task
-from ..core.net import Driver, Net
 from ..core.option import Option
 from ..core.outside import from_outside
 from ..core.pin import Condition, GotCondition
@@ -197,7 +197,7 @@ class SerialHost(SerialPort, Computer):
         self.rates: dict[str, int] = {}  # what modules were strapped for then; they look at straps when switched on
         self.answers: list[str] = []
         self.line = bytearray()
-        self.line_end = Driver(Net(kernel, f"{name}.(line end)"), name)  # changes with every complete line
+        self.line_end = Bell(kernel, f"{name}.(line end)")
 
     def switched_on(self) -> None:
         """Note that a module has been switched on, at this instant."""
@@ -372,7 +372,7 @@ class SerialHost(SerialPort, Computer):
         if character.byte == 0x0D:
             self.answers.append(self.line.decode("latin-1"))
             self.line.clear()
-            self.line_end.drive(len(self.received))
+            self.line_end.ring()
         else:
             self.line.append(character.byte)
 

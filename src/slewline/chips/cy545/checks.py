@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import zip_longest
+
 from ...core.channel import FlowBus
 from ...core.table import Sheet
 from ...language.lint import Check, section
 from ...language.statements import Directive, Source, Statement
+from ..cy5xx.sisters import written_for
 from .interpreter import REFUSED
 from .ramp_checks import motions
 from .sheet import MB_3, MB_6, MB_ASCII
@@ -16,7 +19,7 @@ PASSES_TIME = ("wait", "until", "bytes", "to", "power", "reset")  # behind these
 def modes(source: Source) -> None:
     """Bits of the mode that nobody knows, and text behind an O that makes all that follows binary."""
     said = source.statements
-    for statement, behind in zip(said, [*said, None][1:], strict=True):
+    for statement, behind in zip_longest(said, said[1:]):
         if statement.row.name != "MODE" or statement.operands[0].label:
             continue
         mode, about = statement.values[0], section(statement.row)
@@ -63,4 +66,4 @@ def meets(source: Source, item: Statement, started: Statement, live: bool) -> No
 
 def checks(sheet: Sheet) -> tuple[Check, ...]:
     """Return the rules of this part, for `language.lint.lint`."""
-    return (motions(sheet), modes, running(sheet))
+    return (motions(sheet), modes, running(sheet), written_for)

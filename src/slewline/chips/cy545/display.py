@@ -41,7 +41,7 @@ class Display:
     # ----------------------------------------------------------------------------------------------------- what is said
     async def reply(self, letter: str, value: int) -> None:
         """Answer a query: letter, equals sign, and digits or bytes by the width of the register."""
-        await self._put(self.said(letter, value))
+        await self.put(self.said(letter, value))
 
     def said(self, letter: str, value: int) -> bytes:
         """Return the answer to a query: R=00100 and a carriage return, or in binary its bytes, the high one first."""
@@ -52,26 +52,25 @@ class Display:
         return head + value.to_bytes(sheet.ANSWER_BYTES[digits], "big")
 
     async def position(self) -> None:
-        """Show the position, as after each step of jog and home (ch.16, Automatic Position Display)."""
-        await self.reply("P", self.chip.axes[0].position)
-
-    async def string(self, data: bytes) -> None:
-        """Say the characters of a string."""
-        await self._put(data)
+        """Show the position behind a step of jog or home, if the mode says so (ch.16, Automatic Position Display)."""
+        if self.registers.has(sheet.MB_SHOW):
+            await self.reply("P", self.chip.axes[0].position)
+            self.chip.sync_forward()  # the host, or TXD, has taken its time
+            await self.chip.ticks(0)
 
     async def listing(self, lines: int) -> None:
         """Say the pointer, then lines of the memory from there on; the pointer stays."""
-        await self._put(self.said("Y", self.registers.pointer))
+        await self.put(self.said("Y", self.registers.pointer))
         line, address = bytearray(), self.registers.pointer
         while lines and address < sheet.MEMORY_BYTES:
             line.append(await self.local_bus.read(address))
             address += 1
             if line[-1] == CR or address == sheet.MEMORY_BYTES:
-                await self._put(bytes(line))
+                await self.put(bytes(line))
                 line.clear()
                 lines -= 1
 
-    async def _put(self, data: bytes) -> None:
+    async def put(self, data: bytes) -> None:
         """Give bytes to the selected device, as it takes them."""
         if not data:
             return

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from ...core.axis import Axis
 from ...core.chip import Chip
 from ...core.kernel import Kernel
+from ..cy5xx.crystal import check_crystal, clocks
 from ..cy5xx.supply import PowerUp, Supply
 from . import sheet
 from .display import Display
@@ -48,7 +49,7 @@ class Cy545(Chip):
     def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
         self.sheet = fitted(type(self).sheet, vars(self.options))
-        ticks = self.clocks()
+        ticks = clocks(self)
         defaults = {row.name: row.default for row in self.sheet.registers}
         self.state = Registers(defaults)
         self.axes = (Axis(kernel, range(sheet.POSITIONS), defaults["position"]),)
@@ -68,20 +69,12 @@ class Cy545(Chip):
             self, ticks, self.state, self.sides, self.local_bus, self.stored, self.instructions, self.jog
         )
         self.supply = Supply(self, self, self.sheet.times, PowerUp(ticks["reset_pulse"], sheet.POWER_UP_PS), sense=1)
-        low, high = self.sheet.crystal_low_hz, self.sheet.crystal_high_hz
-        if not low <= self.crystal_hz <= high:
-            allowed = f"{low // 1_000_000} to {high // 1_000_000} MHz"
-            self.finding("crystal", f"{self.crystal_hz / 1e6:g} MHz is outside of {allowed}; times scale")
+        check_crystal(self, "the sheet")
         if self.supply.powered:
             self.powered_up()
             self.start()
         else:
             self.driven(False)
-
-    def clocks(self) -> dict[str, int]:
-        """Return the times of the sheet by name, in clocks of the crystal; the option `inferred` may replace some."""
-        inferred: Mapping[str, int] = self.options.inferred
-        return {name: inferred.get(name, time.ticks) for name, time in self.sheet.times.items()}
 
     def _moved_by(self, ticks: Mapping[str, int]) -> None:
         """Make what moves the motor: the fast way, or its slow twin."""

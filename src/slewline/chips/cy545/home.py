@@ -22,7 +22,7 @@ from .ideal import Single
 from .motion import Stepping
 from .profile import Law
 from .registers import Registers
-from .steps import StepOutputs, caught_up
+from .steps import StepOutputs
 from .user_bits import UserBits
 
 
@@ -93,9 +93,7 @@ class Home(Stepping):
 
     async def look(self, plan: Plan, step: int) -> Plan:
         """Show the position; look at the pattern, then at the limit, before the next step begins."""
-        if self.each:
-            await self.shown()
-            await caught_up(self.chip)
+        await self.shown()
         if self.matches is not self.inside:
             return STOP
         return STOP if self.refused() else plan

@@ -68,12 +68,6 @@ class Instructions(instructions.Parameters):
     def do_pointer(self, address: int) -> None:
         self.registers.pointer = address
 
-    def finding_once(self, code: str, text: str) -> None:
-        """Add a finding, once."""
-        if code not in self.said:
-            self.said.add(code)
-            self.chip.finding(code, text)
-
     # ----------------------------------------------------------------------------------------------------------- bits
     def do_bit(self, argument: int) -> None:
         one = argument & 0xC0 == 0
@@ -181,7 +175,7 @@ class Instructions(instructions.Parameters):
         return self.registers.values[name]
 
     async def do_string(self, data: bytes) -> None:
-        await self.display.string(data)
+        await self.display.put(data)
 
     async def do_display(self, address: int, _count: int, data: bytes) -> None:
         await self.local_bus.show(address, data)

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from .sides import Sides
 
 ERASED = 0xFF  # a byte of the memory that is no command; so is what an open bus reads
+WITH_DATA = frozenset('?["')  # commands with something else than numbers in them
 REFUSED = frozenset("EQXYJLTZ")  # what a host may not say while a program runs (quirk CY545-UND-IMM-SET)
 
 
@@ -102,7 +103,7 @@ class Interpreter:
                 await first_of(chip.kernel, chip.clock.ps(due), *watched)
             else:
                 await jog.step(way)
-            chip.tick = max(chip.tick, chip.clock.ticks_from(chip.kernel.now))
+            chip.sync_forward()
         return await sides.letter()
 
     async def execute(self, command: Spoken) -> None:
@@ -143,7 +144,7 @@ class Interpreter:
             values = (number % row.args[0].modulus, *values[1:])
         if command.flips:
             values = (values[0] ^ command.flips, *values[1:])
-        named = {"data": command.data} if command.data or row.form in '?["' else {}
+        named = {"data": command.data} if row.form in WITH_DATA else {}
         work = self.handlers[row.form](*values, **named)
         if work is not None:
             await work

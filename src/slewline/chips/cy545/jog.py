@@ -17,11 +17,11 @@ from ...core.chip import Chip
 from ...core.net import Net
 from ...core.plan import Plan
 from ...core.train import Playing, StepTrain
-from . import profile, sheet
+from . import profile
 from .ideal import Single
 from .profile import Law
 from .registers import Registers
-from .steps import StepOutputs, caught_up
+from .steps import StepOutputs
 
 
 class Jog:
@@ -79,6 +79,4 @@ class Jog:
         outputs.point(self.registers.clockwise)
         await chip.at_tick(begin + period - self.lead)
         outputs.stops(begin + period, self.motion)
-        if self.registers.has(sheet.MB_SHOW):
-            await self.shown()
-            await caught_up(chip)
+        await self.shown()

@@ -122,7 +122,7 @@ class LocalBus:
         chip = self.chip
         if self.busy.level == 0 and self.request.level == 0:
             await level(self.request, 1)
-            chip.tick = max(chip.tick, chip.clock.ticks_from(chip.kernel.now))
+            chip.sync_forward()
         await until(chip.kernel, chip.clock.ps(chip.tick))  # the count may be ahead of this instant
         return chip.tick
 

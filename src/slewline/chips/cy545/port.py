@@ -68,7 +68,7 @@ class ParallelPort:
         """
         chip, request = self.chip, self.request
         fell, seen = request.changes, self.bus.byte
-        self._now()
+        chip.sync_forward()
         await chip.ticks(self.ticks["busy_delay"])
         if request.changes != fell:
             chip.finding("short-request", "IO_REQUEST rose before BUSY fell: the byte is lost")
@@ -99,7 +99,7 @@ class ParallelPort:
             chip.waits("io_request=1 before BUSY rises")
             await self.until_request(1)
         rose = request.changed_at if request.changes == self.served + 1 else self.kernel.now
-        self._now()
+        chip.sync_forward()
         await chip.at_tick(self.clock.ticks_from(rose) + self.ticks["busy_end"])
         if request.level == 0:
             chip.finding("early-request", "IO_REQUEST was lowered while BUSY was low: it is served now")
@@ -125,7 +125,7 @@ class ParallelPort:
         chip.waits("io_request=0: FPL is low, the host is to read")
         await self.until_request(0)
         fell, delay, lead = request.changes, self.ticks["output_delay"], self.ticks["flow_lead"]
-        self._now()
+        chip.sync_forward()
         answer = chip.tick + delay
         self.bus_driver.drive((0xFF, byte))
         if last and not self.late:
@@ -142,7 +142,7 @@ class ParallelPort:
         chip.waits("io_request=1: the host is to read the byte on the bus")
         await self.until_request(1)
         self.bits.bus_used()
-        self._now()
+        chip.sync_forward()
         end = chip.tick + self.ticks["busy_end"]
         if last and self.late:
             await chip.at_tick(end - lead)
@@ -158,7 +158,3 @@ class ParallelPort:
         self.host_is_next = self.request.level != wanted
         await level(self.request, wanted)
         self.host_is_next = False
-
-    def _now(self) -> None:
-        """Take up the count of clocks at this instant, unless the chip is ahead of it."""
-        self.chip.tick = max(self.chip.tick, self.clock.ticks_from(self.kernel.now))

@@ -1,4 +1,4 @@
-"""What a CY545 remembers beside its position: parameters, mode and pointer, the direction and the loops in work."""
+"""What a CY545 remembers beside its position: parameters, mode and pointer, the direction."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Registers(registers.Registers):
     continuous: bool = False  # C has been given for the next motion
 
     def power_up(self) -> None:
-        """Give every register its value after power-up, which is none of chance here."""
+        """Give every register its value after power-up, which is known of all of them."""
         super().power_up()
         self.unset.clear()
 

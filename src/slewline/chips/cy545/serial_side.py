@@ -12,20 +12,21 @@ from collections import deque
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from ...core.bell import Bell
 from ...core.channel import AdaptiveLine
-from ...core.net import Driver, Net
 from ...core.serial import OVERSAMPLING, TTL, Receiver, Word, bit_clock, transmit
 from ...core.timebase import PS_PER_S, Clock
 from ...core.waits import until
+from .sheet import BAUD_TOLERANCE
 
 if TYPE_CHECKING:
     from ...core.chip import Chip
     from ...core.kernel import Task
+    from ...core.net import Net
     from .user_bits import UserBits
 
 ROOM = 3  # characters that the chip keeps while it is at work
 EDGES = (0, 1, 2, 3, 5, 9)  # of a carriage return, in bits
-NEAR = 0.03  # of a standard rate; and of two carriage returns
 SKEW = 0.25  # of a bit, by which an edge may be off
 
 
@@ -40,7 +41,7 @@ class SerialSide:
         self.fixed_baud: int | None = chip.options.fixed_baud
         self.shortest, self.longest = (chip.clock.ps(ticks[f"{which}_bit"]) for which in ("shortest", "longest"))
         self.rxd, self.txd = chip.pins["rxd"].net, chip.drivers["txd"]
-        self._rung, self._bell = 0, Driver(Net(chip.kernel, f"{chip.name}.(serial)"), chip.name)
+        self._bell = Bell(chip.kernel, f"{chip.name}.(serial)")
         self.listener: Task | None = None
         self.receiver: Receiver | None = None
         self.watching = self.told = False
@@ -114,14 +115,14 @@ class SerialSide:
             return
         edges.clear()
         first, self.first_bit = self.first_bit, bit
-        if first is not None and abs(bit - first) <= NEAR * first:
+        if first is not None and abs(bit - first) <= BAUD_TOLERANCE * first:
             self._adapt((first + bit) / 2)
 
     def _adapt(self, bit_ps: float) -> None:
         """Take the rate of two carriage returns, if it is one of those that the chip knows."""
         rate = PS_PER_S / bit_ps
-        fits = self.shortest * (1 - NEAR) <= bit_ps <= self.longest * (1 + NEAR)
-        if not fits or all(abs(rate - standard) > NEAR * standard for standard in self.standard):
+        fits = self.shortest * (1 - BAUD_TOLERANCE) <= bit_ps <= self.longest * (1 + BAUD_TOLERANCE)
+        if not fits or all(abs(rate - standard) > BAUD_TOLERANCE * standard for standard in self.standard):
             slowest, fastest = (PS_PER_S / ps for ps in (self.longest, self.shortest))
             if self._untold():
                 self.chip.finding(
@@ -158,8 +159,7 @@ class SerialSide:
                 )
             else:
                 self.buffer.append(character.byte)
-                self._rung += 1
-                self._bell.drive(self._rung)
+                self._bell.ring()
 
     @property
     def receiving(self) -> bool:
@@ -176,4 +176,4 @@ class SerialSide:
         chip.waits("the end of what it sends on TXD")
         await until(self.kernel, self.over_ps)
         await transmit(self.txd, self.clock, self.word, message, TTL)
-        chip.tick = max(chip.tick, chip.clock.ticks_from(self.kernel.now))
+        chip.sync_forward()

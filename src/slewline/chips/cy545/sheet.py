@@ -206,7 +206,7 @@ LIMITS = (
 
 # ----------------------------------------------------------------------------------------------------------- options
 BAUDS = tuple(300 << k for k in range(7))  # 300 to 19200 (ch.16, The Serial Interface)
-BAUD_TOLERANCE = 3  # percent that a carriage return may be off a standard rate (inferred)
+BAUD_TOLERANCE = 0.03  # that a carriage return may be off a standard rate, and two off each other (inferred)
 POWER_UP_PS = 10_000_000_000  # RESET at power-up, when nobody drives it (inferred: no readable page)
 
 
@@ -270,7 +270,7 @@ def _sheet(part: str, title: str, flow: Literal["before", "after"], live: bool) 
         suffix=f".{part}",
         slips=SLIPS,
         notes=NOTES,
-        dialect=Verbatim(queries=QUERIES, listing=LISTING),
+        dialect=Verbatim(queries=QUERIES, answer_bytes=ANSWER_BYTES, listing=LISTING, flips=NEGATED),
         channels=(
             FlowBus(ends=flow, live=live, in_use=(MB_PARALLEL | MB_HP, MB_PARALLEL)),
             AdaptiveLine(bauds=BAUDS, flow_pin="usrb6", in_use=CTS_IN_USE, where=SERIAL),

@@ -131,7 +131,7 @@ class Sides:
             chip.idle = not self.program
             await edge(serial.arrived)
             chip.idle = False
-        chip.tick = max(chip.tick, chip.clock.ticks_from(self.kernel.now))
+        chip.sync_forward()
         return serial.take()
 
     async def taken(self, tick: int) -> None:

@@ -16,17 +16,10 @@ from ...core.motions import Parameters
 from ...core.net import Driver
 from ...core.step_views import StrobeView
 from ...core.train import Playing
-from ...core.waits import until
 from ..cy5xx import steps
 from ..cy5xx.registers import Registers
 
 NO_PHASES = ((),)
-
-
-async def caught_up(chip: Chip) -> None:
-    """Wait for the next clock tick, where time has passed that the chip's own count does not know of."""
-    chip.tick = max(chip.tick, chip.clock.ticks_from(chip.kernel.now))
-    await until(chip.kernel, chip.clock.ps(chip.tick))
 
 
 class Weak:

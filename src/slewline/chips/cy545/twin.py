@@ -21,11 +21,10 @@ from ...core.motions import Why
 from ...core.plan import Leg, Plan
 from ...core.train import Playing, StepTrain
 from ...core.waits import first_of
-from . import sheet
 from .ideal import Made, Single
 from .profile import Law
 from .registers import Registers
-from .steps import StepOutputs, caught_up
+from .steps import StepOutputs
 from .user_bits import UserBits
 
 UP, SLEW, DOWN, CRAWL = "up", "slew", "down", "crawl"
@@ -215,6 +214,4 @@ class Homewise(Steps):
     async def single(self, period: int) -> None:
         """A step, and the position behind it."""
         await self.step(CRAWL, period)
-        if self.registers.has(sheet.MB_SHOW):
-            await self.shown()
-            await caught_up(self.chip)
+        await self.shown()

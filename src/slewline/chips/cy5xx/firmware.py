@@ -10,6 +10,7 @@ from ...core.chip import Chip
 from ...core.kernel import Kernel
 from ...core.step_views import PulseView
 from ...core.train import OPEN, Playing, StepTrain
+from .crystal import check_crystal, clocks
 from .instructions import Instructions
 from .interpreter import Interpreter
 from .motion import Motion
@@ -39,7 +40,7 @@ class Cy5xx(Chip):
 
     def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
-        ticks = self.clocks()
+        ticks = clocks(self)
         defaults = {row.name: getattr(self.options, row.name) for row in self.sheet.registers}
         self.state = self.registers_class(defaults)
         self.axes = (Axis(kernel, range(1 << 16), defaults["position"]),)
@@ -56,17 +57,9 @@ class Cy5xx(Chip):
         if self.supply.powered:
             self.driven(True)
             self.clock_runs()
-        low, high = self.sheet.crystal_low_hz, self.sheet.crystal_high_hz
-        if not low <= self.crystal_hz <= high:
-            allowed = f"{low // 1_000_000} to {high // 1_000_000} MHz of {self.crystal_where}"
-            self.finding("crystal", f"{self.crystal_hz / 1e6:g} MHz is outside the {allowed}; times scale")
+        check_crystal(self, self.crystal_where)
         if self.supply.powered:
             self.start()
-
-    def clocks(self) -> dict[str, int]:
-        """Return the times of the sheet by name, in clocks of the crystal; the option `inferred` may replace some."""
-        inferred: Mapping[str, int] = getattr(self.options, "inferred", {})
-        return {name: inferred.get(name, time.ticks) for name, time in self.sheet.times.items()}
 
     def patterns(self) -> Patterns:
         """Return the levels of the phases, a row a step; clockwise goes down the rows."""

@@ -35,6 +35,12 @@ class Parameters:
         self.axis = chip.axes[0]
         self.said: set[str] = set()  # findings that are reported once
 
+    def finding_once(self, code: str, text: str) -> None:
+        """Add a finding, once."""
+        if code not in self.said:
+            self.said.add(code)
+            self.chip.finding(code, text)
+
     # ------------------------------------------------------------------------------------------------- parameters
     def do_number(self, steps: int) -> None:
         self.registers.load("number", steps)
@@ -198,9 +204,8 @@ class Instructions(Parameters):
             if count == 0 and self.chip.sheet.commands["L"].args[0].low > 0:
                 finding("loop-zero", "L 0: an 8-bit counter runs through, 256 passes")
             program.loop = (program.at, count or 256)
-        elif program.loop[0] != program.at and "nested-loop" not in self.said:
-            self.said.add("nested-loop")
-            finding(
+        elif program.loop[0] != program.at:
+            self.finding_once(
                 "nested-loop",
                 f"L at byte {program.at} while the L at byte {program.loop[0]} is counting: it takes over its count",
             )

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..core.net import Driver, Net
+from .net import Driver, Net
 
 if TYPE_CHECKING:
-    from ..core.kernel import Kernel
+    from .kernel import Kernel
 
 
 class Bell:
@@ -18,7 +18,7 @@ class Bell:
 
     @property
     def net(self) -> Net:
-        """Changes with every stroke."""
+        """Changes with every ring."""
         return self._driver.net
 
     def ring(self) -> None:

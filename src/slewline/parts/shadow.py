@@ -1,4 +1,4 @@
-"""What a host knows of a part from what it has sent: where commands begin, mode register, program entry, and answers.
+"""Shadow registers: what a host knows of a part from what it has sent, such as its mode register and program entry.
 
 A part that keeps its program as it was sent has no pin that tells its mode, so a host remembers it.  What somebody else
 tells the part, over its other side or by a program, a host does not hear of.
@@ -7,23 +7,28 @@ tells the part, over its other side or by a program, a host does not hear of.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from ..core.bell import Bell
+from ..core.channel import AdaptiveLine, FlowBus
+from ..core.outside import from_outside
 from ..errors import UsageError
 from ..language.dialect import spoken_as
 from ..language.verbatim import Entry, Verbatim
+from .computer import Computer
 
 if TYPE_CHECKING:
+    from ..core.kernel import Kernel
     from ..core.table import Sheet
+    from .connection import Connection
 
 TEXT = 0x80  # in the mode register: commands in ASCII
-SIZES = {8: 3, 5: 2}  # bytes of an answer in binary, by its digits in text
 MODE, RESET = "MODE", "INITIALIZE"  # the commands that a host remembers
 
 
-class Following:
-    """Follows the bytes that go to a part.  `mode` is its mode register, as far as the host knows."""
+class Shadow:
+    """Takes the bytes that go to a part.  `mode` is its mode register, as far as the host knows."""
 
     def __init__(self, sheet: Sheet, on_reset: Callable[[], object] = lambda: None) -> None:
         self.sheet, self.dialect, self.on_reset = sheet, spoken_as(sheet, Verbatim), on_reset
@@ -66,7 +71,7 @@ class Following:
             self.reset()
             self.on_reset()
 
-    # ------------------------------------------------------------------------------------------------------- questions
+    # ------------------------------------------------------------------------------------------------------- queries
     def sent(self, command: str) -> bytes:
         """Return a command as it goes out in the present mode.
 
@@ -75,7 +80,7 @@ class Following:
         """
         return (self.dialect.sent if self.ascii else self.dialect.sent_binary)(self.sheet, command)
 
-    def question(self, who: str, command: str) -> Question:
+    def query(self, who: str, command: str) -> Query:
         """Return what is asked by a command, such as "? P".
 
         Raises:
@@ -88,10 +93,10 @@ class Following:
         if match is None:
             forms = ", ".join(f"{dialect.query} {letter}" for letter in (*letters, dialect.listing))
             raise UsageError(f"{who}: {command!r} is not answered; ask {forms},n, and send() the rest")
-        return Question(self.dialect, match[1] or match[2], int(match[3] or 0), self.ascii)
+        return Query(self.dialect, match[1] or match[2], int(match[3] or 0), self.ascii)
 
 
-class Question:
+class Query:
     """A query, and what its answer looks like among the bytes that come."""
 
     def __init__(self, dialect: Verbatim, letter: str, lines: int, ascii: bool) -> None:
@@ -101,7 +106,7 @@ class Question:
         elif ascii:
             self.pattern = rb"%c=[0-9]{%d}\r" % (letter.encode(), dialect.queries[letter])
         else:
-            self.pattern = rb"%c=.{%d}" % (letter.encode(), SIZES[dialect.queries[letter]])
+            self.pattern = rb"%c=.{%d}" % (letter.encode(), dialect.answer_bytes[dialect.queries[letter]])
 
     def answered(self, data: bytes | bytearray, since: int) -> str | bytes | None:
         """Return the answer that has come behind so many bytes, as text without its last carriage return; None: none.
@@ -112,3 +117,42 @@ class Question:
         if match is None:
             return None
         return match[0][:-1].decode("latin-1") if self.ascii else bytes(match[0])
+
+
+class ShadowHost(Computer):
+    """A host that goes by the flow line of its chip, FPL or CTS, while the mode register puts it to this use.
+
+    `gone` takes bytes as they go out; `news` rings with each of them, and whenever the host goes by the line or no
+    longer.
+    """
+
+    gone: Shadow
+
+    def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection] = ()) -> None:
+        super().__init__(kernel, name, chips)
+        self.heeding: bool | None = None  # as somebody has said
+        self.news = Bell(kernel, f"{name}.(news)")
+
+    @property
+    def heeds(self) -> bool:
+        """Does the host go by the flow line?"""
+        if self.heeding is not None:
+            return self.heeding
+        channel = self.channel
+        assert isinstance(channel, FlowBus | AdaptiveLine)
+        mask, *values = channel.in_use
+        return self.gone.mode & mask in values
+
+    @from_outside
+    def heed(self, on: bool | None) -> None:
+        """Go by FPL or CTS from now on (True), or not (False), or as the host's own mode commands have it (None).
+
+        Raises:
+            UsageError: none of the three.
+        """
+        if on is not None and not isinstance(on, bool):
+            raise UsageError(f"{self.name}: heed({on!r}); allowed True, False, None")
+        self.input("heed", on)
+        self.heeding = on
+        self.news.ring()
+        self.kernel.settle()

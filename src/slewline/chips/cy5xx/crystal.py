@@ -1,0 +1,21 @@
+"""What the parts of the family make of their crystal: times in clocks, and a finding where it does not fit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ...core.chip import Chip
+
+
+def clocks(chip: Chip) -> dict[str, int]:
+    """Return the times of the sheet by name, in clocks of the crystal; the option `inferred` may replace some."""
+    inferred: Mapping[str, int] = getattr(chip.options, "inferred", {})
+    return {name: inferred.get(name, time.ticks) for name, time in chip.sheet.times.items()}
+
+
+def check_crystal(chip: Chip, where: str) -> None:
+    """Add a finding if the crystal is one that the part does not take; `where` says which ones it does."""
+    low, high = chip.sheet.crystal_low_hz, chip.sheet.crystal_high_hz
+    if not low <= chip.crystal_hz <= high:
+        allowed = f"{low // 1_000_000} to {high // 1_000_000} MHz of {where}"
+        chip.finding("crystal", f"{chip.crystal_hz / 1e6:g} MHz is outside the {allowed}; times scale")
