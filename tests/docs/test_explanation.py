@@ -10,6 +10,7 @@ from functools import cache
 import pytest
 
 import slewline
+from slewline.chips.cy545 import profile
 
 from .blocks import ROOT
 
@@ -34,11 +35,11 @@ def traced(action):
     """Every call inside slewline, in order: (file, qualified name)."""
     calls = []
 
-    def profile(frame, event, _argument):
+    def note(frame, event, _argument):
         if event == "call" and frame.f_code.co_filename.startswith(str(SRC)):
             calls.append((frame.f_code.co_filename[len(str(SRC)) + 1 :], frame.f_code.co_qualname))
 
-    sys.setprofile(profile)
+    sys.setprofile(note)
     try:
         action()
     finally:
@@ -98,6 +99,8 @@ def test_a_query_flows_through_the_code_as_the_page_says(c):
 
 def test_a_program_in_a_memory_flows_through_the_code_as_the_page_says(c):
     def ran():
+        profile.ramp.cache_clear()  # another test may have planned this very move
+        profile.move.cache_clear()
         c.host.send("X\r")
         c.bench.run_until_idle()
 

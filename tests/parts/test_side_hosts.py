@@ -52,7 +52,7 @@ def test_both_have_the_face_of_every_host(cls):
 def test_a_query_is_answered(over, query, answer):
     desk = Desk(over)
     assert desk.host.ask(query) == answer
-    assert desk.codes == []
+    assert desk.codes == ([] if " " in query else ["spacing"])
 
 
 @SIDES
