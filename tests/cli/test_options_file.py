@@ -64,7 +64,7 @@ def test_a_file_that_is_none_is_refused_with_what_is_allowed(call, write):
         (("rate_table = ",), "bad.toml: not TOML"),
         (("[[chip]]", 'part = "cy545"'), "bad.toml: a bench file; allowed options of a chip"),
         (('rate_table = "30k"',), "rate_table '30k'; allowed 20k, 27k"),
-        (("rates = [1, 2]",), "no option 'rates'"),
+        (("rates = [1, 2]",), "did you mean inferred.rates?"),
         (("[inferred]", "rates = [1, 2]"), "2 numbers; allowed 256 or none"),
         (("[inferred]", f"rates = {[100] * 255 + [0]}"), "100, 100, ...; 0 at 255; allowed whole numbers, each 1.."),
         (("[inferred]", f"rates = {[100] * 9 + [1.5] + [100] * 246}"), "...; 1.5 at 9; allowed whole numbers"),

@@ -129,6 +129,7 @@ def test_integers_of_numpy_are_whole_numbers_and_become_plain_ones():
         ),
         ("load", {"gear": {"teeth": 2}}, "x: load: gear: teeth 2; allowed 3 and more"),
         ("cuont", 3, "x: no option 'cuont'; its options: slow, count, odd"),
+        ("inertia", 1, "; did you mean load.inertia?"),
     ],
 )
 def test_what_is_not_allowed_is_refused_with_what_is(name, value, says):

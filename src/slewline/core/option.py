@@ -258,7 +258,9 @@ def checked(owner: str, rows: Iterable[Option], given: Mapping[str, Any]) -> dic
     for name in given:
         if name not in known:
             allowed = ", ".join(known) or "none"
-            raise UsageError(f"{owner}: no option {name!r}; its options: {allowed}{hint(name, known)}")
+            within = {row.name: f"{table.name}.{row.name}" for table in known.values() for row in table.table}
+            meant = f"; did you mean {within[name]}?" if name in within else hint(name, known)
+            raise UsageError(f"{owner}: no option {name!r}; its options: {allowed}{meant}")
     found = {}
     for name, row in known.items():
         if name not in given and row.required:
