@@ -53,7 +53,7 @@ class ChipsetPort:
             line += self._read(1)
         text = line.decode("latin-1").strip()
         if not text.startswith(GREETING):
-            raise ConnectionError(f"{self.where}: {text!r}; expected '{GREETING}...', the greeting of a chipset")
+            raise ConnectionError(f"{self.where}: {text!r}; expected '{GREETING}...', the greeting of registers")
         part, axes = text.removeprefix(GREETING).split()
         return part, int(axes)
 
