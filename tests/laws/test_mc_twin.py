@@ -8,10 +8,11 @@ from random import Random
 import pytest
 
 import slewline
+from slewline.core.motions import MotionEnd
 
 from .dialogues import differences
 from .digests import digests
-from .mc_dialogues import CYCLE, HIGHEST, ONE, READY, Dialogue, Maker, made, play
+from .mc_dialogues import CYCLE, HIGHEST, ONE, READY, Dialogue, Event, Maker, made, play
 
 BLOCKS = 20  # of the hundred thousand: they go to all processors, and each takes minutes
 KINDS = {  # dialogues with each, of the hundred thousand
@@ -83,6 +84,21 @@ def long_move(seed: int) -> Dialogue:
 def test_long_moves_agree() -> None:
     for seed in range(2):
         compared(long_move(seed))
+
+
+def test_a_stall_ends_a_gear_that_has_made_no_step_in_the_next_cycle() -> None:
+    dialogue = Dialogue(0, "mc1151a-e", 25_000_000, cycles=60)
+    for count in range(8):  # with a ratio of 0 in the gear they make no step, but are eight counts of error
+        pin, level = "ab"[count % 2], int(count % 4 < 2)
+        dialogue.events.append(Event(READY + 40 * count, f"quad{pin}1", level))
+    maker = Maker(dialogue, Random(0))
+    for name, value in (("SET_STEP_RATIO", 256), ("SET_AUTO_STOP_ON", None), ("SET_PRFL_GEAR", None)):
+        maker.send(name, value)
+    maker.send("SET_POS_ERR", 3, act=41 * CYCLE)
+    compared(dialogue)
+    ends = [said[-1] for said in play(dialogue).heard if isinstance(said[-1], MotionEnd)]
+    assert [(end.why, end.steps) for end in ends] == [("cut", 0)]
+    assert ends[0].time_ps // (CYCLE * 40_000) == 43  # the limit is new in 42, the motor off in 43
 
 
 @pytest.mark.parametrize(("kind", "value", "end"), [("ACTL_NEG", -1, (1 << 30) - 4), ("ACTL_POS", 1, 4 - (1 << 30))])

@@ -29,7 +29,7 @@ class Horizon:
         """Return the next cycle in which something is to be decided, `n` having been worked."""
         state, pulses, encoder = self.state, self.pulses, self.feedback.encoder
         running = pulses.law is not None
-        if state.update or (running and not state.motor_on):
+        if state.update or state.was_off:
             return n + 1
         due = NEVER
         if running:
