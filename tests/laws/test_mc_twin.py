@@ -101,6 +101,21 @@ def test_a_stall_ends_a_gear_that_has_made_no_step_in_the_next_cycle() -> None:
     assert ends[0].time_ps // (CYCLE * 40_000) == 43  # the limit is new in 42, the motor off in 43
 
 
+def test_a_position_declared_as_the_supply_goes_is_declared() -> None:
+    dialogue = Dialogue(0, "mc1151a-e", 25_000_000, cycles=60)
+    maker = Maker(dialogue, Random(0))
+    for name, value in (("SET_VEL", ONE), ("SET_ACC", ONE), ("SET_POS", 5), ("UPDATE", None)):
+        maker.send(name, value)
+    maker.free += 10 * CYCLE
+    maker.send("SYNCH_PRFL")  # to the encoder, which has not moved
+    maker.send("UPDATE", act=49 * CYCLE + 1)
+    dialogue.events.append(Event(50 * CYCLE, "power", 0))
+    for shuffle in range(6):
+        compared(dialogue, shuffle)
+        ends = [said[-1] for said in play(dialogue, shuffle=shuffle).heard if isinstance(said[-1], MotionEnd)]
+        assert [(end.why, end.position) for end in ends] == [("done", 5), ("cut", 0)]
+
+
 @pytest.mark.parametrize(("kind", "value", "end"), [("ACTL_NEG", -1, (1 << 30) - 4), ("ACTL_POS", 1, 4 - (1 << 30))])
 def test_an_actual_position_meets_its_breakpoint_by_going_round_the_end_of_the_range(
     kind: str, value: int, end: int

@@ -129,9 +129,9 @@ class Pulses:
         del self.past[: max(bisect_right(self.past, cycle, key=lambda entry: entry.first) - 1, 0)]
 
     def end(self) -> None:
-        """Reset: end with this instant whatever is promised."""
+        """Reset: end with this instant whatever is promised; a position declared in it counts first."""
         self.law = None
-        self.waiting.clear()
+        self._do()
         if self.playing is not None:
             self.playing.until = self.kernel.now + 1
             self.pulse.renew()

@@ -74,6 +74,7 @@ class Course:
         self.steps: list[int] = []  # ticks of this cycle's steps
         self.playing: Playing | None = None
         self.told: list[Callable[[], object]] = []  # what the axis will be told
+        self.declared: int | None = None  # the position that it will be told
         # position error, in 1/256 count, and whole steps of the target that it does not count yet
         self.error = self.gone = 0
 
@@ -204,7 +205,14 @@ class Course:
         self.state.motion_error = False
         now = self.chip.kernel.now
         made = sum(self.chip.clock.ps(step) <= now for step in self.steps)  # of this cycle, which began at `position`
-        self.tell(lambda: self.axis.load(position + self.direction * made))
+        self.declared = position + self.direction * made
+        self.tell(self.load)
+
+    def load(self) -> None:
+        """The axis takes over the position that was declared, if one was."""
+        if self.declared is not None:
+            self.axis.load(self.declared)
+            self.declared = None
 
     def copy_registers(self, new: Profile) -> None:
         """Registers become the active ones; those that may not change in motion keep the old values."""
@@ -453,7 +461,8 @@ class Course:
         self.chip.drivers[f"atrest{self.state.number}"].drive(int(rest))
 
     def cut(self) -> None:
-        """No step after this instant."""
+        """No step after this instant; a position declared in it counts."""
         self.told.clear()
+        self.load()
         if self.playing is not None:
             self.playing.until = self.chip.kernel.now + 1
