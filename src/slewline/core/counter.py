@@ -207,8 +207,9 @@ class StepCounter:
             counts = [self.count + course.sign * j for j in numbers]
             if self.several:
                 return [self._due(j) for j in numbers], counts
-            first, slack, step, lag = course.first, course.slack, course.step, self.lag_ps
-            edges = [first - (-(parts + slack) // step) for parts in map(self._parts, numbers)]
+            first, step, lag, place, sign = course.first, course.step, self.lag_ps, self.marks.place, course.sign
+            behind, rest = (0, course.slack - course.place) if sign > 0 else (1, course.slack + course.place + 1)
+            edges = [first - (-(sign * place(count + behind) + rest) // step) for count in counts]  # as _parts has it
             return [at + lag for at in course.drive.few(edges)], counts
         import numpy as np
 

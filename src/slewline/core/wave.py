@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
+from itertools import compress
+from operator import ne
 from typing import Any, Protocol
 
 Level = Any  # 0, 1 or None on a wire; (mask, value) or None on a bus
@@ -112,13 +114,9 @@ def real_edges(times: Any, levels: Any, before: Level) -> tuple[Any, Any]:
         if len(levels) and levels.min() < 0:
             return times.tolist(), [None if level < 0 else level for level in levels.tolist()]
         return times, levels
-    real_times, real_levels = [], []
-    for time, level in dict(zip(times, levels, strict=True)).items():
-        if level != before:
-            real_times.append(time)
-            real_levels.append(level)
-            before = level
-    return real_times, real_levels
+    lasting = dict(zip(times, levels, strict=True))
+    changes = [*map(ne, lasting.values(), [before, *lasting.values()])]
+    return [*compress(lasting, changes)], [*compress(lasting.values(), changes)]
 
 
 def joined(parts: Sequence[tuple[Any, Any]]) -> tuple[Any, Any]:
