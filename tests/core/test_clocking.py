@@ -88,6 +88,7 @@ def test_edges_are_counted_found_and_listed_as_the_promise_shows_them(kind, how,
             if k:
                 a = random.randrange(1, k + 1)
                 assert clock.many(a, k).tolist() == edges[a - 1 : k]
+                assert clock.few([*range(a, k + 1, 2)]) == edges[a - 1 : k : 2]
 
 
 def test_an_endless_train_is_walked_with_a_bounded_memory(monkeypatch):

@@ -121,6 +121,8 @@ def test_every_question_is_answered_as_by_counting_tick_by_tick(cycle):
             assert (train.steps, train.origin + train.length) == (len(ticks), end)
             assert [train.begin(k) for k in range(train.steps)] == begins
             assert [train.begin(train.steps + n) for n in (0, 1, 9)] == [end] * 3
+            for first in range(min(train.steps, 3) + 1):
+                assert train.few([*range(first, train.steps, 3)]) == begins[first::3]
             asked = list(range(train.origin - 3, end + 40))
             random.shuffle(asked)
             expected = [bisect_right(begins, tick) for tick in asked]

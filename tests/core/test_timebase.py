@@ -190,6 +190,7 @@ def test_an_array_of_ticks_is_exact_up_to_a_hundred_days(hz):
         span = min(top - origin, random.choice([10_000, 10**9, top]))
         ticks = np.array(sorted(random.randrange(span) for _ in range(200)), np.int64)
         assert clock.ps_array(ticks, origin).tolist() == [exact(hz, origin + int(tick)) for tick in ticks]
+        assert clock.ps_list(ticks.tolist()) == [exact(hz, int(tick)) for tick in ticks]
 
 
 @pytest.mark.parametrize("hz", CRYSTALS)
@@ -200,7 +201,8 @@ def test_an_array_of_instants_finds_its_ticks_up_to_a_hundred_days(hz):
         on_ticks = [clock.ps(clock.ticks_until(ps)) for ps in instants]
         for plus in (-1, 0, 1):
             asked = [max(ps + plus, 0) for ps in on_ticks + instants[:-1] + [span - 1]]
-            assert clock.ticks_array(np.array(asked, np.int64)).tolist() == [clock.ticks_from(ps) for ps in asked]
+            ticks = [clock.ticks_from(ps) for ps in asked]
+            assert clock.ticks_array(np.array(asked, np.int64)).tolist() == clock.ticks_list(asked) == ticks
 
 
 def test_an_array_beyond_a_hundred_days_is_refused():

@@ -15,7 +15,6 @@ caller has dealt with itself; nothing here has an effect on the wire.
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Protocol
 
 from .timebase import Clock
@@ -44,8 +43,8 @@ class ClockEdges(Protocol):
     def many(self, first: int, last: int) -> NDArray[np.int64]:
         """Return the instants of edges first ... last, all of which come: (n,) int64 ps, ascending."""
 
-    def few(self, numbers: Iterable[int]) -> list[int]:
-        """Return the instants of some edges, all of which come, in ps: fewer than would be worth an array."""
+    def few(self, numbers: list[int]) -> list[int]:
+        """Return the instants of some edges, ascending, all of which come, in ps: fewer than would be worth an array."""
         return [at for k in numbers if (at := self.at(k)) is not None]
 
 
@@ -120,7 +119,7 @@ class Limited(ClockEdges):
         """Return the instants of edges first ... last, all of which come: (n,) int64 ps, ascending."""
         return self.of.many(first, last)
 
-    def few(self, numbers: Iterable[int]) -> list[int]:
+    def few(self, numbers: list[int]) -> list[int]:
         """Return the instants of some edges, all of which come, in ps."""
         return self.of.few(numbers)
 
@@ -144,7 +143,7 @@ class Later(ClockEdges):
         """Return the instants of edges first ... last, all of which come: (n,) int64 ps, ascending."""
         return self.of.many(first, last) + self.lag_ps
 
-    def few(self, numbers: Iterable[int]) -> list[int]:
+    def few(self, numbers: list[int]) -> list[int]:
         """Return the instants of some edges, all of which come, in ps."""
         return [at + self.lag_ps for at in self.of.few(numbers)]
 

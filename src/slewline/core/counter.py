@@ -60,6 +60,11 @@ class Marks:
         """Return the lowest place (in parts) with a count, or the places of an int64 array of counts."""
         return -(-count * self.denominator // self.numerator) if self.numerator else self.bounds[count - 1]
 
+    def places(self, counts: range) -> list[int]:
+        """Return the lowest places (in parts) with some counts."""
+        n, d = self.numerator, self.denominator
+        return [-(-count * d // n) for count in counts] if n else [self.bounds[count - 1] for count in counts]
+
     def within(self, count: int) -> bool:
         """Return whether a count is on the scale, above its lowest one."""
         return bool(self.numerator) or 1 <= count <= len(self.bounds)
@@ -203,14 +208,14 @@ class StepCounter:
         """Changes a+1 ... b of this course, all of which come: instants, and the counts from there on."""
         course = self.course
         if b - a <= MANY:
-            numbers = range(a + 1, b + 1)
-            counts = [self.count + course.sign * j for j in numbers]
+            sign, step, first, lag = course.sign, course.step, course.first, self.lag_ps
+            counts = range(self.count + sign * (a + 1), self.count + sign * (b + 1), sign)
             if self.several:
-                return [self._due(j) for j in numbers], counts
-            first, step, lag, place, sign = course.first, course.step, self.lag_ps, self.marks.place, course.sign
-            behind, rest = (0, course.slack - course.place) if sign > 0 else (1, course.slack + course.place + 1)
-            edges = [first - (-(sign * place(count + behind) + rest) // step) for count in counts]  # as _parts has it
-            return [at + lag for at in course.drive.few(edges)], counts
+                return [self._due(j) for j in range(a + 1, b + 1)], [*counts]
+            entered = counts if sign > 0 else range(counts.start + 1, counts.stop + 1, -1)
+            rest = course.slack - sign * course.place + (sign < 0)
+            edges = [first - -(sign * place + rest) // step for place in self.marks.places(entered)]  # as _parts has it
+            return [at + lag for at in course.drive.few(edges)], [*counts]
         import numpy as np
 
         j = np.arange(a + 1, b + 1)

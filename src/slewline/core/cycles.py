@@ -173,6 +173,14 @@ class CycleTrain(Train):
             i, before, after = self._enter(self._cycle(distance))
         return self.origin + i * self.cycle - (before - distance) * self.cycle // (after - before)
 
+    def few(self, numbers: list[int]) -> list[int]:
+        """Return the ticks at which some steps begin, ascending, none of them the end."""
+        speed, unit, rest, cycle = self.law.steady, self.unit, self.unit - self.lead, self.cycle
+        if not speed or numbers[:1] == [0]:  # step 0 may be due before the train begins
+            return super().few(numbers)
+        origin = self.origin
+        return [origin - -(k * unit + rest) * cycle // speed for k in numbers]
+
     def begun_by(self, tick: int) -> int:
         """Return how many steps have begun by a tick, that tick included."""
         i, part = divmod(tick - self.origin, self.cycle)
@@ -358,6 +366,11 @@ class SquareView:
         """Return the tick of edge k to a level, counting from 1; None: there are fewer."""
         half = 2 * (k - 1 + self.high) if level else 2 * k - 1
         return self.halves.begin(half) if half < self.halves.steps else None
+
+    def few(self, level: int, numbers: list[int]) -> list[int]:
+        """Return the ticks of some edges to a level, all of which come."""
+        ahead = 2 * (1 - self.high) if level else 1
+        return self.halves.few([2 * k - ahead for k in numbers])
 
     def edge_times(self, level: int, first: int, last: int) -> NDArray[np.int64]:
         """Return the instants of edges first ... last to a level: (n,) int64 ps."""

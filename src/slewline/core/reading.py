@@ -13,6 +13,8 @@ Rules of this file: nothing past the last committed instant is read; what comes 
 
 from __future__ import annotations
 
+from itertools import compress
+from operator import ne
 from typing import Any
 
 from .hook import Hook
@@ -88,9 +90,9 @@ class Reading:
     def _keep(self, times: Any, levels: Any) -> None:
         """Keep the edges that are real: a list may hold others."""
         if isinstance(times, list):
-            before = [self._level, *levels]
-            real = [n for n, level in enumerate(levels) if level != before[n]]
-            times, levels = [times[n] for n in real], [levels[n] for n in real]
+            real = [*map(ne, levels, [self._level, *levels])]
+            if not all(real):
+                times, levels = [*compress(times, real)], [*compress(levels, real)]
         if len(times) > 0:
             self._level = levels[-1]
             self._edges.append((times, levels))

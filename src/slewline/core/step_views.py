@@ -57,6 +57,10 @@ class StepView:
             return None
         return self.rise(k - 1) if level else self.of.train.begin(k - 1)
 
+    def few(self, level: int, numbers: list[int]) -> list[int]:
+        """Return the ticks of some edges to a level, all of which come."""
+        return [self.rise(k - 1) for k in numbers] if level else self.of.train.few([k - 1 for k in numbers])
+
     def edge_times(self, level: int, first: int, last: int) -> NDArray[np.int64]:
         """Return the instants of edges first ... last to a level: (n,) int64 ps."""
         train = self.of.train

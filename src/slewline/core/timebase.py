@@ -150,6 +150,16 @@ class Clock:
         """Return the first tick at or after an instant (ps since tick 0)."""
         return -(-ps * self.d // self.n)
 
+    def ps_list(self, ticks: list[int]) -> list[int]:
+        """Return the instants of some ticks, in picoseconds since tick 0."""
+        n, d = self.n, self.d
+        return [tick * n // d for tick in ticks]
+
+    def ticks_list(self, ps: list[int]) -> list[int]:
+        """Return the first ticks at or after some instants (ps since tick 0)."""
+        n, d = self.n, self.d
+        return [-(-time * d // n) for time in ps]
+
     def ticks_array(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the first ticks at or after many instants: int64, shape as `ps`, every element exact."""
         whole, part = ps // self.n, ps % self.n

@@ -82,6 +82,10 @@ class Train:
         raise NotImplementedError
 
     # ------------------------------------------------------------------------------------------- what follows from them
+    def few(self, numbers: list[int]) -> list[int]:
+        """Return the ticks at which some steps begin, ascending, none of them the end: fewer than would be worth an array."""
+        return [self.begin(k) for k in numbers]
+
     def begun(self, ps: int) -> int:
         """Return how many steps have begun by an instant (ps), that instant included."""
         return self.begun_by(self.clock.ticks_until(ps))
@@ -347,6 +351,9 @@ class Numbered(Protocol):
     def edge(self, level: int, k: int) -> int | None:
         """Return the tick of edge k; None: the train has fewer."""
 
+    def few(self, level: int, numbers: list[int]) -> list[int]:
+        """Return the ticks of some edges, all of which come: fewer than would be worth an array."""
+
     def edge_times(self, level: int, first: int, last: int) -> NDArray[np.int64]:
         """Return the instants of edges first ... last: (n,) int64 ps."""
 
@@ -377,7 +384,7 @@ class TrainEdges(ClockEdges):
         """Return the instants of edges first ... last, all of which come: (n,) int64 ps, ascending."""
         return self.view.edge_times(self.level, self.first + first, self.first + last)
 
-    def few(self, numbers: Iterable[int]) -> list[int]:
+    def few(self, numbers: list[int]) -> list[int]:
         """Return the instants of some edges, all of which come, in ps."""
-        level, first, edge, ps = self.level, self.first, self.view.edge, self.clock.ps
-        return [ps(tick) for k in numbers if (tick := edge(level, first + k)) is not None]
+        first = self.first
+        return self.clock.ps_list(self.view.few(self.level, [first + k for k in numbers]))

@@ -63,7 +63,7 @@ class FilteredInput:
             self.level = int(bool(self.reading.first))
         if len(times) > MUCH:
             return self._passed_many(tick, times, levels)
-        ticks = [*self.late[0], *map(clock.ticks_from, times if isinstance(times, list) else times.tolist())]
+        ticks = self.late[0] + clock.ticks_list(times if isinstance(times, list) else times.tolist())
         levels = [*self.late[1], *levels]
         passed = bisect_left(ticks, tick - filter_ticks)
         self.late, found = (ticks[passed:], levels[passed:]), []
