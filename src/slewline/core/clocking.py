@@ -44,7 +44,7 @@ class ClockEdges(Protocol):
         """Return the instants of edges first ... last, all of which come: (n,) int64 ps, ascending."""
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants of some edges, ascending, all of which come, in ps: fewer than would be worth an array."""
+        """Return the instants of some edges (ps), ascending, all of which come: fewer than are worth an array."""
         return [at for k in numbers if (at := self.at(k)) is not None]
 
 

@@ -83,7 +83,7 @@ class Train:
 
     # ------------------------------------------------------------------------------------------- what follows from them
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the ticks at which some steps begin, ascending, none of them the end: fewer than would be worth an array."""
+        """Return the ticks at which some steps begin, ascending, none of them the end: fewer than are worth an array."""
         return [self.begin(k) for k in numbers]
 
     def begun(self, ps: int) -> int:
@@ -352,7 +352,7 @@ class Numbered(Protocol):
         """Return the tick of edge k; None: the train has fewer."""
 
     def few(self, level: int, numbers: list[int]) -> list[int]:
-        """Return the ticks of some edges, all of which come: fewer than would be worth an array."""
+        """Return the ticks of some edges, ascending, all of which come: fewer than are worth an array."""
 
     def edge_times(self, level: int, first: int, last: int) -> NDArray[np.int64]:
         """Return the instants of edges first ... last: (n,) int64 ps."""
