@@ -83,7 +83,7 @@ class Train:
 
     # ------------------------------------------------------------------------------------------- what follows from them
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the ticks at which some steps begin, ascending, none of them the end: fewer than are worth an array."""
+        """Return the ticks at which some steps begin, ascending, none the end: fewer than are worth an array."""
         return [self.begin(k) for k in numbers]
 
     def begun(self, ps: int) -> int:
