@@ -97,6 +97,28 @@ def test_user_outputs_switch_the_driver_its_decay_and_its_step(part):
     assert phases(m.driver) == GRAY[4]
 
 
+@pytest.mark.fact("GSC-SYS-GSD-2")
+def test_a_reset_that_is_promised_ahead_comes_while_the_clock_stands_still():
+    bench = slewline.Bench()
+    driver, delay = bench.part("gs_d200", "driver"), bench.part("delay", delay="1 ms")
+    bench.wire(f"{delay.name}.out", "driver.reset")
+    clock, before = bench.pin("driver.clock"), bench.pin(f"{delay.name}.in")
+    before.drive(1)
+    bench.run("2 ms")
+    for level in (0, 1, 0, 1, 0, 1):
+        clock.drive(level)
+        bench.run("10 us")
+    assert (driver.state, phases(driver)) == (4, "1000")
+    before.drive(0)
+    bench.run("0.9 ms")
+    assert (driver.state, phases(driver)) == (4, "1000")
+    bench.run("0.2 ms")
+    assert (driver.state, phases(driver)) == (1, "0101")
+    before.drive(1)
+    bench.run("2 ms")
+    assert (driver.state, phases(driver)) == (1, "0101")
+
+
 # ----------------------------------------------------------------------------------------------------- phase current
 @both
 @pytest.mark.fact("GSC-SYS-CUR-1")

@@ -14,7 +14,7 @@ caller has dealt with itself; nothing here has an effect on the wire.
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
+from bisect import bisect_right
 from typing import TYPE_CHECKING, Any, Protocol
 
 from .timebase import Clock
@@ -96,14 +96,8 @@ class Limited(ClockEdges):
         self.of, self.until = of, until
 
     def cut(self, ps: int) -> None:
-        """Count only what lies before an instant or at it, and look again at what was found ahead of time."""
+        """Count only what lies before an instant or at it (ps)."""
         self.until = ps + 1
-        self.recount(ps)
-
-    def recount(self, ps: int) -> None:
-        """Look again at what was found at an instant and behind it."""
-        if isinstance(self.of, Limited | Walked):
-            self.of.recount(ps)
 
     def by(self, ps: int) -> int:
         """Return how many edges there have been by an instant (ps), that instant included."""
@@ -224,13 +218,6 @@ class Walked(ClockEdges):
             return first + bisect_right(times, ps)
         i = max(bisect_right(self._starts, ps) - 1, 0)
         return self._counts[i] + (len(self._edges(self._starts[i], ps)) if ps > self._starts[i] else 0)
-
-    def recount(self, ps: int) -> None:
-        """Look again at what was found at an instant and behind it: it may have been withdrawn since."""
-        keep = max(bisect_left(self._starts, ps), 1)
-        del self._starts[keep:], self._counts[keep:]
-        self._reached, self._found = self._starts[-1], self._counts[-1]
-        self._held = (self._reached, self._found, self._found, ())
 
     def at(self, k: int) -> int | None:
         """Return the instant of edge k (ps), or an earlier one at which to ask again; None: it does not come."""
