@@ -152,6 +152,21 @@ def test_outputs_that_disagree_are_one_finding():
     ]
 
 
+def test_a_conflict_that_comes_again_and_again_is_told_once_until_a_millisecond_has_had_none():
+    toy = Toy(Kernel())
+    heard = []
+    toy.pin("out").net.on_conflict.add(lambda net: heard.append(toy.kernel.now))
+    toy.drivers["out"].drive(1)
+    disagree = [10 * US + n * 20 * US for n in range(100)]
+    disagree += [disagree[-1] + 1000 * US - 1, disagree[-1] + 2000 * US - 1, disagree[-1] + 3000 * US]
+    for ps in disagree:
+        toy.pin("out").drive(0, at=ps)
+        toy.pin("out").release(at=ps + 10 * US)
+    toy.kernel.run(20_000 * US)
+    assert heard == disagree
+    assert [found.time_ps for found in toy.findings] == [disagree[0], disagree[-2], disagree[-1]]
+
+
 # ----------------------------------------------------------------------------------------------- waits of a firmware
 
 

@@ -27,6 +27,8 @@ from .waits import first_of, until
 if TYPE_CHECKING:
     from .program import ProgramRow
 
+PEACE_PS = 10**9  # without a conflict: the next one on that wire is told again
+
 
 @dataclass(frozen=True, slots=True)
 class Finding:
@@ -308,10 +310,11 @@ class Chip(OneAxis):
         self.on_power(self, on)
 
     def _conflict(self, net: Net) -> None:
-        """A conflict on a wire that chips share is a finding of the first of them."""
-        if net.blamed_ps == self.kernel.now:
+        """A conflict is a finding of the first chip on the wire, and not again before PEACE_PS without one."""
+        now, last = self.kernel.now, net.blamed_ps
+        net.blamed_ps = now
+        if last is not None and now - last < PEACE_PS:
             return
-        net.blamed_ps = self.kernel.now
         if not self.findings or self.findings[-1].code != "conflict" or self.findings[-1].time_ps != self.kernel.now:
             self.finding("conflict", f"two outputs disagree on {net.name}; the low one wins")
 

@@ -140,7 +140,7 @@ class Net:
         self.samplers: list[Callable[[], object]] = []  # called before a driver forgets what it has shown so far
         self._log: list[tuple[int, Any]] | None = None
         self.on_conflict: Hook[[Net]] = Hook()  # two drivers begin to disagree; one hook for all nets of a wire
-        self.blamed_ps = -1  # when that was made a finding last
+        self.blamed_ps: int | None = None  # when a chip heard of that last
         self.token = self.changes = self.changed_at = 0
         self.told = 0  # how many of its drivers have been told something in this round
         self.clash = False  # two drivers disagree, which is reported once
