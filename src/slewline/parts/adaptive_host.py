@@ -16,11 +16,10 @@ from typing import TYPE_CHECKING
 
 from ..core.channel import AdaptiveLine
 from ..core.kernel import Task
-from ..core.outside import from_outside
 from ..core.serial import Character, Word
 from ..core.waits import edge, first_of, until
 from ..errors import Timeout
-from .rs232 import POWER_UP_PS, SILENCE_PS, SerialPort
+from .rs232 import POWER_UP_PS, SILENCE_PS, LineHost
 from .shadow import Shadow, ShadowHost
 from .worker import as_bytes
 
@@ -34,7 +33,7 @@ RETURNS = b"\r\r"  # by which the chip finds the rate
 RESET_PS = 20 * 10**9  # a host gives a chip so long behind a reset, which begins with its supply
 
 
-class AdaptiveHost(SerialPort, ShadowHost):
+class AdaptiveHost(LineHost, ShadowHost):
     """A host computer on the serial line of one chip that finds the rate.
 
     `send` and `ask` begin with two carriage returns as long as the chip does not know the rate; `write` sends
@@ -160,23 +159,9 @@ class AdaptiveHost(SerialPort, ShadowHost):
                 return None
         return None if query is None else query.answered(self.received, since)
 
-    @from_outside
-    def give_up(self) -> None:
-        """Take back the last command, which was not answered in time."""
-        self.input("give_up")
-        self.forget_characters()
-
-    def drop(self) -> None:
-        """Forget what is queued; characters that are on the line already go on."""
-        super().drop()
-        self.take_back(1, "drop()")
-
     def rest(self) -> None:
         """Forget what is queued, and put the line to mark."""
-        if self.sender is not None:
-            self.sender.kill()
-        self.outgoing.clear()
-        self.drivers["txd"].drive(self.mark)
+        super().rest()
         self.shadow.decoder.reset()
         self.gone.decoder.reset()
 

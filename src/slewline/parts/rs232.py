@@ -174,7 +174,29 @@ class SerialPort(Worker):
         return GotCondition(self.name, self.received, as_bytes(self.name, data))
 
 
-class SerialHost(SerialPort, Computer):
+class LineHost(SerialPort, Computer):
+    """A host computer on a serial line."""
+
+    @from_outside
+    def give_up(self) -> None:
+        """Take back the last command, which was not answered in time."""
+        self.input("give_up")
+        self.forget_characters()
+
+    def drop(self) -> None:
+        """Forget what is queued; characters that are on the line already, and the command asked last, go on."""
+        super().drop()
+        self.take_back(1, "drop()")
+
+    def rest(self) -> None:
+        """Forget what is queued, and put the line to mark."""
+        if self.sender is not None:
+            self.sender.kill()
+        self.outgoing.clear()
+        self.drivers["txd"].drive(self.mark)
+
+
+class SerialHost(LineHost):
     """A host computer on the serial line of one module, or of several that share it.
 
     It follows the straps of the module: rate, checksum, address.  `ask` sends a command and returns the answer.
@@ -336,25 +358,11 @@ class SerialHost(SerialPort, Computer):
                 f"{error}\n  {self.name} speaks {self.baud} baud, {self.chip.name} listens at {heard}"
             ) from None
 
-    @from_outside
-    def give_up(self) -> None:
-        """Take back the last command, which was not answered in time."""
-        self.input("give_up")
-        self.forget_characters()
-
-    def drop(self) -> None:
-        """Forget what is queued; characters that are on the line already, and the command asked last, go on."""
-        super().drop()
-        self.take_back(1, "drop()")
-
     def rest(self) -> None:
         """Forget what is queued and what has come in part, and put the line to mark."""
-        if self.sender is not None:
-            self.sender.kill()
-        self.outgoing.clear()
+        super().rest()
         self.line.clear()
         self.answers.clear()
-        self.drivers["txd"].drive(self.mark)
 
     def stripped(self, line: str) -> str:
         """Return an answer without its checksum."""
