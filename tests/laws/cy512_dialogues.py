@@ -5,9 +5,9 @@ from __future__ import annotations
 from random import Random
 from typing import Any
 
-from .dialogues import CRYSTALS, Dialogue, differences, in_order, play
+from .dialogues import CRYSTALS, Dialogue, in_order, play
 
-__all__ = ["Dialogue", "differences", "made", "play"]
+__all__ = ["made", "play"]
 MS = 10**9
 
 

@@ -9,9 +9,8 @@ from typing import Any
 import slewline
 from slewline.core.net import Driver
 
-from .dialogues import Dialogue, Played, differences, heard, in_order
+from .dialogues import Dialogue, Played, heard, in_order
 
-__all__ = ["Motions", "Moved", "differences", "made", "play"]
 MS = 10**9
 MOST = 500  # steps
 PINS = ("pulse", "ccw", "stopped", "slew", "busy", "txd", "usrb0", "usrb1")

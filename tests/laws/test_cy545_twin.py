@@ -6,19 +6,9 @@ from collections import Counter
 
 import pytest
 
-from .cy545_dialogues import KINDS, Motions, Moved, differences, made, play
-from .digests import digests
-from .test_twin import explained
-
-
-def compared(seed: int, shuffle: int | None = None) -> tuple[Motions, Moved]:
-    """Play a dialogue both ways and assert that nothing differs; return it, and the fast way."""
-    dialogue = made(seed)
-    fast = play(dialogue)
-    found = differences(fast, play(dialogue, stepwise=True, shuffle=shuffle))
-    assert not found, explained(dialogue, found)
-    return dialogue, fast
-
+from . import cy545_dialogues
+from .cy545_dialogues import KINDS, made
+from .twins import agree, compared, hashes_are_free, ties_are_free
 
 ENDS = {("G", "done"), ("G", "stopped"), ("G", "limit"), ("G", "cut"), ("H", "done"), ("H", "limit"), ("J", "done")}
 
@@ -28,7 +18,8 @@ def test_fast_path_and_twin_agree(block: int) -> None:
     kinds: Counter[str] = Counter()
     ends: set[tuple[str, str]] = set()
     for seed in range(block * 20, block * 20 + 20):
-        dialogue, played = compared(seed, shuffle=seed)
+        dialogue = made(seed)
+        played = compared(cy545_dialogues, dialogue, shuffle=seed)
         kinds.update(dialogue.kinds)
         ends |= {(motion.text[0], motion.end.why) for motion in played.chip.motions() if motion.end}
     assert all(kinds[kind] >= 3 for kind in KINDS), dict(kinds)  # the short form meets everything, too
@@ -36,27 +27,17 @@ def test_fast_path_and_twin_agree(block: int) -> None:
 
 
 def test_shuffled_ties_change_nothing() -> None:
-    for seed in range(1000, 1010):
-        dialogue = made(seed)
-        plain = play(dialogue)
-        for shuffle in (1, 2):
-            assert not differences(plain, play(dialogue, shuffle=shuffle)), explained(dialogue, [f"shuffle {shuffle}"])
+    ties_are_free(cy545_dialogues, range(1000, 1010))
 
 
 @pytest.mark.long
 @pytest.mark.timeout(3000)
 def test_two_thousand_dialogues_agree() -> None:
-    counted: Counter[str] = Counter()
-    for seed in range(10_000, 12_000):
-        counted.update(compared(seed, shuffle=seed)[0].kinds)
-    print(dict(counted))
-    for kind in KINDS:
-        assert counted[kind] >= 200, f"only {counted[kind]} dialogues with {kind}"
+    counted = agree(cy545_dialogues, range(10_000, 12_000))
+    assert all(counted[kind] >= 200 for kind in KINDS), counted
 
 
 @pytest.mark.long
 @pytest.mark.timeout(3000)
 def test_two_hash_seeds_give_the_same_edges() -> None:
-    one = digests("cy545_dialogues", "1", 20_000, 20_100)
-    assert one == digests("cy545_dialogues", "2", 20_000, 20_100)
-    assert all(fast == slow for fast, slow in (line.split() for line in one.splitlines()))
+    hashes_are_free(cy545_dialogues, 20_000, 20_100)

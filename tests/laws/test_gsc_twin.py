@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from random import Random
 
 import pytest
 
 import slewline
 
+from . import gsc_dialogues
 from .dialogues import differences
-from .digests import digests
-from .gsc_dialogues import OUTPUTS, STRAPS, Dialogue, Talked, made, play
+from .gsc_dialogues import OUTPUTS, STRAPS, Talked
+from .twins import agree, hashes_are_free, ties_are_free
 
 KINDS = {
     "tie": 1000,
@@ -26,36 +26,19 @@ KINDS = {
 }
 
 
-def explained(dialogue: Dialogue, found: list[str]) -> str:
-    return f"{found[:3]}\n  {dialogue}"
-
-
-def compared(seed: int, shuffle: int | None = None) -> Dialogue:
-    """Play a dialogue both ways and assert that nothing differs."""
-    dialogue = made(seed)
-    found = differences(play(dialogue), play(dialogue, stepwise=True, shuffle=shuffle))
-    assert not found, explained(dialogue, found)
-    return dialogue
-
-
 @pytest.mark.parametrize("block", range(5))
 def test_fast_path_and_twin_agree(block: int) -> None:
-    for seed in range(block * 20, block * 20 + 20):
-        compared(seed, shuffle=seed)
+    agree(gsc_dialogues, range(block * 20, block * 20 + 20))
 
 
 @pytest.mark.parametrize("seed", [10537, 11242])
 def test_the_supply_goes_at_the_very_instant_at_which_a_line_is_done(seed: int) -> None:
-    compared(seed, shuffle=seed)
+    agree(gsc_dialogues, [seed])
 
 
 @pytest.mark.parametrize("block", range(2))
 def test_shuffled_ties_change_nothing(block: int) -> None:
-    for seed in range(1000 + block * 10, 1000 + block * 10 + 10):
-        dialogue = made(seed)
-        plain = play(dialogue)
-        for shuffle in (1, 2):
-            assert not differences(plain, play(dialogue, shuffle=shuffle)), explained(dialogue, [f"shuffle {shuffle}"])
+    ties_are_free(gsc_dialogues, range(1000 + block * 10, 1000 + block * 10 + 10))
 
 
 def pair(seed: int, stepwise: bool, shuffle: int | None = None) -> list[Talked]:
@@ -88,18 +71,13 @@ def test_modules_that_wait_for_each_other_leave_the_same_edges_step_by_step(seed
 
 
 def test_hash_seeds_change_nothing() -> None:
-    one = digests("gsc_dialogues", "1", 20_000, 20_010)
-    assert one == digests("gsc_dialogues", "2", 20_000, 20_010)
-    assert all(fast == slow for fast, slow in (line.split() for line in one.splitlines()))
+    hashes_are_free(gsc_dialogues, 20_000, 20_010)
 
 
 @pytest.mark.long
 @pytest.mark.timeout(3000)
 def test_two_thousand_dialogues_agree() -> None:
-    counted: Counter[str] = Counter()
-    for seed in range(10_000, 12_200):
-        counted.update(compared(seed, shuffle=seed).kinds)
-    print(dict(counted))
+    counted = agree(gsc_dialogues, range(10_000, 12_200))
     assert all(counted[kind] >= wanted for kind, wanted in KINDS.items()), counted
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from random import Random
 
 import pytest
@@ -10,9 +9,9 @@ import pytest
 import slewline
 from slewline.core.motions import MotionEnd
 
-from .dialogues import differences
-from .digests import digests
-from .mc_dialogues import CYCLE, HIGHEST, ONE, READY, Dialogue, Event, Maker, made, play
+from . import mc_dialogues
+from .mc_dialogues import CYCLE, HIGHEST, ONE, READY, Dialogue, Event, Maker, play
+from .twins import agree, compared, hashes_are_free, ties_are_free
 
 BLOCKS = 20  # of the hundred thousand: they go to all processors, and each takes minutes
 KINDS = {  # dialogues with each, of the hundred thousand
@@ -31,30 +30,14 @@ KINDS = {  # dialogues with each, of the hundred thousand
 }
 
 
-def explained(dialogue: Dialogue, found: list[str]) -> str:
-    return f"{found[:3]}\n  {dialogue}"
-
-
-def compared(dialogue: Dialogue, shuffle: int | None = None) -> Dialogue:
-    """Play a dialogue both ways and assert that nothing differs."""
-    found = differences(play(dialogue), play(dialogue, stepwise=True, shuffle=shuffle))
-    assert not found, explained(dialogue, found)
-    return dialogue
-
-
 @pytest.mark.parametrize("block", range(5))
 def test_fast_path_and_twin_agree(block: int) -> None:
-    for seed in range(block * 20, block * 20 + 20):
-        compared(made(seed), shuffle=seed)
+    agree(mc_dialogues, range(block * 20, block * 20 + 20))
 
 
 @pytest.mark.parametrize("block", range(2))
 def test_shuffled_ties_change_nothing(block: int) -> None:
-    for seed in range(1000 + block * 10, 1000 + block * 10 + 10):
-        dialogue = made(seed)
-        plain = play(dialogue)
-        for shuffle in (1, 2):
-            assert not differences(plain, play(dialogue, shuffle=shuffle)), explained(dialogue, [f"shuffle {shuffle}"])
+    ties_are_free(mc_dialogues, range(1000 + block * 10, 1000 + block * 10 + 10))
 
 
 def long_move(seed: int) -> Dialogue:
@@ -83,7 +66,7 @@ def long_move(seed: int) -> Dialogue:
 
 def test_long_moves_agree() -> None:
     for seed in range(2):
-        compared(long_move(seed))
+        compared(mc_dialogues, long_move(seed))
 
 
 def test_a_stall_ends_a_gear_that_has_made_no_step_in_the_next_cycle() -> None:
@@ -95,7 +78,7 @@ def test_a_stall_ends_a_gear_that_has_made_no_step_in_the_next_cycle() -> None:
     for name, value in (("SET_STEP_RATIO", 256), ("SET_AUTO_STOP_ON", None), ("SET_PRFL_GEAR", None)):
         maker.send(name, value)
     maker.send("SET_POS_ERR", 3, act=41 * CYCLE)
-    compared(dialogue)
+    compared(mc_dialogues, dialogue)
     ends = [said[-1] for said in play(dialogue).heard if isinstance(said[-1], MotionEnd)]
     assert [(end.why, end.steps) for end in ends] == [("cut", 0)]
     assert ends[0].time_ps // (CYCLE * 40_000) == 43  # the limit is new in 42, the motor off in 43
@@ -111,7 +94,7 @@ def test_a_position_declared_as_the_supply_goes_is_declared() -> None:
     maker.send("UPDATE", act=49 * CYCLE + 1)
     dialogue.events.append(Event(50 * CYCLE, "power", 0))
     for shuffle in range(6):
-        compared(dialogue, shuffle)
+        compared(mc_dialogues, dialogue, shuffle)
         ends = [said[-1] for said in play(dialogue, shuffle=shuffle).heard if isinstance(said[-1], MotionEnd)]
         assert [(end.why, end.position) for end in ends] == [("done", 5), ("cut", 0)]
 
@@ -135,9 +118,7 @@ def test_an_actual_position_meets_its_breakpoint_by_going_round_the_end_of_the_r
 
 
 def test_hash_seeds_change_nothing() -> None:
-    one = digests("mc_dialogues", "1", 20_000, 20_010)
-    assert one == digests("mc_dialogues", "2", 20_000, 20_010)
-    assert all(fast == slow for fast, slow in (line.split() for line in one.splitlines()))
+    hashes_are_free(mc_dialogues, 20_000, 20_010)
 
 
 def test_the_port_is_ready_when_the_dialogues_reckon_with_it() -> None:
@@ -156,10 +137,8 @@ def test_the_port_is_ready_when_the_dialogues_reckon_with_it() -> None:
 @pytest.mark.parametrize("block", range(BLOCKS))
 def test_a_hundred_thousand_dialogues_agree(block: int) -> None:
     """A twentieth of them, which reaches a twentieth of everything."""
-    number, counted = 100_000 // BLOCKS, Counter[str]()
-    for seed in range(100_000 + block * number, 100_000 + (block + 1) * number):
-        counted.update(compared(made(seed), shuffle=seed).kinds)
-    print(dict(counted))
+    number = 100_000 // BLOCKS
+    counted = agree(mc_dialogues, range(100_000 + block * number, 100_000 + (block + 1) * number))
     assert all(counted[kind] * BLOCKS >= wanted for kind, wanted in KINDS.items()), counted
 
 
@@ -168,4 +147,4 @@ def test_a_hundred_thousand_dialogues_agree(block: int) -> None:
 @pytest.mark.parametrize("block", range(10))
 def test_three_hundred_long_moves_agree(block: int) -> None:
     for seed in range(100 + block * 30, 130 + block * 30):
-        compared(long_move(seed))
+        compared(mc_dialogues, long_move(seed))

@@ -2,45 +2,27 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from random import Random
 
 import pytest
 
 import slewline
 
-from .dialogues import Dialogue, Played, differences, made, play
-from .digests import digests
+from . import dialogues
+from .dialogues import Played
+from .twins import agree, hashes_are_free, ties_are_free
 
 KINDS = ("abort", "inhibit", "rate", "read", "reset", "tie")
 
 
-def explained(dialogue: Dialogue, found: list[str]) -> str:
-    text = f"dialogue {dialogue.seed} at {dialogue.crystal}, {dialogue.options}: {found[:3]}"
-    return f"{text}\n  sent {dialogue.sent!r}\n  events {dialogue.events}"
-
-
-def compared(seed: int, shuffle: int | None = None) -> Dialogue:
-    """Play a dialogue both ways and assert that nothing differs."""
-    dialogue = made(seed)
-    found = differences(play(dialogue), play(dialogue, stepwise=True, shuffle=shuffle))
-    assert not found, explained(dialogue, found)
-    return dialogue
-
-
 @pytest.mark.parametrize("block", range(5))
 def test_fast_path_and_twin_agree(block: int) -> None:
-    for seed in range(block * 20, block * 20 + 20):
-        compared(seed)
+    agree(dialogues, range(block * 20, block * 20 + 20))
 
 
 @pytest.mark.parametrize("block", range(2))
 def test_shuffled_ties_change_nothing(block: int) -> None:
-    for seed in range(1000 + block * 10, 1000 + block * 10 + 10):
-        dialogue = made(seed)
-        plain = play(dialogue)
-        for shuffle in (1, 2, 3):
-            assert not differences(plain, play(dialogue, shuffle=shuffle)), explained(dialogue, [f"shuffle {shuffle}"])
+    ties_are_free(dialogues, range(1000 + block * 10, 1000 + block * 10 + 10), shuffles=3)
 
 
 def follower_bench(seed: int, stepwise: bool, shuffle: int | None = None) -> tuple[Played, Played]:
@@ -78,12 +60,8 @@ def test_a_chip_that_inhibits_another_gives_the_same_edges_step_by_step(seed: in
 @pytest.mark.long
 @pytest.mark.timeout(3000)
 def test_two_thousand_dialogues_agree() -> None:
-    counted: Counter[str] = Counter()
-    for seed in range(10_000, 12_200):
-        counted.update(compared(seed, shuffle=seed).kinds)
-    print(dict(counted))
-    for kind in KINDS:
-        assert counted[kind] >= 220, f"only {counted[kind]} dialogues with {kind}"
+    counted = agree(dialogues, range(10_000, 12_200))
+    assert all(counted[kind] >= 220 for kind in KINDS), counted
 
 
 @pytest.mark.long
@@ -96,14 +74,10 @@ def test_followers_agree() -> None:
 
 
 def test_hash_seeds_change_nothing() -> None:
-    one = digests("dialogues", "1", 20_000, 20_010)
-    assert one == digests("dialogues", "2", 20_000, 20_010)
-    assert all(fast == slow for fast, slow in (line.split() for line in one.splitlines()))
+    hashes_are_free(dialogues, 20_000, 20_010)
 
 
 @pytest.mark.long
 @pytest.mark.timeout(3000)
 def test_two_hash_seeds_and_a_thousand_dialogues() -> None:
-    one = digests("dialogues", "11", 30_000, 31_000)
-    assert one == digests("dialogues", "22", 30_000, 31_000)
-    assert all(fast == slow for fast, slow in (line.split() for line in one.splitlines()))
+    hashes_are_free(dialogues, 30_000, 31_000)
