@@ -26,7 +26,7 @@ def line(crystal: str = "12 MHz", baud: int = 9600, **options: object) -> Rig545
 def spoken(rig: Rig545, data: bytes, hz: int) -> None:
     """Put characters on RXD, from a clock of sixteen times a rate, beside every host."""
     driver = rig.x.pin("rxd").net.drivers[0]
-    rig.bench.kernel.spawn(transmit(driver, Clock(hz), WORD, data, TTL), "test")
+    rig.bench.kernel.spawn(transmit, driver, Clock(hz), WORD, data, TTL, name="test")
 
 
 # ------------------------------------------------------------------------------------------------------ in and out

@@ -98,8 +98,8 @@ class Probe(Chip):
 
     async def run(self):
         self.outputs_reset()
-        self.kernel.spawn(self.take_bytes(), "probe: bus")
-        self.kernel.spawn(self.take_characters(), "probe: line")
+        self.kernel.spawn(self.take_bytes, name="probe: bus")
+        self.kernel.spawn(self.take_characters, name="probe: line")
 
     def obey(self, command, over):
         self.obeyed.append((self.kernel.now, over, command.text))
@@ -139,7 +139,7 @@ class Probe(Chip):
                 self.on_line, self.idle = True, False
                 self.sync()
                 answer = self.obey(found, "serial").encode() + b"\r"
-                self.kernel.spawn(transmit(self.drivers["sout"], clock, word, answer, RS232), "probe: answer")
+                self.kernel.spawn(transmit, self.drivers["sout"], clock, word, answer, RS232, name="probe: answer")
 
 
 def furnished(journal=None):

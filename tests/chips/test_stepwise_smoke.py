@@ -54,7 +54,7 @@ class Rig:
 
     def send(self, text: str) -> None:
         self.put("io_request", 1)
-        self.kernel.spawn(self.host(text), "host")
+        self.kernel.spawn(self.host, text, name="host")
 
     def begin(self, text: str = "G\r") -> None:
         """Send a motion command and run up to its first fall of PULSE; that instant is clock 0."""

@@ -46,7 +46,7 @@ def test_it_is_told_when_the_instant_is_quiet():
         await until(kernel, 10)
         out.drive(1)
 
-    kernel.spawn(task(), "task")
+    kernel.spawn(task, name="task")
     kernel.run(10)
     assert shown == [(0, 0, None), (10, 10, 1)]
 

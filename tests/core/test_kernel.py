@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import warnings
 from random import Random
 
 import pytest
@@ -54,8 +56,8 @@ def test_a_timer_woken_task_sees_the_levels_from_before_the_instant(seed):
         await until(kernel, 101)
         wires.note("look", "driven", "promised")
 
-    kernel.spawn(looker(), "looker")
-    kernel.spawn(driver(), "driver")
+    kernel.spawn(looker, name="looker")
+    kernel.spawn(driver, name="driver")
     kernel.run(200)
     assert wires.log == [(100, "look", 0, 0), (101, "look", 1, 1)]
 
@@ -77,9 +79,9 @@ def test_promised_edges_and_changes_of_round_one_commit_together(seed):
         await edge(wires.net[name])
         wires.note(f"woken by {name}", "a", "b", "c")
 
-    kernel.spawn(driver(), "driver")
+    kernel.spawn(driver, name="driver")
     for name in "abc":
-        kernel.spawn(woken_by(name), name)
+        kernel.spawn(woken_by, name, name=name)
     kernel.run(200)
     assert sorted(wires.log) == sorted(
         (100, f"{what} {name}", 0, 1, 1) for what in ("told", "woken by") for name in "abc"
@@ -99,7 +101,7 @@ def test_an_edge_of_the_instant_survives_a_withdrawal_in_its_first_round(seed):
         wave.until = 150
         wires.out["a"].renew()
 
-    kernel.spawn(withdraws(), "withdraws")
+    kernel.spawn(withdraws, name="withdraws")
     kernel.run(300)
     assert wires.log == [(100, "edge", 1)]
     assert wires.net["a"].level == 1
@@ -116,7 +118,7 @@ def test_an_input_that_changes_exactly_at_a_look_is_seen_at_the_next(seed):
             await until(kernel, ps)
             seen.append((ps, wires.net["x"].level))
 
-    kernel.spawn(looks(), "looks")
+    kernel.spawn(looks, name="looks")
     kernel.call_at(20, lambda: wires.out["x"].drive(1))
     kernel.call_at(39, lambda: wires.out["x"].drive(0))
     kernel.run(100)
@@ -133,8 +135,8 @@ def test_reactions_run_in_later_rounds_of_the_same_instant():
         wires.note(source, "a", "b", "c")
         wires.out[target].drive(1)
 
-    kernel.spawn(follows("a", "b"), "a to b")
-    kernel.spawn(follows("b", "c"), "b to c")
+    kernel.spawn(follows, "a", "b", name="a to b")
+    kernel.spawn(follows, "b", "c", name="b to c")
     kernel.call_at(50, lambda: wires.out["a"].drive(1))
     kernel.run(60)
     assert wires.log == [(50, "a", 1, 0, 0), (50, "b", 1, 1, 0), (50, "told", 1, 1, 1)]
@@ -149,7 +151,7 @@ def test_run_includes_its_last_instant_and_a_drive_afterwards_is_a_new_round_of_
             await edge(wires.net["a"])
             wires.note("edge", "a")
 
-    kernel.spawn(counts(), "counts")
+    kernel.spawn(counts, name="counts")
     kernel.call_at(100, lambda: wires.out["a"].drive(1))
     kernel.run(100)
     assert wires.log == [(100, "edge", 1)]
@@ -219,7 +221,7 @@ def test_waits_for_what_is_there_already_return_in_the_same_round():
         log.append(await first_of(kernel, kernel.now, (wires.net["b"], 1)))
         log.append(kernel.now)
 
-    kernel.spawn(task(), "task")
+    kernel.spawn(task, name="task")
     kernel.settle()
     assert log == [wires.net["a"], None, 0]
 
@@ -234,7 +236,7 @@ def test_of_several_levels_that_are_there_the_first_in_the_list_wins():
             found = await first_of(kernel, 100, *((wires.net[name], 1) for name in names))
             log.append((kernel.now, found.name))
 
-    kernel.spawn(task(), "task")
+    kernel.spawn(task, name="task")
     kernel.run(200)
     assert log == [(0, "a"), (0, "b")]
 
@@ -252,7 +254,7 @@ def test_the_first_of_several_levels_wins_and_the_others_are_forgotten():
         log.append(await first_of(kernel, 80, (wires.net["b"], 0)))
         log.append(kernel.now)
 
-    kernel.spawn(task(), "task")
+    kernel.spawn(task, name="task")
     kernel.call_at(30, lambda: wires.out["b"].drive(1))
     kernel.call_at(40, lambda: wires.out["a"].drive(1))
     kernel.call_at(100, lambda: wires.out["b"].drive(0))
@@ -271,7 +273,7 @@ def test_a_level_that_comes_at_the_very_end_of_a_wait_comes_too_late(seed):
         log.append(await first_of(kernel, 100, (wires.net["driven"], 1), (wires.net["promised"], 1)))
         log.append([wires.net["driven"].level, wires.net["promised"].level])
 
-    kernel.spawn(task(), "task")
+    kernel.spawn(task, name="task")
     kernel.call_at(100, lambda: wires.out["driven"].drive(1))
     kernel.run(100)
     assert log == [None, [0, 0]]
@@ -290,7 +292,7 @@ def test_a_wait_that_begins_in_round_one_sees_the_edge_of_that_instant(seed):
         log.append((name, kernel.now))
 
     for name in ("driven", "promised"):
-        kernel.spawn(waits_for(name), name)
+        kernel.spawn(waits_for, name, name=name)
     kernel.call_at(100, lambda: wires.out["driven"].drive(1))
     kernel.run(150)
     assert sorted(log) == [("driven", 100), ("promised", 100)]
@@ -317,7 +319,7 @@ def test_a_killed_task_runs_its_finally_and_nothing_else(when):
         finally:
             log.append(kernel.now)
 
-    task = kernel.spawn(victim(), "victim")
+    task = kernel.spawn(victim, name="victim")
     kernel.settle()
     if when == "in the same round":
         wires.net["a"].watch(lambda net: task.kill())  # woken for round 2 already
@@ -328,6 +330,23 @@ def test_a_killed_task_runs_its_finally_and_nothing_else(when):
     kernel.run(100)
     assert log == [30 if when == "in the same round" else 20]
     assert not task.alive
+
+
+def test_a_task_that_never_runs_leaves_no_complaint():
+    async def waits(ps):
+        await until(kernel, ps)
+
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        kernel = Kernel()
+        kernel.spawn(waits, 50, name="dropped")
+        kernel.spawn(waits, 50, name="killed").kill()
+        del kernel
+        bench = slewline.Bench()
+        bench.host(bench.add("cy525")).send("A 0\r")
+        del bench
+        gc.collect()
+    assert not told, [str(warning.message) for warning in told]
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -348,7 +367,7 @@ def test_a_task_that_fails_is_over_and_keeps_nothing_from_the_others(seed):
         await level(wires.net["promised"], 1)
         wires.note("sees the edge", "promised")
 
-    tasks = [kernel.spawn(run(), run.__name__) for run in (failing, beside, watching)]
+    tasks = [kernel.spawn(run, name=run.__name__) for run in (failing, beside, watching)]
     with pytest.raises(ValueError, match="no"):
         kernel.run(200)
     assert sorted(wires.log) == [(100, "sees the edge", 1), (100, "woken at 100")]
@@ -363,7 +382,7 @@ def test_a_task_that_fails_alone_in_its_instant_is_over():
         await until(kernel, 100)
         raise ValueError("no")
 
-    task = kernel.spawn(failing(), "failing")
+    task = kernel.spawn(failing, name="failing")
     with pytest.raises(ValueError, match="no"):
         kernel.run(200)
     assert not task.alive and kernel.now == 100
@@ -375,7 +394,7 @@ def test_next_time_skips_what_nobody_waits_for_any_more():
     async def sleeper(ps):
         await until(kernel, ps)
 
-    early, _ = kernel.spawn(sleeper(10), "early"), kernel.spawn(sleeper(20), "late")
+    early, _ = kernel.spawn(sleeper, 10, name="early"), kernel.spawn(sleeper, 20, name="late")
     kernel.settle()
     assert kernel.next_time() == 10
     early.kill()
@@ -397,8 +416,8 @@ def test_tasks_that_answer_each_other_without_time_are_named(monkeypatch):
             await edge(wires.net[source])
             wires.out[target].drive(1 - wires.net[target].level)
 
-    kernel.spawn(copies("a", "b"), "ping")
-    kernel.spawn(copies("b", "a"), "pong")
+    kernel.spawn(copies, "a", "b", name="ping")
+    kernel.spawn(copies, "b", "a", name="pong")
     kernel.call_at(3_000_000, lambda: wires.out["a"].drive(1))
     with pytest.raises(Endless, match=r"1000 rounds at 3 us: .*<Task p[io]ng>"):
         kernel.run(4_000_000)
@@ -461,7 +480,7 @@ def scenario(seed: int | None) -> list[tuple[object, ...]]:
                 await until(kernel, kernel.now + 10)
 
     for number, own in enumerate(names):  # every net has one master: nothing but the order could decide
-        tasks.append(kernel.spawn(walker(number, own, Random(chance.random())), own))
+        tasks.append(kernel.spawn(walker, number, own, Random(chance.random()), name=own))
     stop = Driver(Net(kernel, "stop"), "test")
     stop.net.watch(lambda net: tasks[2].kill())  # through a net, hence after all timed work of the instant
     kernel.call_at(1000, lambda: stop.drive(1))

@@ -269,7 +269,7 @@ def test_joined_nets_are_one_wire():
         await level(two, 0)
         log.append("waited")
 
-    kernel.spawn(waits(), "waits")
+    kernel.spawn(waits, name="waits")
     kernel.settle()
     one.join(two)
     kernel.settle()
@@ -396,7 +396,7 @@ def test_edges_promised_before_two_nets_are_joined_are_told_once():
             await edge(one)
             woken.append(kernel.now)
 
-    kernel.spawn(waits(), "waits")
+    kernel.spawn(waits, name="waits")
     kernel.run(50)
     assert told == [0, 10, 20]
     assert woken == [10, 20]
@@ -471,7 +471,7 @@ def test_a_task_waits_for_any_change_of_a_shared_wire():
             await edge(net)
             seen.append(net.kernel.now)
 
-    net.kernel.spawn(task(), "task")
+    net.kernel.spawn(task, name="task")
     net.kernel.settle()
     net.kernel.call_at(10, lambda: one.drive(0))
     net.kernel.call_at(20, lambda: two.drive(0))

@@ -23,7 +23,7 @@ class Wire:
         self.driver.drive(MARK)
         self.kernel.settle()
         self.found: list[Character] = []
-        self.kernel.spawn(self.receive(), "receiver")
+        self.kernel.spawn(self.receive, name="receiver")
 
     async def receive(self) -> None:
         receiver = Receiver(self.driver.net, CLOCK, WORD, RS232)
@@ -36,7 +36,7 @@ class Wire:
         self.kernel.run(self.kernel.now + ps)
 
     def send(self, data: bytes) -> None:
-        self.kernel.spawn(transmit(self.driver, CLOCK, WORD, data, RS232), "sender")
+        self.kernel.spawn(transmit, self.driver, CLOCK, WORD, data, RS232, name="sender")
         self.kernel.run(self.kernel.now + CLOCK.ps(WORD.ticks) * len(data))
 
 

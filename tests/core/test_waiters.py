@@ -16,7 +16,7 @@ def test_ended_waits_are_sorted_out_of_a_quiet_net() -> None:
         for number in range(20 * STALE):
             woken.append(await first_of(kernel, number + 1, (quiet, 0)))
 
-    kernel.spawn(waits(), "waits")
+    kernel.spawn(waits, name="waits")
     kernel.run(30 * STALE)
     assert woken == [None] * (20 * STALE)
     assert len(quiet.waiters) <= STALE + 1

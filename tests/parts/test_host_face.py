@@ -286,7 +286,7 @@ def test_a_host_works_on_wires_with_nothing_but_a_sheet():
             ready.drive(1)
 
     ready.drive(1)
-    kernel.spawn(take(), "test")
+    kernel.spawn(take, name="test")
     host.send("R 20\r")
     kernel.settle()
     assert bytes(taken) == b"R 20\r" and host.idle and host.sent == 5

@@ -122,7 +122,7 @@ class LineChip(Chip):
         self.word = Word(self.port.bits, self.port.parity, self.port.stop)
         self.baud = self.straps.baud
         self.bits = bit_clock(self.baud, self.name)
-        self.listener = self.kernel.spawn(self._listen(), f"{self.name} listens")
+        self.listener = self.kernel.spawn(self._listen, name=f"{self.name} listens")
         self.refresh_idle()
 
     def hang_up(self) -> None:
@@ -173,7 +173,7 @@ class LineChip(Chip):
             return
         self.work.append(item)
         if self.worker is None:
-            self.worker = self.kernel.spawn(self._work(), f"{self.name} answers")
+            self.worker = self.kernel.spawn(self._work, name=f"{self.name} answers")
             self.refresh_idle()
 
     async def _work(self) -> None:

@@ -152,7 +152,9 @@ class MotionsTold:
         if self.step is None:
             self.moves("moves", motion)
         else:
-            self.first = self.chip.kernel.spawn(self.first_step(motion, self.step), f"transcript of {self.chip.name}")
+            self.first = self.chip.kernel.spawn(
+                self.first_step, motion, self.step, name=f"transcript of {self.chip.name}"
+            )
 
     async def first_step(self, motion: MotionStart, step: Pin) -> None:
         """Wait for the first step."""

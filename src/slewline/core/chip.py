@@ -373,7 +373,7 @@ class Chip(OneAxis):
     def start(self) -> None:
         """Start the firmware at this instant."""
         self.sync()
-        self.task = self.kernel.spawn(self.run(), self.name)
+        self.task = self.kernel.spawn(self.run, name=self.name)
 
     def stop(self) -> None:
         """Kill the firmware where it is."""

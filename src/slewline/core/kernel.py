@@ -12,9 +12,10 @@ dropped, when `who.token` has moved on.  Nothing is ever searched for in the hea
 from __future__ import annotations
 
 from collections.abc import Callable, Coroutine
+from functools import partial
 from heapq import heappop, heappush
 from itertools import count
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVarTuple
 
 from ..errors import Endless, SlewlineError, UsageError
 from .hook import Hook
@@ -22,6 +23,7 @@ from .outside import Outside
 from .timebase import readable
 
 ROUNDS_LIMIT = 1_000_000
+Args = TypeVarTuple("Args")
 
 
 class Shuffler(Protocol):
@@ -32,21 +34,32 @@ class Shuffler(Protocol):
 
 
 class Task:
-    """A coroutine on the kernel; `value` is what its next resumption returns: the net that woke it, None for a time."""
+    """A coroutine on the kernel; `value` is what its next resumption returns: the net that woke it, None for a time.
 
-    __slots__ = ("alive", "coroutine", "is_net", "name", "send", "token", "value")
+    The coroutine is made when its first lines run: Python complains of one that is made and never run.
+    """
 
-    def __init__(self, coroutine: Coroutine[Any, Any, None], name: str) -> None:
-        self.coroutine, self.name = coroutine, name
-        self.send = coroutine.send
+    __slots__ = ("alive", "begin", "coroutine", "is_net", "name", "send", "token", "value")
+
+    def __init__(self, begin: Callable[[], Coroutine[Any, Any, None]], name: str) -> None:
+        self.begin, self.name = begin, name
+        self.coroutine: Coroutine[Any, Any, None] | None = None
+        self.send: Callable[[Any], Any] = self._run
         self.token, self.alive, self.is_net = 0, True, False
         self.value: Any = None
+
+    def _run(self, _value: None) -> None:
+        """Run the first lines."""
+        self.coroutine = self.begin()
+        self.send = self.coroutine.send
+        self.send(None)
 
     def kill(self) -> None:
         """End the task where it waits; its `finally` blocks run."""
         self.token += 1
         self.alive = False
-        self.coroutine.close()
+        if self.coroutine is not None:
+            self.coroutine.close()
 
     def __repr__(self) -> str:
         return f"<Task {self.name}>"
@@ -112,9 +125,9 @@ class Kernel:
         self.on_commit: Hook[[int]] = CommitHook(self)
 
     # ------------------------------------------------------------------------------------------------- scheduling
-    def spawn(self, coroutine: Coroutine[Any, Any, None], name: str) -> Task:
-        """Start a task; its first lines run in the next round."""
-        task = Task(coroutine, name)
+    def spawn(self, function: Callable[[*Args], Coroutine[Any, Any, None]], *args: *Args, name: str) -> Task:
+        """Start a task, the coroutine that a function makes of its arguments; its first lines run in the next round."""
+        task = Task(partial(function, *args), name)
         self.woken.append(task)
         return task
 

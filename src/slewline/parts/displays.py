@@ -178,7 +178,7 @@ class Lcd(Display):
 
     def rewired(self) -> None:
         """Start to listen: the part is wired, and time is about to pass."""
-        self.kernel.spawn(self._listen(), self.name)
+        self.kernel.spawn(self._listen, name=self.name)
 
     async def _listen(self) -> None:
         receiver = Receiver(self.pin("rxd").net, self.clock, Word(8, "none", 1), TTL)

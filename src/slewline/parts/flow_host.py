@@ -76,7 +76,7 @@ class FlowHost(ShadowHost):
         if self.listener is not None:
             self.listener.kill()
         self.taken = False
-        self.listener = self.kernel.spawn(self._listen(), f"{self.name} listens")
+        self.listener = self.kernel.spawn(self._listen, name=f"{self.name} listens")
 
     @property
     def offered(self) -> bool:

@@ -57,7 +57,7 @@ class GpibDevice(Part):
 
     def _begin(self) -> None:
         self.listening = self.talking = self.polling = False
-        self.task = self.kernel.spawn(self._run(), self.name)
+        self.task = self.kernel.spawn(self._run, name=self.name)
 
     def _interface_clear(self, net: Net) -> None:
         """IFC: let go of everything, forget all addresses."""

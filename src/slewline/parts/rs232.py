@@ -82,7 +82,7 @@ class SerialPort(Worker):
 
     def rewired(self) -> None:
         """Start to listen."""
-        self.kernel.spawn(self._receive(), f"{self.name} receives")
+        self.kernel.spawn(self._receive, name=f"{self.name} receives")
 
     # ------------------------------------------------------------------------------------------------------ sending
     @from_outside
@@ -99,7 +99,7 @@ class SerialPort(Worker):
         burst = 1 if fault == "late" else self.burst  # every one of them is late
         self.outgoing.extend((data[at : at + burst], fault) for at in range(0, len(data), burst))
         if self.outgoing and (self.sender is None or not self.sender.alive):
-            self.sender = self.kernel.spawn(self._send(), f"{self.name} sends")
+            self.sender = self.kernel.spawn(self._send, name=f"{self.name} sends")
 
     @from_outside
     def drop(self) -> None:

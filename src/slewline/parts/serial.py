@@ -113,7 +113,7 @@ class Uart(Part):
         """Start to listen, and to watch the pins of the parallel side."""
         self.pin("rdav").net.watch(lambda net: self._set(False) if net.level == 0 else None)
         self.pin("rde").net.watch(lambda _: self._put())
-        self.kernel.spawn(self._receive(), self.name)
+        self.kernel.spawn(self._receive, name=self.name)
 
     @property
     def idle(self) -> bool:

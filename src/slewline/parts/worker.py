@@ -46,7 +46,7 @@ class Worker(Part):
         """Put a piece of work at the end of the queue."""
         self.queue.append((text, action))
         if self.task is None or not self.task.alive:
-            self.task = self.kernel.spawn(self._run(), self.name)
+            self.task = self.kernel.spawn(self._run, name=self.name)
 
     async def _run(self) -> None:
         while self.queue:

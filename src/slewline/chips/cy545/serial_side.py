@@ -141,7 +141,7 @@ class SerialSide:
     # ------------------------------------------------------------------------------------------------------------- in
     def _listen_at(self, clock: Clock) -> None:
         self.clock = clock
-        self.listener = self.kernel.spawn(self._listen(clock), f"{self.chip.name} listens")
+        self.listener = self.kernel.spawn(self._listen, clock, name=f"{self.chip.name} listens")
 
     async def _listen(self, clock: Clock) -> None:
         if self.watching:  # not as an edge is told: whoever hears of it next would be left out

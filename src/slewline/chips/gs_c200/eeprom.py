@@ -40,7 +40,7 @@ class Eeprom:
     # ---------------------------------------------------------------------------------------------------------- write
     def write(self, written: Callable[[bool], None]) -> None:
         """Begin to write the program; `written` is called at the end, with whether that has succeeded."""
-        self.task = self.kernel.spawn(self._write(bytes(self.program.memory), written), f"{self.chip.name} writes")
+        self.task = self.kernel.spawn(self._write, bytes(self.program.memory), written, name=f"{self.chip.name} writes")
         self.activity.begin(EEPROM)
 
     async def _write(self, program: bytes, written: Callable[[bool], None]) -> None:

@@ -54,7 +54,7 @@ class Interpreter:
     # ------------------------------------------------------------------------------------------------ begin and end
     def run(self, work: Callable[[], Awaitable[None]]) -> None:
         """Begin to run the program, or what else takes its time."""
-        self.task = self.kernel.spawn(self._run(work), f"{self.chip.name} runs")
+        self.task = self.kernel.spawn(self._run, work, name=f"{self.chip.name} runs")
         self.activity.begin(PROGRAM)
         self.chip.refresh_idle()
 

@@ -77,7 +77,7 @@ class Motion:
             self.counter.log.mark("event", input_name(watched))
             self.stop.drive(1)
 
-        watcher = kernel.spawn(watch(), f"{self.chip.name} watches {watched.name}")
+        watcher = kernel.spawn(watch, name=f"{self.chip.name} watches {watched.name}")
         try:
             await self.through(plan, sign, text)
         finally:

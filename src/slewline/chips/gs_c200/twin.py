@@ -60,7 +60,7 @@ class Stepwise:
     async def run(self, limit: int, sign: int, text: str, watched: Net | None) -> None:
         """Step without end, until a request to stop, a low input, or the end of the position counter."""
         self.number = None
-        watcher = self.kernel.spawn(self.watch(watched), "a low input stops") if watched is not None else None
+        watcher = self.kernel.spawn(self.watch, watched, name="a low input stops") if watched is not None else None
         try:
             await self.go(sign, text, limit)
         finally:

@@ -42,7 +42,7 @@ class Stepwise:
             for state, home, encoder in zip(self.registers.states, self.homes, self.encoders, strict=True)
         ]
         self.running = True
-        self.task = self.kernel.spawn(self.run(), f"{self.chip.name}: cycles")
+        self.task = self.kernel.spawn(self.run, name=f"{self.chip.name}: cycles")
         self.catch_up()
 
     @property
