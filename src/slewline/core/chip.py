@@ -315,7 +315,7 @@ class Chip(OneAxis):
         net.blamed_ps = now
         if last is not None and now - last < PEACE_PS:
             return
-        if not self.findings or self.findings[-1].code != "conflict" or self.findings[-1].time_ps != self.kernel.now:
+        if not self.findings or self.findings[-1].code != "conflict" or self.findings[-1].time_ps != now:
             self.finding("conflict", f"two outputs disagree on {net.name}; the low one wins")
 
     # ------------------------------------------------------------------------------------------- waits of a firmware
