@@ -80,6 +80,18 @@ def test_a_file_that_is_none_is_refused_with_what_is_allowed(call, write):
     assert status == 2 and "missing.toml: cannot be read" in err
 
 
+def test_what_is_said_of_a_wrong_option_names_the_file_and_the_part(call, write):
+    program, bad = write("p.cy545", "G"), write("bad.toml", 'crystal = "12 MHz"')
+    for command in (
+        ("run", program), ("lint", program), ("ramp", "cy545"), ("describe", "cy545"),
+        ("serve", "cy545", "--tcp", "127.0.0.1:0"),
+    ):  # fmt: skip
+        status, _, err = call(*command, "--options", bad)
+        assert status == 2 and f"{bad}: cy545: no option 'crystal'; its options: " in err, err
+    status, _, err = call("serve", "cy545", "--tcp", "127.0.0.1:0", "--option", "straps=1")
+    assert status == 2 and "cy545: no option 'straps'" in err
+
+
 def test_from_python_wrong_options_are_refused_likewise():
     with pytest.raises(UsageError, match="allowed 20k, 27k"):
         slewline.ramp("cy545", F=14, R=100, S=220, options={"rate_table": "30k"})

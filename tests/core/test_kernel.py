@@ -334,7 +334,7 @@ def test_a_killed_task_runs_its_finally_and_nothing_else(when):
 
 def test_a_task_that_never_runs_leaves_no_complaint():
     async def waits(ps):
-        await until(kernel, ps)
+        await until(Kernel(), ps)
 
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")

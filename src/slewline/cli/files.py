@@ -14,6 +14,7 @@ import click
 
 from ..bench.text import read_text
 from ..chips import CATALOGUE, sheet_of
+from ..core.option import checked
 from ..core.table import Sheet
 from ..errors import BenchFileError, UsageError
 
@@ -56,11 +57,12 @@ def is_bench(path: str) -> bool:
     return path.lower().endswith(".toml")
 
 
-def read_options(path: str | None) -> dict[str, Any]:
-    """Return the options in a TOML file, not yet checked; none without a file.
+def read_options(path: str | None, part: str) -> dict[str, Any]:
+    """Return the options of a part in a TOML file; none without a file.
 
     Raises:
         BenchFileError: the file cannot be read, is no TOML, or is a bench file, whose chips have options of their own.
+        UsageError: an option that the part has not, or a value that is not allowed.
     """
     if path is None:
         return {}
@@ -70,6 +72,8 @@ def read_options(path: str | None) -> dict[str, Any]:
         raise BenchFileError(f"{path}: not TOML: {error}") from None
     if "chip" in found:
         raise BenchFileError(f"{path}: a bench file; allowed options of a chip, such as rate = 80, a line each")
+    sheet = sheet_of(part)
+    checked(f"{path}: {sheet.part}", sheet.options, found)
     return found
 
 

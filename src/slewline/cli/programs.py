@@ -6,9 +6,7 @@ import dataclasses
 import json
 import re
 import sys
-from collections.abc import Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
@@ -197,8 +195,7 @@ def lint(
         raise click.UsageError("--allow-code goes with a bench file; --chip is allowed to name a module anyway")
     if options is not None and any(is_bench(file) for file in files):
         raise click.UsageError("a bench file says which options its chips have; leave out --options")
-    fitting = read_options(options)
-    found = [linted for file in files for linted in texts_of(file, chip, allow_code, fitting)]
+    found = [linted for file in files for linted in texts_of(file, chip, allow_code, options)]
     if as_json:
         told: dict[str, list[dict[str, Any]]] = {}
         for where, _, problems in found:  # two hosts of a bench may play the same file
@@ -222,10 +219,11 @@ class Linted(NamedTuple):
     problems: list[Problem]
 
 
-def texts_of(
-    file: str, chip: str | None, allow_code: bool = False, options: Mapping[str, Any] = MappingProxyType({})
-) -> list[Linted]:
+def texts_of(file: str, chip: str | None, allow_code: bool = False, options: str | None = None) -> list[Linted]:
     """Return a program file, or the scripts of a bench file, with what is odd about each.
+
+    Args:
+        options: a file with options of the chip.
 
     Raises:
         SlewlineError: the file cannot be read, or does not make a bench.
@@ -243,7 +241,7 @@ def texts_of(
     part, text = chip_of(file, chip), read_program(file)
     script, straps = read(text, file, sheet_of(part))
     bench = Bench()
-    host = bench.host(bench.add(part, straps=straps, **options))
+    host = bench.host(bench.add(part, straps=straps, **read_options(options, part)))
     return [Linted(file, text, problems_of(bench, host, script))]
 
 
@@ -277,7 +275,7 @@ def describe(chip: str, command: str | None, as_json: bool, options: str | None 
     """Print the reference of a chip."""
     from ..language.describe import describe as text_of
 
-    sheet = sheet_of(chip, options=read_options(options) or None)
+    sheet = sheet_of(chip, options=read_options(options, chip) or None)
     text = text_of(sheet, command)
     if as_json:
         print_json(sheet_object(sheet, command))

@@ -41,7 +41,7 @@ def ramp(
     """Print a ramp, or the ramps that come nearest to what is wanted."""
     outputs = Outputs([])
     outputs.claim(plot, SUFFIXES)
-    fitting = read_options(options) or None
+    fitting = read_options(options, chip) or None
     calculator = ramps_of(chip, fitting)
     values = named(calculator, parameters)
     wanted = {"time_ps": time, "acceleration_sps2": accel, "steps": steps}

@@ -168,7 +168,7 @@ class Run:
         part = chip_of(file, self.chip)
         script, straps = read(text, file, sheet_of(part))
         bench = Bench(journal=journal)
-        options = read_options(self.options)
+        options = read_options(self.options, part)
         chip = bench.add(part, crystal=self.crystal, straps=straps | dict(self.strap), **options)
         put_memory(bench, chip, self.memory)
         host = bench.host(chip, over=self.over)

@@ -17,7 +17,7 @@ from ..bench import Bench
 from ..bench.memories import is_outside, put_memory
 from ..chips import sheet_of
 from ..core.channel import AdaptiveLine, FlowBus
-from ..core.option import read
+from ..core.option import checked, read
 from ..errors import UsageError
 from .files import read_options, say_replaced
 
@@ -141,7 +141,8 @@ class Serve:
         bench = Bench(journal=self.journal, stores=stores)
         sheet = sheet_of(self.chip)
         # nothing strapped is the slowest
-        options = joined(read_options(self.options), read(sheet.options, self.option))
+        options = joined(read_options(self.options, self.chip), read(sheet.options, self.option))
+        checked(sheet.part, sheet.options, options)
         chip = bench.add(self.chip, straps=sheet.fastest | dict(self.strap), **options)
         put_memory(bench, chip, self.memory)
         return bench
