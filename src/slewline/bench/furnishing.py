@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from itertools import chain, count
 from random import Random
 from typing import TYPE_CHECKING, Any
 
@@ -231,7 +232,7 @@ class Furnished(Drawing):
     def _new_name(self, name: str | None, stem: str) -> str:
         taken = {**self.chips, **self.parts}
         if name is None:
-            name = next(n for n in (stem, *(f"{stem}_{i}" for i in range(2, 1000))) if n not in taken)
+            name = next(n for n in chain((stem,), (f"{stem}_{i}" for i in count(2))) if n not in taken)
         if not isinstance(name, str) or not name.replace("_", "a").isalnum():
             raise UsageError(f"name {name!r}: letters, digits and underscores, please")
         if name in taken:
