@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from .core.channel import AdaptiveLine, BusHandshake, FlowBus, HostPort, SerialLine
     from .core.chip import Chip, Finding
     from .core.hook import Hook
+    from .core.inputs import from_outside
     from .core.net import Bus, Driver, Net
     from .core.one_axis import OneAxis
     from .core.option import Option
-    from .core.outside import from_outside
     from .core.pin import Condition, Terminal
     from .core.plan import Leg, Plan, plan
     from .core.program import ProgramRow
@@ -56,7 +56,7 @@ _FROM = {
     "core.hook": ("Hook",),
     "core.net": ("Bus", "Driver", "Net"),
     "core.option": ("Option",),
-    "core.outside": ("from_outside",),
+    "core.inputs": ("from_outside",),
     "core.pin": ("Condition", "Terminal"),
     "core.plan": ("Leg", "Plan", "plan"),
     "core.program": ("ProgramRow",),

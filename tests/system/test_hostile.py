@@ -14,7 +14,7 @@ import slewline
 import slewline.testing  # pySerial knows slewline:// from now on
 from slewline.build import Part, from_outside
 from slewline.chips import PARTS, chip_class
-from slewline.core.outside import input_of
+from slewline.core.inputs import input_of
 from slewline.errors import BenchFileError, SlewlineError, UsageError
 from slewline.links.store import FileStore, packed
 from slewline.parts import KINDS, part_class

@@ -13,7 +13,7 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..chips import chip_class
-from ..core.outside import input_of
+from ..core.inputs import input_of
 from ..core.store import Memory
 from ..core.timebase import Time, moment
 from ..errors import BenchFileError, OtherLaws, TornJournal, UsageError

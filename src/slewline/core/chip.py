@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 from ..errors import UnknownName, UsageError
 from .axis import Axis
 from .hook import CommandHook, Hook
+from .inputs import HasInputs
 from .kernel import Kernel, Task
 from .near import hint
 from .net import Bus, Driver, Net
 from .one_axis import OneAxis
 from .option import checked
-from .outside import input_of
 from .pin import Condition, Terminal
 from .table import Sheet
 from .timebase import Clock, readable
@@ -90,7 +90,7 @@ class AxisOfChip(OneAxis):
         return f"<{self.name}>"
 
 
-class Chip(OneAxis):
+class Chip(OneAxis, HasInputs):
     """A part on a bench.  Subclasses bring a sheet and `run()`, the firmware.
 
     `options` holds every option of the sheet by its name, checked.
@@ -294,15 +294,6 @@ class Chip(OneAxis):
         found = Finding(self.kernel.now, self.name, code, text)
         self.findings.append(found)
         self.on_finding(found)
-
-    def input(self, verb: str, *args: Any) -> None:
-        """Report to the outside that a user has called one of the chip's methods, as plain data.
-
-        Raises:
-            UsageError: the method is not declared by @from_outside.
-        """
-        input_of(self, verb)
-        self.kernel.outside.tell("input", part=self.name, verb=verb, args=list(args))
 
     def switched(self, on: bool) -> None:
         """Report that the supply is being switched."""

@@ -4,53 +4,20 @@
     outside.wait(met, "an answer", "5 s")             a call of a host lets time pass until it is over
     with outside.nested(): ...                        what follows from an input that was told: a line of a script
     with outside.queued(): ...                        calls of hosts only queue; their caller lets time pass
-    @from_outside                                     a method by which a user tells a chip or a part something
 
-There is one of it on every kernel, so that a pin or a part finds it with or without a bench.  A journal may come from
-anybody: it calls no methods but those that are declared.
+There is one of it on every kernel, so that a pin or a part finds it with or without a bench.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any, TypeVar
-from weakref import WeakKeyDictionary
+from typing import Any
 
-from ..errors import UsageError
 from .hook import Hook
 from .timebase import Time
 
 LetPass = Callable[[Callable[[], bool], str, Time], None]
-F = TypeVar("F", bound=Callable[..., Any])
-INPUTS: WeakKeyDictionary[type, set[str]] = WeakKeyDictionary()  # of a class; every input asks
-
-
-def from_outside(method: F) -> F:
-    """Declare that a user tells a chip or a part something by this method, which reports that (`input`)."""
-    vars(method)["from_outside"] = True
-    return method
-
-
-def input_of(owner: Any, verb: str) -> Callable[..., Any]:
-    """Return the method of a chip or a part by which a user tells it something; who overrides such a one need not say.
-
-    Raises:
-        UsageError: none that is declared has this name; the message lists those there are.
-    """
-    cls = type(owner)
-    if cls not in INPUTS:
-        INPUTS[cls] = {name for base in cls.__mro__ for name, value in vars(base).items() if _declared(value)}
-    if verb not in INPUTS[cls]:
-        raise UsageError(
-            f"{owner.name}: {verb!r} is no input; allowed {', '.join(sorted(INPUTS[cls])) or 'none'}; "
-            "a method of your own is declared by @from_outside"
-        )
-    return getattr(owner, verb)  # type: ignore[no-any-return]
-
-
-def _declared(value: object) -> bool:
-    return getattr(value, "__dict__", {}).get("from_outside") is True
 
 
 class Outside:
@@ -69,6 +36,11 @@ class Outside:
         self.write: Callable[[str, dict[str, Any]], None] | None = None  # a journal
         self.let_pass: LetPass | None = None
         self._inside = self._queueing = 0  # how deep in `nested` and in `queued`
+
+    @property
+    def heard(self) -> bool:
+        """Does anybody hear of an input made now?"""
+        return not self._inside and (self.write is not None or bool(self.on_input.listeners))
 
     def tell(self, do: str, **what: Any) -> None:
         """Report an input, as a verb and plain data, unless it is nested in another one."""

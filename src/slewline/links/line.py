@@ -66,7 +66,7 @@ class Line:
         if self.wait is not None:
             self.wait.limit_ps = limit_ps
         elif self.pace.lockstep:
-            self.wait = Wait(self._all_quiet, limit_ps, self._rests)
+            self.wait = Wait(self._all_quiet if self.beside else self.quiet, limit_ps, self._rests)
             self.pace.wait(self.wait)
 
     def _all_quiet(self) -> bool:
@@ -171,10 +171,13 @@ class SerialLine(Line):
 
         Characters that wait for CTS do not count while the chip waits for another host.
         """
-        held = isinstance(self.port, AdaptiveHost) and self.port.held and any(chip.awaits_host for chip in self.chips)
-        if (self.port.outgoing and not held) or self.coming:
+        if self.coming or (self.port.outgoing and not self._held()):
             return False
         return not any(chip.answering for chip in self.chips)
+
+    def _held(self) -> bool:
+        port = self.port
+        return isinstance(port, AdaptiveHost) and port.held and any(chip.awaits_host for chip in self.chips)
 
     def _character(self, character: Character) -> None:
         self.port.received.clear()  # the host is outside

@@ -170,9 +170,7 @@ class Session:
 
     def take(self, data: bytes) -> None:
         """Take bytes from the host."""
-        if QUICK is not None:
-            with suppress(OSError):
-                self.connection.setsockopt(socket.IPPROTO_TCP, QUICK, 1)
+        self.port.loop.dirty.append(self._acknowledge)
         first = not self.beginning.seen
         passed = self.beginning.take(data)
         if self.beginning.is_http:
@@ -182,6 +180,12 @@ class Session:
         if first and self.beginning.held:
             self.port.loop.after(HOLD_S, self._pass_on)
         self.heard(passed)
+
+    def _acknowledge(self) -> None:
+        """At the end of this turn, unless an answer is about to go out: it says so as well."""
+        if QUICK is not None and self.stream.open and not self.stream.dirty:
+            with suppress(OSError):
+                self.connection.setsockopt(socket.IPPROTO_TCP, QUICK, 1)
 
     def _pass_on(self) -> None:
         if self.stream.open:

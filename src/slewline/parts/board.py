@@ -11,9 +11,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..core.inputs import from_outside
 from ..core.kernel import Kernel
 from ..core.option import Option
-from ..core.outside import from_outside
 from ..core.timebase import Time, picoseconds
 from ..errors import UsageError
 from .caller import Caller, Errand

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable
 from typing import Any, Generic, TypeVar
 
+from ..core.inputs import from_outside
 from ..core.kernel import Kernel
-from ..core.outside import from_outside
 from ..core.timebase import Time
 from ..errors import SlewlineError, Timeout, UsageError
 from .worker import Worker

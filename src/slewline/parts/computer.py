@@ -18,8 +18,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Self
 
 from ..core.hook import Hook
+from ..core.inputs import from_outside
 from ..core.kernel import Kernel
-from ..core.outside import from_outside
 from .caller import Caller
 from .part import served
 from .worker import Data

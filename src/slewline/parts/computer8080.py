@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
+from ..core.inputs import from_outside
 from ..core.kernel import Kernel
 from ..core.net import Net
 from ..core.option import Option
-from ..core.outside import from_outside
 from ..core.timebase import Clock, hertz
 from ..core.waits import first_of, until
 from ..errors import UsageError

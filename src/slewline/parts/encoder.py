@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 from ..core.clocking import Even, Still
 from ..core.counter import Channel, Code, Scale
+from ..core.inputs import from_outside
 from ..core.kernel import Kernel
 from ..core.option import Option
-from ..core.outside import from_outside
 from ..core.shaft import Geared, Shaft
 from ..core.timebase import Time, picoseconds
 from ..errors import UsageError

@@ -15,8 +15,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ..core.bell import Bell
+from ..core.inputs import from_outside
 from ..core.net import Driver, Net
-from ..core.outside import from_outside
 from ..core.pin import Condition, GotCondition
 from ..core.waits import edge, first_of, level, until
 from ..errors import Timeout, UsageError

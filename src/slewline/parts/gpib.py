@@ -14,10 +14,10 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
+from ..core.inputs import from_outside
 from ..core.kernel import Kernel
 from ..core.net import Net
 from ..core.option import Option
-from ..core.outside import from_outside
 from ..core.waits import level, until
 from .part import Part
 from .worker import Data, Worker, as_bytes

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
+from ..core.inputs import from_outside
 from ..core.kernel import Kernel, Task
 from ..core.net import Net
 from ..core.option import Option
-from ..core.outside import from_outside
 from ..core.waits import first_of, level, until
 from .gpib import HANDSHAKE, REACTION_PS, SETTLING_PS, US, GpibTalker, add_bus_lines, pull
 from .part import Part

@@ -11,8 +11,8 @@ import re
 from collections.abc import Awaitable, Callable, Sequence
 from typing import TYPE_CHECKING
 
+from ..core.inputs import from_outside
 from ..core.net import Driver, Net
-from ..core.outside import from_outside
 from ..core.pin import Condition, GotCondition
 from ..core.waits import first_of, level, until
 from ..errors import UsageError

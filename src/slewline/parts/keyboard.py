@@ -11,9 +11,9 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
+from ..core.inputs import from_outside
 from ..core.kernel import Kernel
 from ..core.option import Option
-from ..core.outside import from_outside
 from ..core.timebase import Time, picoseconds
 from ..core.waits import first_of, until
 from .worker import Data, Worker, as_bytes

@@ -14,10 +14,10 @@ from __future__ import annotations
 from types import MappingProxyType
 
 from ..core.image import ERASED, SIZES, size_of
+from ..core.inputs import from_outside
 from ..core.kernel import Kernel
 from ..core.net import Net
 from ..core.option import Option
-from ..core.outside import from_outside
 from ..core.store import STORE, Gathered, Memory, Store
 from ..core.timebase import Time, picoseconds, readable
 from ..errors import UsageError

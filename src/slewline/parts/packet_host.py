@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..core.outside import from_outside
+from ..core.inputs import from_outside
 from ..core.pin import Condition, GotCondition
 from ..core.timebase import Time, picoseconds
 from ..core.waits import until

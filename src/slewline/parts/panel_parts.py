@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
+from ..core.inputs import from_outside
 from ..core.kernel import Kernel
 from ..core.option import Option
-from ..core.outside import from_outside
 from ..errors import UsageError
 from .external import BUS_WIRING, External
 from .part import Part

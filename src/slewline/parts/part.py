@@ -17,15 +17,15 @@ from collections.abc import Mapping
 from dataclasses import replace
 from operator import attrgetter
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Literal, TypeVar
 
 from ..core.chip import Finding
 from ..core.hook import Hook
+from ..core.inputs import HasInputs
 from ..core.kernel import Kernel
 from ..core.near import hint
 from ..core.net import Bus, Driver, Net
 from ..core.option import Option
-from ..core.outside import input_of
 from ..core.pin import Terminal
 from ..core.table import Pin
 from ..errors import UnknownName
@@ -51,7 +51,7 @@ def served(host: str, chips: Mapping[str, T], chip: object) -> T:
     return chips[name]
 
 
-class Part:
+class Part(HasInputs):
     """A part on a bench.  Subclasses make their pins in the constructor and react to nets by observers or tasks."""
 
     wiring: Mapping[str, str] = MappingProxyType({})
@@ -129,16 +129,6 @@ class Part:
     def byte(self, name: str) -> int:
         """Return the byte on a bus pin, 0 to 255."""
         return self.pins[name].net.byte  # type: ignore[attr-defined,no-any-return]
-
-    def input(self, verb: str, *args: Any) -> None:
-        """Report to the outside that a user has called one of the part's methods, as plain data.
-
-        Raises:
-            UsageError: the method is not declared by @from_outside.
-        """
-        input_of(self, verb)
-        plain = [list(arg) if isinstance(arg, bytes) else arg for arg in args]
-        self.kernel.outside.tell("input", part=self.name, verb=verb, args=plain)
 
     # ------------------------------------------------------------------------------------------------ what it tells
     def quantities(self) -> tuple[Quantity, ...]:

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 
 from ..core.bell import Bell
 from ..core.hook import Hook
+from ..core.inputs import from_outside
 from ..core.kernel import Kernel, Task
 from ..core.option import Option
-from ..core.outside import from_outside
 from ..core.pin import Condition, GotCondition
 from ..core.serial import BAUD, RS232, TTL, Character, Receiver, Straps, Word, bit_clock, transmit, word_options
 from ..core.waits import first_of, until

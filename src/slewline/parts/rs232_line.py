@@ -16,9 +16,9 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
+from ..core.inputs import from_outside
 from ..core.kernel import Kernel
 from ..core.net import Driver, Net
-from ..core.outside import from_outside
 from ..core.pin import Terminal
 from ..core.serial import BAUD, OVERSAMPLING, RS232, Word, bit_clock, word_options
 from ..core.timebase import Clock, Time, picoseconds

@@ -15,9 +15,9 @@ from __future__ import annotations
 from fractions import Fraction
 from types import MappingProxyType
 
+from ..core.inputs import from_outside
 from ..core.kernel import Kernel
 from ..core.option import Option
-from ..core.outside import from_outside
 from ..core.serial import BAUD, OVERSAMPLING, TTL, Character, Receiver, Word, bit_clock, transmit, word_options
 from ..core.timebase import Clock, Time, picoseconds
 from ..core.waits import until

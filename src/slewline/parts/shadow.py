@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from ..core.bell import Bell
 from ..core.channel import AdaptiveLine, FlowBus
-from ..core.outside import from_outside
+from ..core.inputs import from_outside
 from ..errors import UsageError
 from ..language.dialect import spoken_as
 from ..language.verbatim import Entry, Verbatim

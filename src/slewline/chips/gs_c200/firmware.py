@@ -9,9 +9,9 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ...core.axis import Axis
+from ...core.inputs import from_outside
 from ...core.kernel import Kernel
 from ...core.net import Driver
-from ...core.outside import from_outside
 from ...core.serial import Straps
 from ...core.store import Memory, Store
 from ...core.table import Sheet
