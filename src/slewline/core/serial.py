@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ..errors import UsageError
 from .kernel import Task
-from .net import Driver, Net, Wave
+from .net import Driver, Level, Net, Wave
 from .option import Option
 from .pin import strapped
 from .timebase import Clock
@@ -171,9 +171,9 @@ class Straps:
 
 
 class Frames:
-    """The characters of a word format at a rate, made once: bit instants relative to the start, and levels."""
+    """The characters of a word format at a rate, worked out once: instants of the bits, levels, what levels say."""
 
-    __slots__ = ("_levels", "length", "mark", "times", "word")
+    __slots__ = ("_levels", "_read", "length", "mark", "times", "word")
 
     def __init__(self, clock: Clock, word: Word, mark: int) -> None:
         self.word, self.mark = word, mark
@@ -181,6 +181,7 @@ class Frames:
         self.times = tuple(clock.ps(n) for n in range(0, bits, OVERSAMPLING))
         self.length = clock.ps(word.ticks)
         self._levels: dict[int, tuple[int, ...]] = {}
+        self._read: dict[tuple[Level, ...], tuple[int, bool, bool]] = {}
 
     def levels(self, byte: int) -> tuple[int, ...]:
         """Return the levels of the wire from the start bit to the stop bit."""
@@ -188,6 +189,15 @@ class Frames:
             mark = self.mark
             self._levels[byte] = tuple(mark if bit else 1 - mark for bit in (*self.word.levels(byte), 1))
         return self._levels[byte]
+
+    def read(self, seen: tuple[Level, ...]) -> tuple[int, bool, bool]:
+        """Return what the levels in the middle of the bits say: byte; is the parity wrong, is there no stop bit?"""
+        if seen not in self._read:
+            word, bits = self.word, [int(level == self.mark) for level in seen]
+            byte = sum(bit << n for n, bit in enumerate(bits[1 : 1 + word.bits]))
+            wrong = word.parity != "none" and bits[-2] != word.parity_bit(byte)
+            self._read[seen] = byte, wrong, not bits[-1]
+        return self._read[seen]
 
 
 @lru_cache(maxsize=64)
@@ -263,11 +273,11 @@ class Receiver:
             self.receiving = False
             await level(self.net, 1 - mark)
             self.receiving = True
-            start, clock, word = kernel.now, self.clock, self.word
+            start, clock = kernel.now, self.clock
+            frames = _frames(clock.hz, self.word, mark)
             middle = clock.ticks_until(start) + 1 + OVERSAMPLING // 2  # the edge is seen at the next clock
-            count = 2 + word.bits + (word.parity != "none")
             self.seen, self.taken = [], 0
-            last = middle + OVERSAMPLING * count
+            last = middle + OVERSAMPLING * len(frames.times)
             self.looks = [tick * clock.n // clock.d for tick in range(middle, last, OVERSAMPLING)]
             self.task = kernel.task
             promised = self.net.resolve(self.looks[0] - 1) == 1 - mark
@@ -278,8 +288,6 @@ class Receiver:
         if kernel.now < self.looks[-1]:
             await until(kernel, self.looks[-1])
             self.catch_up()
-        bits = [int(seen == mark) for seen in self.seen]
-        byte = sum(bit << n for n, bit in enumerate(bits[1 : 1 + word.bits]))
-        wrong = word.parity != "none" and bits[-2] != word.parity_bit(byte)
-        self.receiving, self.broken = False, not bits[-1]
-        return Character(byte, wrong, self.broken, start, start + _frames(clock.hz, word, mark).length)
+        byte, wrong, self.broken = frames.read(tuple(self.seen))
+        self.receiving = False
+        return Character(byte, wrong, self.broken, start, start + frames.length)

@@ -250,22 +250,6 @@ class SerialHost(LineHost):
             self.set_line(baud, self.word)
         return self.port
 
-    @property
-    def checked(self) -> bool:
-        """Does the module want checksums?"""
-        return self.straps.checked
-
-    @property
-    def kept(self) -> int:
-        """The bits that a checksum always has."""
-        return self.straps.kept
-
-    @property
-    def address(self) -> str:
-        """What stands in front of a command on a shared line."""
-        address = self.straps.address
-        return str(address) if address else ""
-
     # ------------------------------------------------------------------------------------------------------ sending
     def send(self, data: str | bytes) -> None:
         """Queue characters as they are, without address and checksum; they go out one behind the other.
@@ -282,7 +266,8 @@ class SerialHost(LineHost):
             raise UsageError(f"{self.name}: command {command!r}; expected text such as 'V1'")
         if "\r" in command:
             raise UsageError(f"{self.name}: command {command!r}; one at a time, the carriage return is added")
-        return framed(self.address + command, self.checked, self.kept)
+        straps = self.straps
+        return framed(f"{straps.address or ''}{command}", straps.checked, straps.kept)
 
     def ask(self, command: str, timeout: Time = "5 s") -> str:
         r"""Send a command, wait for the answer, and return it without checksum and carriage return.
@@ -341,9 +326,10 @@ class SerialHost(LineHost):
         if not self.answers:
             return False
         sheet = self.chip.sheet
-        if command not in [row.form for row in sheet.acting("list")]:
+        row = sheet.commands.by_form.get(command)
+        if row is None or row.role != "list":
             return True
-        last = self.answers[-1][:-1] if self.checked else self.answers[-1]
+        last = self.answers[-1][:-1] if self.straps.checked else self.answers[-1]
         return last in spoken_as(sheet, Lines).answers  # a line of the program is no answer
 
     def _let_pass(self, met: Callable[[], bool], what: str, timeout: Time) -> None:
@@ -366,10 +352,11 @@ class SerialHost(LineHost):
 
     def stripped(self, line: str) -> str:
         """Return an answer without its checksum."""
-        if not self.checked or not line:
+        straps = self.straps
+        if not straps.checked or not line:
             return line
         text, found = line[:-1], ord(line[-1])
-        expected = checksum(text.encode("latin-1"), self.kept)
+        expected = checksum(text.encode("latin-1"), straps.kept)
         if found != expected:
             raise ChecksumError(f"{self.name}: {line!r} ends in {found:#04x}; its checksum is {expected:#04x}")
         return text

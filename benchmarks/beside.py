@@ -1,0 +1,121 @@
+"""The figures of another tree beside those of this one: each workload in both, by turns, within seconds.
+
+    python benchmarks/beside.py OTHER [--turns 9] [NAME ...]
+
+OTHER is the folder of another checkout; names are those of `run.py`, all but `hour` without any.  On a machine that
+others use as well, a figure swings by a third within minutes though nothing has changed, so two whole tables tell
+little.  Here both trees stay loaded, in processes of their own on one core, and every turn gives a ratio of neighbours:
+the table has the median of the ratios, and the quartiles between which half of them lie.  Exit status 1 if a median is
+more than a tenth worse.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from collections import defaultdict
+from itertools import chain, count
+from pathlib import Path
+from statistics import median
+from subprocess import PIPE, Popen
+
+import run
+from rows import Row, shown
+
+HERE = Path(__file__).resolve().parent.parent
+WORSE = 1.10
+CHILD = """
+import json, os, sys
+from dataclasses import asdict
+tree, name, core = sys.argv[1:]
+os.sched_setaffinity(0, {int(core)})
+sys.path[:0] = [f"{tree}/benchmarks", f"{tree}/src"]
+import run, slewline
+assert slewline.__file__.startswith(tree), slewline.__file__
+rows = next(family[name] for family in run.WORKLOADS.values() if name in family)
+for _ in sys.stdin:
+    print(json.dumps([asdict(row) for row in rows()]), flush=True)
+"""
+
+
+class Tree:
+    """A workload of a checkout, loaded and ready."""
+
+    def __init__(self, folder: Path, name: str, core: int) -> None:
+        environment = {**os.environ, "PYTHONPATH": f"{folder}/src"}  # of the servers that a workload starts
+        command = [sys.executable, "-c", CHILD, str(folder), name, str(core)]
+        self.what = f"{name} of {folder}"
+        self.process = Popen(command, stdin=PIPE, stdout=PIPE, text=True, env=environment)
+
+    def __enter__(self) -> Tree:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.process.communicate()
+
+    def turn(self) -> dict[tuple[str, int], Row]:
+        """Run the workload once; its rows by name, and where rows share one ("the same: ...") by their number."""
+        assert self.process.stdin is not None and self.process.stdout is not None
+        self.process.stdin.write("\n")
+        self.process.stdin.flush()
+        line = self.process.stdout.readline()
+        if not line:
+            raise SystemExit(f"{self.what} has failed")
+        found: dict[tuple[str, int], Row] = {}
+        for row in json.loads(line):
+            number = next(n for n in count() if (row["name"], n) not in found)
+            found[row["name"], number] = Row(**row)
+        return found
+
+
+def compared(other: Path, name: str, turns: int, core: int) -> bool:
+    """Print the rows of one workload; return whether none is worse."""
+    pairs: dict[tuple[str, int], list[tuple[Row, Row]]] = defaultdict(list)
+    with Tree(other, name, core) as theirs, Tree(HERE, name, core) as ours:
+        for turn in range(turns):
+            found = {tree: tree.turn() for tree in ((theirs, ours) if turn % 2 else (ours, theirs))}
+            for row in found[ours]:
+                if row in found[theirs]:
+                    pairs[row].append((found[theirs][row], found[ours][row]))
+    fine = True
+    for (row, _), both in pairs.items():
+        ratios = sorted(slower(old, new) for old, new in both if old.figure > 0 and new.figure > 0)
+        if ratios:
+            quarter, middle = len(ratios) // 4, median(ratios)
+            old, new = (shown(median(tree.figure for tree in column)) for column in zip(*both, strict=True))
+            half = f"{ratios[quarter]:.2f} to {ratios[-1 - quarter]:.2f}"
+            print(f"| {row} | {old} | {new} {both[0][1].unit} | {middle:.2f} | {half} |", flush=True)
+            fine &= middle <= WORSE
+    return fine
+
+
+def slower(old: Row, new: Row) -> float:
+    """How many times as long the new one takes."""
+    return old.figure / new.figure if new.more_is_better else new.figure / old.figure
+
+
+def main() -> int:
+    """Compare; exit status 1 if something is worse."""
+    names = list(chain.from_iterable(run.WORKLOADS.values()))
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("other", type=Path, metavar="OTHER")
+    parser.add_argument("names", nargs="*", help=", ".join(names), metavar="NAME")
+    parser.add_argument("--turns", type=int, default=9, help="how often each workload runs in each tree (9)")
+    parser.add_argument("--core", type=int, default=max(os.sched_getaffinity(0)), help="the core that all run on")
+    options = parser.parse_intermixed_args()
+    if not set(options.names) <= set(names):
+        parser.error(f"names are {', '.join(names)}")
+    if not (options.other / "benchmarks" / "run.py").is_file():
+        parser.error(f"{options.other}: no benchmarks/run.py; give the folder of a checkout")
+    print("| what | the other | this one | time, this to the other | half of the ratios |\n|---|---:|---:|---:|---|")
+    fine = [
+        compared(options.other.resolve(), name, options.turns, options.core)
+        for name in options.names or [name for name in names if name != "hour"]
+    ]
+    return 0 if all(fine) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
