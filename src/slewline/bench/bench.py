@@ -102,7 +102,7 @@ class Bench(Hosted, TimingDiagrams):
         self._run_to(picoseconds(time))
 
     def _run_to(self, ps: int) -> None:
-        self._start()
+        self._begin()
         self._advance(ps)
         self.outside.tell("run", to=self.kernel.now)
 

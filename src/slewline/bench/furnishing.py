@@ -217,6 +217,8 @@ class Furnished(Drawing):
 
     def _begin(self) -> None:
         """Time is about to pass: what is new on the bench is wired."""
+        if not self._fresh:
+            return
         fresh, self._fresh = self._fresh, []
         for owner in fresh:
             if isinstance(owner, Part):

@@ -187,7 +187,7 @@ class Kernel:
             )
         self.settle()
         heap = self.heap
-        told = bool(self.on_commit.listeners)
+        told = self.on_commit.listeners != ()
         self.running = True
         try:
             while over is None or not over():
