@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+import slewline
+from slewline.core.net import Driver, Net, Wave
+
+US = 1_000_000
 MOVES = "A 1000\rO 0\rF 20\rR 90\rS 230\rZ 1\rN 300\rG\r-\rN 77\rG\rP 5\rP 2040\r"
 
 
@@ -78,3 +82,18 @@ def test_a_rotor_cannot_follow_a_field_that_jumps_to_the_other_side(circuit):
     host.send("O 3\r")
     c.finish()
     assert rotor.position == -1
+
+
+def test_a_step_that_is_withdrawn_in_its_very_instant_is_none_for_whoever_asks_in_it():
+    """The motor looks at its clock anew in the next round; one who is told in this one asks it before."""
+    bench = slewline.Bench()
+    motor = bench.part("translator", "m")
+    pulse, other = Driver(motor.pin("pulse").net, "test"), Net(bench.kernel, "other")
+    task = Driver(other, "test")
+    asked = []
+    other.watch(lambda _: asked.append(motor.position))
+    bench.run(0)
+    pulse.play(Wave(1, (US, 2 * US, 3 * US), (0, 1, 0)))
+    bench.kernel.call_at(3 * US, lambda: (pulse.drive(1), task.drive(1)))
+    bench.run("5 us")
+    assert (asked, motor.position) == ([1], 1)
