@@ -19,7 +19,8 @@ from typing import NamedTuple
 
 from ...core.chip import Chip
 from ...core.curves import SCurve
-from ...core.cycles import CycleTrain, Law, SquareView
+from ...core.cycles import CycleTrain, Law
+from ...core.step_views import SquareView
 from ...core.train import Playing
 from .cycle_clock import CycleClock
 from .profile import Phases, Run
