@@ -38,7 +38,8 @@ class Piece(NamedTuple):
     def covered(self, k: int) -> int:
         """Return the position when cycle k of the curve begins."""
         m = k - self.cycle
-        return self.position + m * self.speed + m * (m - 1) // 2 * self.change + m * (m - 1) * (m - 2) // 6 * self.jerk
+        pairs = m * (m - 1) // 2
+        return self.position + m * self.speed + pairs * self.change + pairs * (m - 2) // 3 * self.jerk
 
     def displaced(self, k: int) -> int:
         """Return the displacement of cycle k of the curve."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal, Protocol, TypeVar
 
 from ..errors import SheetError
@@ -439,11 +440,17 @@ class Sheet:
 
     def role(self, role: str, axis: int = 1) -> Pin | None:
         """Return the pin that has a role, on an axis if it is the role of one; None: there is none."""
-        return next((pin for pin in self.pins if pin.plays(role, axis)), None)
+        return self._by_role.get((role, axis if role in AXIS_ROLES else 0))
 
     def pin(self, name: str) -> Pin:
         """Return the pin of this name; KeyError: there is none."""
-        for pin in self.pins:
-            if pin.name == name:
-                return pin
-        raise KeyError(name)
+        return self._by_name[name]
+
+    @cached_property
+    def _by_name(self) -> dict[str, Pin]:
+        return {pin.name: pin for pin in reversed(self.pins)}  # of several that share a name the first
+
+    @cached_property
+    def _by_role(self) -> dict[tuple[str, int], Pin]:
+        """The first pin of each role, on each axis where the role is that of an axis."""
+        return {(pin.role, pin.axis if pin.role in AXIS_ROLES else 0): pin for pin in reversed(self.pins)}

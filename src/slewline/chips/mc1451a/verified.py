@@ -10,6 +10,8 @@ A fault is a mistake in a law of motion, never of the host or of the user.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from ...core.curves import PLACES, SCurve
 from ...core.cycles import Law
 from ...core.train import OPEN
@@ -42,11 +44,12 @@ def fault_of_curve(law: SCurve, run: Run, curve: Phases, before: int) -> str:
     """Return what is wrong with the rest of an S-curve; "" when nothing is.  Arguments as above."""
     if run.cycles < 1:
         return f"{run.cycles} cycles"
-    allowed = range(curve.velocity + 1 << PLACES)
-    for piece, following in zip(law.pieces, [*law.pieces[1:], None], strict=True):
-        if piece.speed not in allowed:
+    too_fast = curve.velocity + 1 << PLACES
+    for piece in law.pieces:
+        if not 0 <= piece.speed < too_fast:
             return f"phase {piece.phase}: speed {piece.speed >> PLACES}; allowed 0 to {curve.velocity}"
-        if following is not None and abs(piece.covered(following.cycle) - following.position) >> PLACES:
+    for piece, following in pairwise(law.pieces):
+        if abs(piece.covered(following.cycle) - following.position) >> PLACES:
             return f"phase {piece.phase} does not end where the next one begins"
     if abs(law.velocity(0) - before) > curve.acceleration + 1:
         return f"from speed {before} to {law.velocity(0)}; the acceleration is {curve.acceleration}"
