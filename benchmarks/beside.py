@@ -81,13 +81,14 @@ def compared(other: Path, name: str, turns: int, core: int) -> bool:
                     pairs[row].append((found[theirs][row], found[ours][row]))
     fine = True
     for (row, _), both in pairs.items():
-        ratios = sorted(slower(old, new) for old, new in both if old.figure > 0 and new.figure > 0)
-        if ratios:
+        old, new = (shown(median(tree.figure for tree in column)) for column in zip(*both, strict=True))
+        ratio = half = ""
+        if all(tree.figure > 0 for pair in both for tree in pair):  # what is 0, or beyond something, has none
+            ratios = sorted(slower(*pair) for pair in both)
             quarter, middle = len(ratios) // 4, median(ratios)
-            old, new = (shown(median(tree.figure for tree in column)) for column in zip(*both, strict=True))
-            half = f"{ratios[quarter]:.2f} to {ratios[-1 - quarter]:.2f}"
-            print(f"| {row} | {old} | {new} {both[0][1].unit} | {middle:.2f} | {half} |", flush=True)
+            ratio, half = f"{middle:.2f}", f"{ratios[quarter]:.2f} to {ratios[-1 - quarter]:.2f}"
             fine &= middle <= WORSE
+        print(f"| {row} | {old} | {new} {both[0][1].unit} | {ratio} | {half} |", flush=True)
     return fine
 
 
