@@ -137,19 +137,46 @@ def test_an_update_acts_with_the_next_cycle_wherever_in_a_cycle_it_comes(part: s
     assert rig.lows("atrest1") == begun
 
 
-@one_of_each
-@pytest.mark.fact("PMD-UND-UPDATE-TWICE")
-def test_two_updates_in_a_cycle_are_one(part: str) -> None:
-    rig = running(part)
-    rig.do("STOP")
+def twice(rig: Mover) -> None:
+    """Two updates within one cycle; it is the next one then."""
     rig.next()
     cycle = rig.cycle
     for _ in range(2):
         rig.host.write_command(UPDATE)
     rig.bench.run_until(rig.x.pin("hostrdy").is_(1))
     assert rig.cycle == cycle
-    rig.next(5)
+    rig.next()
+
+
+@one_of_each
+@pytest.mark.parametrize(("action", "cycles"), [("STOP", 4), ("SMOOTH_STOP", 70)])
+@pytest.mark.fact("PMD-UND-UPDATE-TWICE")
+def test_two_updates_in_a_cycle_are_one(part: str, action: str, cycles: int) -> None:
+    rig = running(part)
+    rig.do(action)
+    twice(rig)
+    rig.next(cycles)
     assert (rig.look().vel, rig.look().status) == (0, 0x0301)  # the second one does not start it again
+
+
+@with_encoder
+@pytest.mark.fact("PMD-UND-UPDATE-TWICE")
+def test_two_updates_in_a_cycle_synchronise_once(part: str) -> None:
+    rig = mover(part, quadrature={})
+    rig.shafts["quadrature"].push(37)
+    rig.do("SYNCH_PRFL")
+    twice(rig)
+    assert rig.look().pos == 37
+
+
+@one_of_each
+@pytest.mark.fact("PMD-UND-UPDATE-TWICE")
+def test_two_updates_in_a_cycle_refuse_what_one_would(part: str) -> None:
+    rig = mover(part)
+    rig.begin(*T1)
+    rig.do(f"SET_ACC {2 * UNIT}")  # not while it is in motion
+    twice(rig)
+    assert rig.status() & 0x80
 
 
 @each

@@ -15,7 +15,7 @@ __           _____________           _
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from .clocking import ClockEdges
 from .train import Playing, TrainEdges
@@ -226,7 +226,9 @@ class SquareView(TrainView):
     __slots__ = ("halves", "high")
 
     def __init__(self, of: Playing, high: bool) -> None:
-        self.of, self.high, self.halves = of, high, cast("CycleTrain", of.train).halves
+        train: Any = of.train
+        self.halves: CycleTrain = train.halves
+        self.of, self.high = of, high
 
     def clock(self, level: int, since: int) -> ClockEdges:
         """Return the edges to a level after an instant (see clocking.py)."""

@@ -6,8 +6,8 @@ cycles (motion.py, or the twin) reads them at the start of the next one and writ
 
 from __future__ import annotations
 
-from copy import copy
 from dataclasses import MISSING, dataclass, field, fields
+from operator import attrgetter
 
 ONE = 1 << 16  # a step, and a step per cycle, in the 16.16 numbers of the chipset
 
@@ -38,7 +38,10 @@ class Profile:
 
     def copy(self) -> Profile:
         """Return the same values, apart."""
-        return copy(self)
+        return Profile(*VALUES(self))
+
+
+VALUES = attrgetter(*(row.name for row in fields(Profile)))
 
 
 @dataclass(slots=True)
@@ -118,13 +121,16 @@ class AxisState:
         is initiated (pulse generation control), whichever cycle sees that.
         """
         self.held = not self.motor_on
-        before, self.update = self.update or Profile(), self.buffer.copy()
-        for action in ("stop", "smooth_stop", "synch_prfl"):
-            setattr(self.update, action, getattr(before, action) or getattr(self.buffer, action))
-            setattr(self.buffer, action, False)
-        self.update.cause = cause
-        self.update.loaded = before.loaded | self.buffer.loaded
-        self.buffer.loaded = frozenset()
+        buffer, waiting = self.buffer, self.update
+        update = self.update = buffer.copy()
+        update.cause = cause
+        if waiting is not None:
+            update.stop |= waiting.stop
+            update.smooth_stop |= waiting.smooth_stop
+            update.synch_prfl |= waiting.synch_prfl
+            update.loaded |= waiting.loaded
+        buffer.stop = buffer.smooth_stop = buffer.synch_prfl = False
+        buffer.loaded = frozenset()
 
     def switch_off(self) -> None:
         """Switch the motor off, by command or by a stall.  The next cycle ends the motion, even if it is on again."""

@@ -44,12 +44,12 @@ def fault_of_curve(law: SCurve, run: Run, curve: Phases, before: int) -> str:
     """Return what is wrong with the rest of an S-curve; "" when nothing is.  Arguments as above."""
     if run.cycles < 1:
         return f"{run.cycles} cycles"
-    too_fast = curve.velocity + 1 << PLACES
+    one, too_fast = 1 << PLACES, curve.velocity + 1 << PLACES
     for piece in law.pieces:
         if not 0 <= piece.speed < too_fast:
             return f"phase {piece.phase}: speed {piece.speed >> PLACES}; allowed 0 to {curve.velocity}"
     for piece, following in pairwise(law.pieces):
-        if abs(piece.covered(following.cycle) - following.position) >> PLACES:
+        if not -one < piece.covered(following.cycle) - following.position < one:
             return f"phase {piece.phase} does not end where the next one begins"
     if abs(law.velocity(0) - before) > curve.acceleration + 1:
         return f"from speed {before} to {law.velocity(0)}; the acceleration is {curve.acceleration}"
