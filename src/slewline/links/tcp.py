@@ -182,7 +182,7 @@ class Session:
         self.heard(passed)
 
     def _acknowledge(self) -> None:
-        """At the end of this turn, unless an answer is about to go out: it says so as well."""
+        """Acknowledge what has come, at the end of a turn; an answer that is about to go out does so by itself."""
         if QUICK is not None and self.stream.open and not self.stream.dirty:
             with suppress(OSError):
                 self.connection.setsockopt(socket.IPPROTO_TCP, QUICK, 1)
