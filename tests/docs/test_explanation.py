@@ -212,7 +212,7 @@ def modules():
     """Every Python file of the project, from its root."""
     return [
         path.relative_to(ROOT).as_posix()
-        for folder in ("src", "tests", "tools")
+        for folder in ("src", "tests", "tools", "benchmarks")
         for path in (ROOT / folder).rglob("*.py")
     ]
 
