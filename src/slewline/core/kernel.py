@@ -185,7 +185,8 @@ class Kernel:
             raise UsageError(
                 f"it is {readable(self.now)}, and time passes already: what a run calls cannot let it pass"
             )
-        self.settle()
+        if self.woken or self.pending:
+            self.settle()
         heap = self.heap
         told = self.on_commit.listeners != ()
         self.running = True
