@@ -166,6 +166,17 @@ def test_both_sides_at_once_from_two_programs(both):
     assert wrong == [] and threaded.do(lambda: [found.code for found in threaded.bench.findings]) == []
 
 
+@pytest.mark.fact("CY545-UND-TWO-SIDES")
+def test_a_program_that_leaves_behind_the_empty_handshake_leaves_the_line_its_chip(both):
+    _, where, serial_where = both
+    with card_of(where) as card:
+        card.empty()
+    port = serial.serial_for_url(serial_where, timeout=10)
+    port.write(b"\r\r? R\r")
+    assert port.read_until(b"\r") == b"R=00100\r"
+    port.close()
+
+
 def test_in_lockstep_what_waits_behind_a_command_of_the_bus_is_carried_out(both):
     threaded, where, serial_where = both
     x, line = threaded.bench.chips["x"], threaded.server.lines["x_serial"]
