@@ -2,11 +2,31 @@
 
 What a *host* does wrong is chip behaviour and never an exception; it is answered as the chip answers and kept as
 a finding.  Each class also inherits the built-in that it resembles, so callers may catch either.
+
+Whatever comes from outside, a name, a line, a message, may stand in what is told, so its length has an end.
 """
+
+LONGEST_FINDING, LONGEST_LINE = 400, 2000  # characters of the text of a finding, and of a line of an error
+
+
+def shortened(text: str, most: int) -> str:
+    """Return a text; of one with more than so many characters begin and end, and how many there are."""
+    half = most // 2
+    return text if len(text) <= most else f"{text[:half]} ... ({len(text)} characters in all) ... {text[-half:]}"
 
 
 class SlewlineError(Exception):
     """Root of the tree."""
+
+    def __init__(self, *args: object) -> None:
+        super().__init__(*(_lines(each) if isinstance(each, str) else each for each in args))
+
+
+def _lines(text: str) -> str:
+    """Return a message, whose lines are as long as they may be."""
+    if len(text) <= LONGEST_LINE:
+        return text
+    return "\n".join(shortened(line, LONGEST_LINE) for line in text.split("\n"))
 
 
 class UsageError(SlewlineError, ValueError):

@@ -6,7 +6,8 @@ import random
 import re
 
 import pytest
-from cy545 import MS, Rig545
+from cy545 import MS, US, Rig545
+from cy545_hand import Hand
 
 import slewline
 from slewline.core.kernel import Kernel
@@ -51,19 +52,60 @@ def test_the_side_that_begins_a_command_has_the_chip_until_its_end(part, first):
     assert rig.x.registers["rate"] == 7 and rig.codes == []
 
 
-def test_behind_the_empty_handshake_the_bus_has_the_chip():
-    rig = Rig545(serial=True, replies=False)
-    rig.serial.send("")
+@pytest.mark.fact("CY545-IMM-12", "CY545-UND-TWO-SIDES")
+@pytest.mark.parametrize("side", ["serial", "parallel"])
+@BOTH
+def test_an_ff_to_an_idle_chip_is_ignored_and_keeps_neither_the_other_side_nor_jog(part, side):
+    rig = Rig545("pulse", part=part, serial=True, replies=False)
+    rig.serial.send("F 255\rO 0A0H\r")
     rig.bench.run_until_idle()
-    rig.host.send(b"\xff")
-    rig.bench.run("1 ms")
-    rig.serial.send("R 7")
-    rig.bench.run("1 s")
-    assert rig.x.unfinished == ""
+    for jogs in (False, True):  # at rest, and between two steps of jog
+        if jogs:
+            rig.drive("jog", 0)
+        (rig.serial if side == "serial" else rig.host).send(b"\xff")
+        rig.bench.run("3 ms")
+        assert rig.level("usrb6") == 0 and rig.level("busy") == 1  # CTS and BUSY: either side may begin
+        before = len(rig.falls("pulse"))
+        rig.bench.run("10 ms")
+        assert len(rig.falls("pulse")) - before >= 9 * jogs
+        assert rig.serial.ask("? R") == "R=00100"
     rig.host.prefix(False)
     rig.host.send("R 9\r")
-    rig.bench.run("1 ms")
+    rig.bench.run("5 ms")
     assert rig.x.registers["rate"] == 9 and rig.codes == []
+
+
+def test_a_request_that_is_withdrawn_does_not_keep_jog_from_the_next_step():
+    h = Hand(record=("pulse",))
+    h.say("F 255")
+    h.say("\r")
+    h.x.pin("jog").drive(0)
+    h.run(3000)
+    h.bench.run_to(h.falls("pulse")[-1] + 900 * US)
+    h.request(0)  # JOG is looked at 20 us before the next step, and BUSY would fall 25 us behind that
+    h.run(90)
+    h.request(1)
+    h.run(20_000)
+    assert len(h.falls("pulse")) >= 20 and h.codes == ["short-request"]
+
+
+@pytest.mark.fact("CY545-IMM-2", "CY545-IMM-14", "CY545-UND-TWO-SIDES")
+def test_behind_the_empty_handshake_in_a_program_the_bus_has_the_chip():
+    rig = Rig545("pulse", serial=True, replies=False)
+    rig.serial.send("")
+    rig.enter("N 1", "G", "J 0")
+    rig.host.send("Y 0\rX\r")
+    rig.bench.run("100 ms")
+    rig.host.prefix(False)
+    rig.host.send(b"\xff\xff")  # one or several: the letter is still to come
+    rig.bench.run("100 ms")
+    before = len(rig.falls("pulse"))
+    rig.serial.send("R 7")
+    rig.bench.run("1 s")
+    assert rig.x.unfinished == "" and len(rig.falls("pulse")) == before
+    rig.host.send("R 9\r")
+    rig.bench.run("100 ms")
+    assert rig.x.registers["rate"] == 9 and rig.x.unfinished == "R 7" and rig.codes == []
 
 
 @pytest.mark.fact("CY545-CON-CTS-IDLE", "CY545-UND-TWO-SIDES")

@@ -358,6 +358,20 @@ def test_strings_and_replies_on_the_display() -> None:
     assert not rig.host.received and shown[-1] == "00012345"
 
 
+@pytest.mark.fact("CY545-UND-HP-OUTPUT", "CY545-QUERY-3")
+@pytest.mark.parametrize(
+    ("command", "query", "shown"),
+    [("R 13", b"R", b"R=\x00\r    "), ("N 3341", b"N", b"N=\x00\r\r   "), ("A 0D0D0DH", b"P", b"P=\r\r\r   ")],
+)
+def test_in_binary_the_display_gets_a_value_with_returns_in_it(command: str, query: bytes, shown: bytes) -> None:
+    rig = Rig545(replies=False)
+    display = rig.bench.part("hp_display", to=rig.x)
+    rig.send(f"{command}\rO 5\r")
+    rig.host.send(b"?\x01" + query)
+    rig.bench.run_until_idle()
+    assert bytes(display.cells[0x38:0x40]) == shown
+
+
 @pytest.mark.fact("CY545-DISP-7")
 def test_the_mode_routes_a_reply_to_one_of_four_devices() -> None:
     rig = Rig545("txd", replies=False, serial=True)

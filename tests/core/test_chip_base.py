@@ -10,14 +10,24 @@ import pytest
 
 import slewline
 from slewline.core.axis import Axis
-from slewline.core.chip import Chip
+from slewline.core.chip import Chip, Finding
 from slewline.core.kernel import Kernel
 from slewline.core.net import Driver
 from slewline.core.table import Pin, Sheet, Table
 from slewline.core.timebase import Clock
 from slewline.core.train import Playing, StepTrain
 from slewline.core.waits import level
-from slewline.errors import TimeError, UnknownName, UsageError, WiringError
+from slewline.errors import (
+    LONGEST_FINDING,
+    LONGEST_LINE,
+    ProgramError,
+    StoreError,
+    TimeError,
+    Timeout,
+    UnknownName,
+    UsageError,
+    WiringError,
+)
 
 SHEET = Sheet(
     part="toy",
@@ -140,6 +150,24 @@ def test_mistakes_at_a_pin_are_explained():
         toy.pin("free").drive(1, at=0.5)
     with pytest.raises(UnknownName, match="no pin 'fee'; its pins: free, pulled, tied, out, db0, db1"):
         toy.pin("fee")
+
+
+@pytest.mark.parametrize(("length", "told"), [(LONGEST_FINDING, False), (LONGEST_FINDING + 1, True), (300_000, True)])
+def test_a_text_from_outside_does_not_make_a_finding_as_long_as_it_likes(length, told):
+    text = "begin" + "x" * (length - 8) + "end"
+    found = Finding(0, "toy", "code", text).text
+    assert found.startswith("begin") and found.endswith("end") and len(found) < LONGEST_FINDING + 50
+    assert (f" ... ({length} characters in all) ... " in found) is told and (found == text) is not told
+
+
+@pytest.mark.parametrize("kind", [UsageError, UnknownName, StoreError, Timeout, ProgramError])
+def test_nor_an_error(kind):
+    long = "x" * 300_000
+    found = str(kind(f"file, line 3: {long}: allowed y\n    {long}\n    a remedy"))
+    assert found.startswith("file, line 3: xx") and ": allowed y\n    xx" in found and found.endswith("x\n    a remedy")
+    assert "(300025 characters in all)" in found and len(found) < 3 * LONGEST_LINE
+    short = "x" * LONGEST_LINE
+    assert str(kind(f"{short}\n{short}")) == f"{short}\n{short}"
 
 
 def test_outputs_that_disagree_are_one_finding():

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+
 import pytest
 
+import slewline
+from slewline.bench.script import run_script
 from slewline.chips import checks_of, sheet_of
 from slewline.errors import ProgramError, UsageError
 from slewline.language.assemble import assemble, to_ascii, to_binary
@@ -132,7 +136,16 @@ def test_what_is_wrong_is_told_with_its_place_and_a_remedy(text, code, says):
         ("", []),
         ("@note nothing is sent\n", []),
         ("L 2,0\n", [(1, "branch-in-command-mode")]),
-        ("O 1\nR 5\n", [(2, "binary-mode")]),
+        ("O 1\nR 5\n", []),
+        ("O 1\nR #\n", [(2, "binary-mode")]),
+        ("O 1\nO 81H\nR #\n", []),
+        ("O 1\nI\nR #\n", []),
+        ("O 1\n@reset\nR #\n", []),
+        ("O 1\n@bytes 4F 01 81\nR #\n", []),
+        ("E\nO 1\nR 50\n0\nQ\n", [(2, "binary-mode")]),
+        ("E\nR 50\nO 1\nQ\n", [(3, "no-end")]),
+        ("O 1\nE\nO 0\nR 50\n0\nQ\n", []),
+        ("O 1\nE\nO 81H\nR 50\n0\nQ\n", [(3, "binary-mode")]),
         ("O 0C0H\n", [(1, "mode-bits")]),
         ("O 81H\nR 5\n", []),
         ("E\n0\nQ\nX\nY 5\n", [(5, "not-immediate")]),
@@ -181,3 +194,27 @@ def test_the_reference_has_every_command_and_how_numbers_are_written():
     assert "inverts bit 4" in describe(SHEET, "B")
     assert "P (8 digits)" in describe(SHEET, "?")
     assert "- binary: `51`" in describe(SHEET, "Q")
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("O 0\nR 77", set()),
+        ("O 0\nR #", {"error"}),
+        ("O 0\nO 128\nB #\nR 77", set()),
+        ("O 0\nI\nB #\nR 77", set()),
+        ("E\nO 0\nR 77\n0\nQY 0\nX", {"warning"}),
+        ("O 0\nE\nO 1\nR 77\n0\nQ\nY 0\nX", set()),
+        ("O 0\nE\nO 128\nR 77\n0\nQ\nY 0\nX", {"warning"}),
+    ],
+)
+def test_of_text_and_binary_the_linter_says_what_a_run_does(text, says):
+    problems = lint(text, sheet_of("cy545b"), checks_of("cy545b"))
+    assert {problem.severity for problem in problems if problem.code == "binary-mode"} == says
+    bench = slewline.Bench()
+    x = bench.add("cy545b")
+    bench.part("ram", to=x, size=2048)
+    run_script(bench, bench.host(x), text)
+    with pytest.raises(ProgramError) if says == {"error"} else nullcontext():
+        bench.run("30 ms")
+    assert (x.registers["rate"] == 77) is not bool(says)

@@ -136,6 +136,33 @@ def test_the_other_end_enters_a_program_and_gives_it_commands_while_it_talks(bot
     assert threaded.do(lambda: [found.code for found in threaded.bench.findings]) == []
 
 
+@pytest.mark.parametrize("query", ["? R", "?P", "? N", "? B", "? Y", "? M,2", "?M 3", "? M,1"])
+def test_a_query_is_answered_as_in_the_process(both, query):
+    threaded, where, _ = both
+    bench, stored = slewline.Bench(), b"N 1\r\xa7\r\r"
+    x = bench.add("cy545b")
+    bench.part("ram", to=x).load(stored, 10)
+    host = bench.host(x)
+    host.send("O 81H\rY 10\r")
+    bench.run_until_idle()
+    with card_of(where) as card:
+        card.command("O 81H")
+        card.command("Y 10")
+        threaded.do(lambda: threaded.bench.parts["ram"].load(stored, 10))
+        assert card.ask(query) == host.ask(query)
+        assert card.messages == b"" and card.ask("? R") == "R=00100"
+
+
+def test_a_program_that_leaves_within_a_handshake_does_not_keep_the_next_one_waiting(both):
+    _, where, _ = both
+    with card_of(where) as card:
+        card.out(CONTROL, REQUEST)
+    with card_of(where) as card:
+        assert card.inp(CONTROL) == 0
+        card.command("O 81H")
+        assert card.ask("? R") == "R=00100"
+
+
 def test_a_query_whose_answer_goes_elsewhere_is_a_timeout(both):
     _, where, _ = both
     with card_of(where) as card, pytest.raises(TimeoutError):
@@ -164,6 +191,17 @@ def test_both_sides_at_once_from_two_programs(both):
         thread.join(60)
     port.close()
     assert wrong == [] and threaded.do(lambda: [found.code for found in threaded.bench.findings]) == []
+
+
+@pytest.mark.fact("CY545-UND-TWO-SIDES")
+def test_a_program_that_leaves_behind_the_empty_handshake_leaves_the_line_its_chip(both):
+    _, where, serial_where = both
+    with card_of(where) as card:
+        card.empty()
+    port = serial.serial_for_url(serial_where, timeout=10)
+    port.write(b"\r\r? R\r")
+    assert port.read_until(b"\r") == b"R=00100\r"
+    port.close()
 
 
 def test_in_lockstep_what_waits_behind_a_command_of_the_bus_is_carried_out(both):

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
-from ..errors import UnknownName, UsageError
+from ..errors import LONGEST_FINDING, UnknownName, UsageError, shortened
 from .axis import Axis
 from .hook import CommandHook, Hook
 from .inputs import HasInputs
@@ -37,7 +37,10 @@ class Finding:
     time_ps: int
     source: str
     code: str
-    text: str
+    text: str  # LONGEST_FINDING characters of it; what is longer is shortened in the middle
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "text", shortened(self.text, LONGEST_FINDING))
 
     def __str__(self) -> str:
         return f"{readable(self.time_ps)}  {self.source}  {self.code}: {self.text}"

@@ -22,11 +22,14 @@ IS_READY, IS_FREE = 0x80, 0x40  # in the status: BUSY high, FPL high
 ANSWER, MESSAGE = 0x30 + STATUS, 0x40 + STATUS  # requests: wait until BUSY is low, until FPL is low
 STEP_MS = 200  # of one request that waits
 MODE = re.compile(r"O ?([0-9][0-9A-F]*)(H?)")
+LISTING = re.compile(r"\? ?M[ ,]+([0-9]+)")  # lines of the memory, behind the pointer
 ON_BUS = (0x05, 0x01)  # of the mode register: mask, and what it is while messages come over the bus
 
 
 class CardPort(ChipsetPort):
     """A chip on its bus, behind a parallel card on a TCP port; arguments and errors as of `ChipsetPort`.
+
+    The card lets go of whatever the program before this one has left on its lines.
 
     `messages` is what the chip has said and nobody has asked for.  `heeds`: FPL is looked at, which it is behind a mode
     command of this program that sends messages to the bus.
@@ -36,6 +39,7 @@ class CardPort(ChipsetPort):
         super().__init__(host, port, timeout)
         self.messages = bytearray()
         self.heeds = False
+        self.out(CONTROL, 0)
 
     # ----------------------------------------------------------------------------------------------------- handshakes
     def status(self) -> int:
@@ -111,18 +115,20 @@ class CardPort(ChipsetPort):
             self.write(bytes([byte]))
 
     def ask(self, query: str, ms: int = 5000) -> str:
-        """Send a query such as "? P", and return the answer without its carriage return.
+        """Send a query such as "? P", or "? M,3" for the pointer and lines of the memory, and return the answer.
+
+        Returns:
+            The answer without its last carriage return.
 
         Raises:
             TimeoutError: no answer; the mode register may send it elsewhere.
         """
         self.command(query, ms)
-        found = re.compile(re.escape(f"{query.removeprefix('?').strip()[:1]}=").encode() + rb"[0-9]+\r")
-        while (match := found.search(self.messages)) is None:
+        while (match := answer_to(query).search(self.messages)) is None:
             self.until(MESSAGE, ms, IS_FREE, 0)
             self.until(READY, ms, IS_READY, IS_READY)
             self._fetch()
-        answer = bytes(match[0][:-1]).decode("ascii")
+        answer = bytes(match[0][:-1]).decode("latin-1")
         del self.messages[match.start() : match.end()]
         return answer
 
@@ -138,3 +144,10 @@ class CardPort(ChipsetPort):
         found = bytes(self.messages)
         self.messages.clear()
         return found
+
+
+def answer_to(query: str) -> re.Pattern[bytes]:
+    """Return what the answer to a query looks like."""
+    listing = LISTING.fullmatch(query)
+    letter, lines = ("Y", int(listing[1])) if listing else (query.removeprefix("?").strip()[:1], 0)
+    return re.compile(re.escape(f"{letter}=").encode() + rb"[0-9]+\r" + rb"[^\r]*\r" * lines)

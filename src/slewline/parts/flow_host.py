@@ -139,8 +139,8 @@ class FlowHost(ShadowHost):
         self.heeding = False
         self.finding(
             "no-message",
-            f"the pin of FPL is low, and {self.chip.name} says nothing but waits for a command now: the mode is not "
-            f"that which {self.name} has set; heed(True) or heed(None) lets it look at FPL again",
+            f"the pin of FPL is low, and {self.chip.name} had nothing to say, but took an empty handshake: the mode is "
+            f"not that which {self.name} has set; heed(True) or heed(None) lets it look at FPL again",
         )
 
     async def _empty_handshake(self) -> None:

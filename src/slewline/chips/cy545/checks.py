@@ -2,34 +2,70 @@
 
 from __future__ import annotations
 
-from itertools import zip_longest
-
 from ...core.channel import FlowBus
 from ...core.table import Sheet
+from ...errors import UsageError
+from ...language.dialect import spoken_as
 from ...language.lint import Check, section
 from ...language.statements import Directive, Source, Statement
+from ...language.verbatim import Verbatim
 from ..cy5xx.sisters import written_for
 from .interpreter import REFUSED
 from .ramp_checks import motions
 from .sheet import MB_3, MB_6, MB_ASCII
 
+FORMS = ("binary", "text")
+RESETS = ("power", "reset")  # behind these the mode is that of text
 PASSES_TIME = ("wait", "until", "bytes", "to", "power", "reset")  # behind these a program may have ended
 
 
 def modes(source: Source) -> None:
-    """Bits of the mode that nobody knows, and text behind an O that makes all that follows binary."""
-    said = source.statements
-    for statement, behind in zip_longest(said, said[1:]):
-        if statement.row.name != "MODE" or statement.operands[0].label:
-            continue
-        mode, about = statement.values[0], section(statement.row)
-        if mode & (MB_6 | MB_3):
+    """Bits of the mode that nobody knows."""
+    for statement in source.statements:
+        mode = mode_of(statement)
+        if mode is not None and mode & (MB_6 | MB_3):
             found = f"O {mode} sets bits of the mode register that nobody knows: they are kept, without effect"
-            source.report(statement, "mode-bits", "warning", found, section=about)
-        if not mode & MB_ASCII and behind is not None and (behind.block < 0) == (statement.block < 0):
-            found = f"O {mode} makes all that follows binary, and this is text"
-            remedy = f"O {mode | MB_ASCII} stays with text; @bytes sends binary"
-            source.report(behind, "binary-mode", "warning", found, section=about, remedy=remedy)
+            source.report(statement, "mode-bits", "warning", found, section=section(statement.row))
+
+
+def mode_of(statement: Statement) -> int | None:
+    """Return what a command writes into the mode register; None: nothing, or switches say it."""
+    written = statement.row.name == "MODE" and not statement.operands[0].label
+    return statement.values[0] if written else None
+
+
+def forms(source: Source) -> None:
+    """A host sends text or binary as its mode says; a program stays as it was entered, and is read as its own says."""
+    text: bool | None = True  # as the host sends; None: nobody knows
+    for item in source.items:
+        if isinstance(item, Directive):
+            text = True if item.verb in RESETS else None if item.verb == "bytes" else text
+        elif item.block < 0:
+            if text is False:
+                spelled(source, item)
+            mode = mode_of(item)
+            text = item.row.name == "INITIALIZE" or (text if mode is None else bool(mode & MB_ASCII))
+        else:
+            misread(source, item, text)
+
+
+def misread(source: Source, statement: Statement, text: bool | None) -> None:
+    """Report a mode command in a program that makes the chip take what stands behind it for what it is not."""
+    mode, behind = mode_of(statement), source.blocks[statement.block].statements
+    if text is None or mode is None or bool(mode & MB_ASCII) is text or statement is behind[-1]:
+        return
+    found = f"{statement.text} makes the chip read {FORMS[not text]}, and what follows is stored in {FORMS[text]}"
+    remedy = f"O {mode ^ MB_ASCII} stays with {FORMS[text]}; a program is stored as the mode is when E comes"
+    source.report(statement, "binary-mode", "warning", found, section=section(statement.row), remedy=remedy)
+
+
+def spelled(source: Source, statement: Statement) -> None:
+    """Report a command that a host cannot send in binary."""
+    try:
+        spoken_as(source.sheet, Verbatim).sent_binary(source.sheet, statement.text)
+    except UsageError as error:
+        remedy = f"O {MB_ASCII} above it leads back to text"
+        source.report(statement, "binary-mode", "error", str(error), section=section(statement.row), remedy=remedy)
 
 
 def running(sheet: Sheet) -> Check:
@@ -66,4 +102,4 @@ def meets(source: Source, item: Statement, started: Statement, live: bool) -> No
 
 def checks(sheet: Sheet) -> tuple[Check, ...]:
     """Return the rules of this part, for `language.lint.lint`."""
-    return (motions(sheet), modes, running(sheet), written_for)
+    return (motions(sheet), modes, forms, running(sheet), written_for)

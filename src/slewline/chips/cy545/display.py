@@ -78,7 +78,7 @@ class Display:
         if device == "parallel":
             await self.port.send(data, each=not self.registers.ascii)
         elif device == "hp":
-            shown = data.rstrip(b"\r")[-HP_ROOM:].ljust(HP_ROOM)
-            await self.local_bus.show(HP_FIRST, shown)
+            text = data.removesuffix(b"\r") if self.registers.ascii else data  # in binary an 0D is a value
+            await self.local_bus.show(HP_FIRST, text[-HP_ROOM:].ljust(HP_ROOM))
         else:
             await self.serial.send(data)

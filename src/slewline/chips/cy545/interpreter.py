@@ -90,9 +90,9 @@ class Interpreter:
         """The first byte of a command, while nothing is in work: until it comes, JOG is looked at."""
         chip, sides, jog = self.chip, self.sides, self.jog
         due = chip.tick + self.ticks["jog_test"]
-        while not sides.pending:
+        while True:
             way = jog.way
-            if way is None:
+            if way is None or sides.pending:
                 byte = await sides.letter(*jog.watched)
                 if byte >= 0:
                     return byte
@@ -104,7 +104,6 @@ class Interpreter:
             else:
                 await jog.step(way)
             chip.sync_forward()
-        return await sides.letter()
 
     async def execute(self, command: Spoken) -> None:
         """Perform a command of the host, and end it; the program that it has started runs behind it."""

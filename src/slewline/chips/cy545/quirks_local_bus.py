@@ -16,7 +16,7 @@ LOCAL_BUS = (
        "as with a number that is written", "test_switches_above_the_range_keep_the_low_bits_and_are_told"),
     _Q("CY545-UND-HP-COMMAND", "ch.4", "[ takes numbers up to the return, and a closing bracket may follow; if count and data differ the fewer count, which is told; in binary 5BH, count, address, how many, data",
        "as little as can be read", "test_data_for_the_display_may_end_in_a_bracket_and_the_fewer_count"),
-    _Q("CY545-UND-HP-OUTPUT", "ch.16, HP LED Display", "strings and answers fill the addresses 38H to 3FH from the left, blanks behind; of a longer one the last eight characters are seen; no return",
+    _Q("CY545-UND-HP-OUTPUT", "ch.16, HP LED Display", "strings and answers fill the addresses 38H to 3FH from the left, blanks behind; of a longer one the last eight characters are seen; the return of text is left out, a byte 0D of a binary value is not",
        "the characters of an HDSP-211x lie there; of a position the eight digits remain", "test_strings_and_replies_on_the_display"),
     _Q("CY545-UND-LCD", "ch.14", "to the LCD go the characters of the plain serial side; the part `lcd` takes X=00123 and a return for a parameter, all else for text",
        "the control codes of the CY325 are in no readable page", "test_parameters_stand_on_the_left_and_texts_on_the_right"),

@@ -74,32 +74,37 @@ class Sides:
         return self.held is self.serial and not self.at_work and not self.serial.buffer
 
     async def letter(self, *others: tuple[Net, int | None], running: bool = False) -> int:
-        """Return the first byte of a command, from whichever side begins one; an FF is ignored.
+        """Return the first byte of a command, from whichever side begins one.
+
+        An FF over the bus while a program runs is the empty handshake: the program waits for the letter behind it.  Any
+        other FF is ignored, and leaves the chip to whoever comes next.
 
         Args:
-            others: inputs that end the wait, each with its level; -1 is returned then.
-            running: a program runs, so that the parallel side begins with the empty handshake; -1 is returned when
-                there is nothing of the host any more.
+            others: inputs that end the wait, each with its level.
+            running: a program runs, so that the parallel side begins with the empty handshake.
+
+        Returns:
+            -1, where no command has begun: one of the others has changed, a request was withdrawn, or it was an FF.
         """
-        self.program = program = running
-        while True:
-            if self.held is None and not self.pending:
-                if program:  # the request has been withdrawn, or it was an FF: the program goes on
-                    return -1
-                self.chip.waits("a command letter")
-                self.chip.idle = not running
-                woken = await first_of(self.kernel, None, (self.port.request, 0), (self.serial.arrived, None), *others)
-                self.chip.idle = False
-                if not self.pending:
-                    if any(woken is net.hub or woken is net for net, _ in others):
-                        return -1
-                    continue
-            byte = await self._first(running)
-            if byte == EMPTY and self.held is self.serial:
-                self._hold(None)
-            elif byte not in (-1, EMPTY):
-                return byte
-            running = running and byte != EMPTY
+        self.program = running
+        if self.held is None and not self.pending and not (running or await self._begins(others)):
+            return -1
+        byte = await self._first(running)
+        if running and byte == EMPTY and self.held is self.port:
+            while byte == EMPTY:
+                byte = await self.byte()
+        elif byte == EMPTY:
+            await self.release(self.chip.tick)
+            return -1
+        return byte
+
+    async def _begins(self, others: tuple[tuple[Net, int | None], ...]) -> bool:
+        """Wait, idle, until a side begins a command, or one of the others ends the wait; return whether a side has."""
+        self.chip.waits("a command letter")
+        self.chip.idle = True
+        await first_of(self.chip.kernel, None, (self.port.request, 0), (self.serial.arrived, None), *others)
+        self.chip.idle = False
+        return self.pending
 
     async def _first(self, running: bool) -> int:
         """The next byte of the side that has the chip, or else of the one that asks for it; -1: it has withdrawn."""
