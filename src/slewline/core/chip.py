@@ -123,6 +123,7 @@ class Chip(OneAxis, HasInputs):
         self.task: Task | None = None
         self.idle = False
         self._waiting: tuple[str, int] = ("nothing yet", 0)
+        self._left: dict[str, str] = {}  # what `conclude` has found left over the last time
         self._build_pins(straps or {})
 
     @property
@@ -294,6 +295,21 @@ class Chip(OneAxis, HasInputs):
         found = Finding(self.kernel.now, self.name, code, text)
         self.findings.append(found)
         self.on_finding(found)
+
+    def left_over(self) -> dict[str, str]:
+        """Return what a host has begun and not gone on with: the text of each finding, by its code.
+
+        Asked when everybody rests, or a run is over; nothing may change by that.
+        """
+        return {}
+
+    def conclude(self) -> bool:
+        """Tell what is left over, unless it was the last time; return whether that has changed."""
+        before, self._left = self._left, self.left_over()
+        for code, text in self._left.items():
+            if before.get(code) != text:
+                self.finding(code, text)
+        return self._left != before
 
     def switched(self, on: bool) -> None:
         """Report that the supply is being switched."""
