@@ -20,7 +20,7 @@ class Forgetful(chip_class("gs-c200s")):
     """A module whose host leaves a program half entered, whenever one is in the memory."""
 
     def left_over(self):
-        return {"left": f"line {self.said} is left"} if self.said else {}
+        return [("left", f"line {self.said} is left")] if self.said else []
 
     said = 1
 
@@ -85,7 +85,7 @@ def test_a_replay_tells_it_at_the_same_instants(tmp_path):
 def test_a_program_that_hangs_up_has_left_it_over():
     with serial.serial_for_url("slewline://gs-c200s?name=x", 9600, 7, "O", 2, timeout=1):
         module = rig.NAMED["x"]
-        module.chip.left_over = lambda: {"left": "it is left"}
+        module.chip.left_over = lambda: [("left", "it is left")]
         assert told(module.bench) == []
     rig.NAMED.clear()
     assert len(told(module.bench)) == 1
