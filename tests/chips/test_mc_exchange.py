@@ -152,7 +152,7 @@ def test_behind_the_checksum_there_are_zeros() -> None:
 def test_words_that_a_command_does_not_take_are_dropped() -> None:
     rig = base("mc1151a")
     rig.says("10 0000 0001 ffff > 0011", "4a > 0000 0001 004b", "1a 1234 > 001a", "15 0007 0008 > 001c")
-    assert rig.codes == ["extra-word"] * 3
+    assert [code for code in rig.codes if code != "no-start"] == ["extra-word"] * 3
     assert (rig.shows("pos"), rig.shows("max_acc")) == (1, 7)
 
 

@@ -370,7 +370,7 @@ def test_jerk_and_greatest_acceleration_belong_to_s_curves(mode: str) -> None:
 
 # ---------------------------------------------------------------------------------------------------------------- zeros
 @pytest.mark.fact("PMD-STAT-23", "PMD-UND-TRAP-ZERO")
-@pytest.mark.parametrize("setup", [(*TRAPEZOID, "SET_POS 0"), ("SET_ACC 0x400", "SET_POS 1000")])
+@pytest.mark.parametrize("setup", [(*TRAPEZOID, "SET_POS 0"), ("SET_VEL 0", "SET_ACC 0x400", "SET_POS 1000")])
 def test_a_move_to_nowhere_or_at_velocity_0_is_complete_in_the_cycle_behind_its_update(setup: tuple[str, ...]) -> None:
     rig = mover("mc1151a", "pulse1")
     before = rig.update(*setup) - 1

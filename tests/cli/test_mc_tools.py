@@ -97,7 +97,7 @@ def test_all_pins_go_into_a_waveform_and_axes_that_moved_into_a_plot(call, scrip
 
 
 def test_an_expectation_that_is_not_met_fails_the_run(call, write):
-    script = write("x.mc1451a", "GET_VRSN", "expect 0x4C11", "SET_POS 5")
+    script = write("x.mc1451a", "GET_VRSN", "expect 0x4C11", "GET_POS")
     ran = call("run", script)
     assert (ran.status, ran.err) == (1, "")
     assert "! expect: GET_VRSN of axis 1 returned 0x5C11, expected 0x4C11" in ran.out

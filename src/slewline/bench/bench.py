@@ -16,6 +16,7 @@ from ..core.net import Net
 from ..core.pin import Condition
 from ..core.timebase import PS_PER_S, Seconds, Time, picoseconds, readable
 from ..errors import Timeout, UsageError
+from ..parts.caller import Caller
 from .hosting import Hosted
 from .timing import TimingDiagrams
 
@@ -118,6 +119,18 @@ class Bench(Hosted, TimingDiagrams):
             UsageError: the call comes from within a run.
         """
         self._until(self._all_idle, None, "every queue empty and every chip idle", timeout)
+        self.conclude()
+
+    def conclude(self) -> None:
+        """Let chips tell, as findings, what their hosts have begun and not gone on with: a setting without its update.
+
+        `run_until_idle`, the fixtures of tests, `slewline run` and a server that a host leaves do so by themselves.  Of
+        a host that has more to say nothing is told yet.
+        """
+        if all(part.idle for part in self.parts.values() if isinstance(part, Caller)) and any(
+            [chip.conclude() for chip in self.chips.values()]  # of every one
+        ):
+            self.outside.tell("conclude")
 
     def _all_idle(self) -> bool:
         if self._busy is not None and not self._busy.idle:  # ask first who was busy last time
@@ -213,6 +226,7 @@ class Bench(Hosted, TimingDiagrams):
 
         loop = virtual_loop("until_idle")
         await self._awaited(loop, self._all_idle, None, "every queue empty and every chip idle", timeout, ())
+        self.conclude()
 
     async def wait(self, duration: Time) -> None:
         """Wait for a time, in a task of asyncio; others go on meanwhile.

@@ -207,6 +207,8 @@ def apply(bench: Bench, entry: dict[str, Any], classes: Named) -> None:
     elif do == "run":
         if entry["to"] >= bench.now_ps:
             bench.run_to(f"{entry['to']} ps")
+    elif do == "conclude":
+        bench.conclude()
     elif "host" in entry:
         tell(bench, entry["host"], do, entry["args"])
     else:

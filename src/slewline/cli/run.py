@@ -235,10 +235,12 @@ class Run:
         with progress(bench, timeout if self.until is None else self.until, self.quiet):
             if self.until is not None:
                 bench.run_to(f"{self.until} ps")
+                bench.conclude()
                 return "until"
             try:
                 bench.run_until_idle(f"{timeout} ps")
             except Timeout as error:
+                bench.conclude()
                 click.echo(f"slewline: timed out: {error}", err=True)
                 return "timeout"
         return "idle"

@@ -126,6 +126,7 @@ class Chip(OneAxis, HasInputs):
         self.task: Task | None = None
         self.idle = False
         self._waiting: tuple[str, int] = ("nothing yet", 0)
+        self._left: list[tuple[str, str]] = []  # what `conclude` has found left over the last time
         self._build_pins(straps or {})
 
     @property
@@ -297,6 +298,21 @@ class Chip(OneAxis, HasInputs):
         found = Finding(self.kernel.now, self.name, code, text)
         self.findings.append(found)
         self.on_finding(found)
+
+    def left_over(self) -> list[tuple[str, str]]:
+        """Return what a host has begun and not gone on with: code and text of a finding each.
+
+        Asked when everybody rests, or a run is over; nothing may change by that.
+        """
+        return []
+
+    def conclude(self) -> bool:
+        """Tell what is left over, unless it was the last time; return whether that has changed."""
+        before, self._left = self._left, self.left_over()
+        for code, text in self._left:
+            if (code, text) not in before:
+                self.finding(code, text)
+        return self._left != before
 
     def switched(self, on: bool) -> None:
         """Report that the supply is being switched."""

@@ -131,7 +131,7 @@ class DevicePort:
 
     def _let_go(self, why: str) -> str:
         """Close the port; returns why it failed, if a thread knows."""
-        self.line.detach(why)
+        self.line.leave(why)
         threads, self.threads = self.threads, None
         if threads is not None:
             why = threads.why

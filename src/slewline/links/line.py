@@ -57,6 +57,11 @@ class Line:
         self.log.event(self.name, f"{self.host_name}: {why}")
         self.host, self.host_name = None, ""
 
+    def leave(self, why: str) -> None:
+        """Disconnect a host that has gone; what it has left over is told when all that it has sent is played."""
+        self.detach(why)
+        self.when_answered(self.pace.bench.conclude)
+
     def take(self, data: bytes) -> None:
         """Bytes have come from the host."""
         self.taken += len(data)

@@ -178,7 +178,7 @@ class PtyPort:
             if os.readlink(self.link) == self.name:
                 os.unlink(self.link)
         self.stream.close()
-        self.line.detach("closed")
+        self.line.leave("closed")
         self._close()
 
     def _close(self) -> None:

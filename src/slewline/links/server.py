@@ -271,6 +271,7 @@ class Server:
         for port in self.ports:
             port.close()
         self.ports.clear()
+        self.bench.conclude()
         self.reports.close()
         self.bench.run(0)  # the journal learns how far time has gone
         for part in self.bench.parts.values():

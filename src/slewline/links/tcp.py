@@ -236,7 +236,7 @@ class Session:
             self.port.session = None
         if self.attached:
             self.attached = False
-            self.line.detach(why)
+            self.line.leave(why)
 
     def gone(self, why: str) -> None:
         """Take notice that the host has gone; the next one may come."""

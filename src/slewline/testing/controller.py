@@ -101,6 +101,7 @@ class Controller:
     def until_idle(self, timeout: Time = "60 s") -> None:
         """Let virtual time pass until the module has done everything and the line is quiet."""
         self.until(self._idle, timeout)
+        self.rig.do(self.bench.conclude)
 
     def _idle(self) -> bool:
         return self.chip.idle and self.rig.quiet()
@@ -227,6 +228,7 @@ class Controller:
             return str(error) or f"{self.url}: the server does not answer"
 
     def _told(self) -> Iterable[str]:
+        self.bench.conclude()
         at = self.url or f"a host over {self.rig.channel.says}"
         yield f"{self.chip.sheet.part} at {at}, seed {self.seed}, {readable(self.now)}, position {self.position}"
         yield self.chip.waiting

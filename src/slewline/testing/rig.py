@@ -180,7 +180,8 @@ class Rig:
         self.log.reopen()
 
     def leave(self) -> None:
-        """Bring to a disk what belongs there: the program hangs up."""
+        """Tell what is left over, and bring to a disk what belongs there: the program hangs up."""
+        self.bench.conclude()
         for part in self.bench.parts.values():
             part.leave()
 

@@ -14,6 +14,8 @@ from ...core.table import Sheet
 from ...language.lint import Check
 from ...language.problems import Severity
 from ...language.statements import Source, Statement
+from .omissions import forgotten, missing
+from .registers import PROFILE_COMMANDS, S_CURVE, TRAPEZOIDAL
 from .sheet import HIGH_RANGE, STANDARD_RANGE
 
 USES = {  # profile mode: its name, and what an update brings to it
@@ -131,22 +133,20 @@ class Script:
             found = f"start velocity {start} is not below velocity {velocity}: the whole move is made at {velocity}"
             self.warn(axis.written["SET_START_VEL"], "no-ramp", f"{found}, without ramps")
 
-    def accelerations(self, axis: Axis) -> None:
+    def starts(self, axis: Axis) -> None:
         """Can the axis start at all?"""
-        needed = {
-            "": ("SET_ACC",) if axis.known else (),  # power-up is trapezoidal
-            "SET_PRFL_TRAP": ("SET_ACC",),
-            "SET_PRFL_VEL": ("SET_ACC",),
-            "SET_PRFL_S_CRV": ("SET_MAX_ACC", "SET_JERK"),
-        }.get(axis.mode, ())
-        if axis.mode in ("", "SET_PRFL_TRAP") and axis.value("SET_START_VEL"):
-            needed = ()
-        missing = [name for name in needed if not axis.value(name)]
-        moves = axis.is_reset or axis.mode == "SET_PRFL_VEL" or "SET_POS" in axis.written
-        if missing and moves and axis.value("SET_VEL") and axis.pending:
+        mode = PROFILE_COMMANDS.index(axis.mode or "SET_PRFL_TRAP")  # of power-up
+        absent = missing(mode, axis.value, axis.written, bool(axis.value("SET_START_VEL")))
+        wanted = axis.value("SET_POS") if mode in (TRAPEZOIDAL, S_CURVE) else axis.pending
+        if absent and wanted and axis.pending and not axis.pending.keys() & {"STOP", "SMOOTH_STOP"}:
             last = list(axis.pending.values())[-1]
-            found = f"{last.text} is updated without {' and '.join(missing)}: the move does not start"
-            self.warn(last, "no-start", found, f"set {' and '.join(missing)} before the update: 0 from RESET on")
+            found = f"{last.text} is updated without {' and '.join(absent)}: the move does not start"
+            self.warn(last, "no-start", found, f"set {' and '.join(absent)} before the update: 0 from RESET on")
+
+    def accelerations(self, axis: Axis) -> None:
+        """Does the sign of the acceleration count?"""
+        if axis.known:
+            self.starts(axis)
         acceleration = axis.value("SET_ACC") or 0
         if axis.mode == "SET_PRFL_TRAP" and acceleration < 0:
             found = f"acceleration {acceleration}: its sign counts in velocity contouring only"
@@ -155,8 +155,8 @@ class Script:
     def end(self) -> None:
         """What is left over."""
         for axis in self.axes:
-            if axis.pending and not (axis.armed and axis.auto_update):
-                last = list(axis.pending.values())[-1]
+            if pending := forgotten(axis.pending, axis.armed, axis.auto_update):
+                last = axis.pending[pending[-1]]
                 found = f"{last.text} waits for an update, and none follows"
                 self.warn(last, "no-update", found, "UPDATE, MULTI_UPDATE or a breakpoint makes it act")
             auto_stop = axis.written.get("SET_AUTO_STOP_ON")

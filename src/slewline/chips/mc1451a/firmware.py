@@ -30,6 +30,7 @@ from .cycles import ChipsetAxis
 from .instructions import Instructions, Moves
 from .interrupt import HostInterrupt
 from .motion import Motion
+from .omissions import forgotten, pending_of
 from .port import Port
 from .registers import Registers
 from .supply import Supply
@@ -154,6 +155,15 @@ class Chipset(Chip):
     def armed(self) -> bool:
         """Does an axis have a breakpoint, which an input may meet at any time?"""
         return self.activity.armed
+
+    def left_over(self) -> list[tuple[str, str]]:
+        """Return what waits for an update that nobody announces."""
+        found = []
+        for state in self.state.states:
+            if pending := forgotten(pending_of(state.buffer), bool(state.breakpoint), state.auto_update):
+                text = f"axis {state.number}: {', '.join(pending)} without an update"
+                found.append(("no-update", f"{text}: UPDATE, MULTI_UPDATE or a breakpoint lets it act"))
+        return found
 
     @property
     def answering(self) -> bool:

@@ -52,6 +52,7 @@ class AxisState:
     buffer: Profile = field(default_factory=Profile)  # written by the host
     active: Profile = field(default_factory=Profile)  # in force since the last update
     update: Profile | None = None  # what an update has taken from the buffer; it waits for the next cycle
+    written: frozenset[str] = frozenset()  # the registers of it that updates have brought since reset
     start_velocity: int = 0
 
     mode: int = TRAPEZOIDAL
@@ -129,6 +130,7 @@ class AxisState:
             update.smooth_stop |= waiting.smooth_stop
             update.synch_prfl |= waiting.synch_prfl
             update.loaded |= waiting.loaded
+        self.written |= buffer.loaded
         buffer.stop = buffer.smooth_stop = buffer.synch_prfl = False
         buffer.loaded = frozenset()
 

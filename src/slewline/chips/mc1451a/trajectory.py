@@ -67,7 +67,7 @@ class Trajectory:
 
     def begin(self) -> None:
         """Begin at rest, with cycle 0 due: reset is over."""
-        for each in (self.home, self.switches, self.pulses, self.feedback, self.generator, self.gear):
+        for each in (self.home, self.switches, self.pulses, self.feedback, self.generator, self.gear, self.updates):
             each.begin()
         self.due = 0
 

@@ -7,6 +7,7 @@ from .feedback import Feedback
 from .gear import Gear
 from .generator import ProfileGenerator
 from .ideal import begins, departs
+from .omissions import REGISTERS, missing_of
 from .registers import (
     COMMAND_ERROR,
     GEAR,
@@ -40,6 +41,10 @@ class Updates:
     ) -> None:
         self.chip, self.state, self.generator, self.pulses = chip, state, generator, generator.pulses
         self.feedback, self.switches, self.gear, self.log = feedback, switches, gear, generator.log
+
+    def begin(self) -> None:
+        """Begin with nothing told: reset is over."""
+        self.omitted: list[str] = []  # what the finding has named, without which nothing has started
 
     def settings(self, n: int) -> None:
         """Take over what commands have set at once: profile mode, motor, pulse range."""
@@ -92,6 +97,8 @@ class Updates:
             self.gear.suspended = True
         elif generator.mode == GEAR:
             self.gear.update(taken.cause)
+            if not state.active.ratio and not state.held:
+                self.omit(taken.cause)
         elif taken.smooth_stop:
             self.slow_down(n)
         elif not state.held:
@@ -148,12 +155,12 @@ class Updates:
         nowhere = generator.mode != VELOCITY and not distance
         if not state.in_motion:
             if not active.velocity or nowhere:
+                if not nowhere:
+                    self.omit(cause)
                 state.events |= MOTION_COMPLETE
                 return
             if self.powerless(acceleration):
-                without = "acceleration" + " and jerk" * (generator.mode == S_CURVE)
-                text = f"axis {state.number}: without {without} nothing starts"
-                self.chip.finding("no-start", text)
+                self.omit(cause)
                 return
             if self.refused(distance):
                 return
@@ -161,6 +168,7 @@ class Updates:
             if generator.mode != S_CURVE and generator.start_velocity >= active.velocity:
                 text = f"axis {state.number}: the start velocity is not below the maximum: no ramps"
                 self.chip.finding("start-velocity", text)
+            self.omitted = []
         begins(self.chip, state, cause, generator.start_velocity, generator.pulse_range)
         generator.set_out(distance)
 
@@ -169,6 +177,15 @@ class Updates:
         if self.generator.mode == S_CURVE:
             return not (acceleration and self.state.active.jerk)
         return not acceleration and (self.generator.mode == VELOCITY or not self.state.start_velocity)
+
+    def omit(self, cause: str) -> None:
+        """Report what the host has not set, without which nothing starts; once, while it is the same."""
+        names, told = missing_of(self.generator.mode, self.state), self.omitted
+        if names and names != told:
+            zero = " and ".join(REGISTERS[name].replace("_", " ") for name in names)
+            text = f"axis {self.state.number}: {cause} while {zero} {'are' if names[1:] else 'is'} 0: nothing starts"
+            self.chip.finding("no-start", f"{text}; give {' and '.join(names)} before it")
+            self.omitted = names
 
     def refused(self, distance: int) -> bool:
         """Does a limit switch forbid the move?  In the point-to-point modes that is a command error."""

@@ -61,6 +61,7 @@ class Course:
         self.was_off = False
         # the motion
         self.landing = self.stopping = self.clamped = False
+        self.why: set[str] = set()  # the registers, being 0, for which it was told that nothing starts
         self.start = 0  # the start velocity in force
         self.displacement = 0  # of this cycle: the velocity, but for what an S-curve rounds
         self.curve: SCurve | None = None
@@ -190,6 +191,8 @@ class Course:
         elif state.mode == GEAR:
             self.engage()
             self.gear_begins(taken.cause)
+            if state.active.ratio == 0 and "ratio" not in state.written and not state.held:
+                self.does_not_start({"ratio"})
         elif taken.smooth_stop:
             self.stop_smoothly()
         elif state.in_motion:
@@ -261,20 +264,21 @@ class Course:
         distance = active.position * ONE - state.target
         if self.mode == VELOCITY:
             distance = active.acceleration
-            no_start = distance == 0
-        elif self.mode == S_CURVE:
-            no_start = active.max_acceleration == 0 or active.jerk == 0
-        else:
-            no_start = active.acceleration == 0 and state.start_velocity == 0
+        needed = ("velocity", "max_acceleration", "jerk") if self.mode == S_CURVE else ("velocity", "acceleration")
+        zero = {register for register in needed if getattr(active, register) == 0}
+        if self.mode == TRAPEZOIDAL and state.start_velocity:
+            zero.discard("acceleration")
         if velocity == 0 or (distance == 0 and self.mode != VELOCITY):
+            if distance != 0 and "velocity" not in state.written:
+                self.does_not_start(zero)
             self.rest(complete=True)
-        elif no_start:
-            self.finding("no-start", "acceleration or jerk is 0: no motion")
+        elif zero:
+            self.does_not_start(zero)
         elif self.switches.flagged or self.switches.active(sign(distance)):
             if self.mode != VELOCITY:
                 self.event(COMMAND_ERROR)
         else:
-            state.in_motion = True
+            state.in_motion, self.why = True, set()
             self.start = state.start_velocity
             begins(self.chip, state, cause, self.start, self.pulse_range())
             if self.mode == S_CURVE:
@@ -282,6 +286,12 @@ class Course:
                 self.curve = SCurve(distance, velocity, active.max_acceleration, active.jerk)
             elif self.start >= active.velocity:
                 self.finding("start-velocity", "the start velocity is not below the maximum: no ramps")
+
+    def does_not_start(self, zero: set[str]) -> None:
+        """Report an update behind which registers that are 0 keep the axis at rest; once, while these are the ones."""
+        if zero != self.why:
+            self.finding("no-start", f"no motion: {', '.join(sorted(zero))} 0")
+        self.why = zero
 
     def greatest_velocity(self) -> int:
         """The maximum velocity, as far as the pulse range allows."""
