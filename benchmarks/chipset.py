@@ -186,7 +186,7 @@ def encoders() -> list[Row]:
         for n in AXES:
             counts, error = (host.axis(n).query(name) for name in ("GET_ACTL_POS", "GET_ACTL_POS_ERR"))
             assert counts == chip.axis(n).position > velocity * 3000 // ONE and abs(error) <= 1
-        bound = f"every cycle of every axis is worked, {wall / 4 / 3052 * 1e6:.0f} us each: both channels are filtered"
+        bound = f"every cycle of every axis is worked, {wall / 4 / 3052 * 1e6:.0f} µs each: both channels are filtered"
         rows.append(Row(f"stall detection, four encoders at {name} counts/s", 1 / wall, REAL, None, True, bound))
     return rows
 
@@ -238,8 +238,8 @@ def moves() -> list[Row]:
     rows = []
     for name, settings, runs in (("trapezoid", TRAPEZOID, "four runs"), ("S-curve", S_CURVE, "one run")):
         packets, whole = moved("CLR_STATUS", settings), moved("UPDATE", settings)
-        bound = f"{runs}, and the instants at which they begin; beside {packets * 1e6:.0f} us for two packets"
-        rows.append(Row(f"a move, {name}: plan and play", (whole - packets) * 1e6, "us", None, False, bound))
+        bound = f"{runs}, and the instants at which they begin; beside {packets * 1e6:.0f} µs for two packets"
+        rows.append(Row(f"a move, {name}: plan and play", (whole - packets) * 1e6, "µs", None, False, bound))
     rows += scripts()
     return rows
 

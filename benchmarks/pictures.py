@@ -95,6 +95,6 @@ def pictures() -> list[Row]:
         row("figure of 60,000 steps", picture(long[0]), 5, BOUND),
         row("an hour at 9,675 steps/s: points", drawn(*hour), 0.5, "900 columns, 531 wraps, 600 questions a pin"),
         row("the same: figure", picture(hour[0]), 8, BOUND),
-        row("an hour of 6,000 moves of a program: figure", picture(program), 8, "some 30 us a move, 40 flags"),
-        row("an hour of 12,000 moves: points", drawn(*to_and_fro), 10, "some 30 us a move, in Python"),
+        row("an hour of 6,000 moves of a program: figure", picture(program), 8, "some 30 µs a move, 40 flags"),
+        row("an hour of 12,000 moves: points", drawn(*to_and_fro), 10, "some 30 µs a move, in Python"),
     ]

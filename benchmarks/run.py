@@ -64,7 +64,7 @@ def plans() -> list[Row]:
             "ms",
             0.5,
             False,
-            "Python: about 0.6 us a run of equal intervals, 250 runs",
+            "Python: about 0.6 µs a run of equal intervals, 250 runs",
         ),
         Row(
             "the same with S = 1: plan",
@@ -132,7 +132,7 @@ def endless() -> list[Row]:
             "x real time",
             500,
             True,
-            "about 10 events a read-out, a ramp plan a rate change, 4 us a question",
+            "about 10 events a read-out, a ramp plan a rate change, 4 µs a question",
         ),
     ]
 

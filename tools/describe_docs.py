@@ -219,7 +219,7 @@ def options(command: click.Command, context: click.Context) -> Iterator[tuple[st
     for parameter in command.params:
         written, says = parameter.get_help_record(context) or ("", "")
         if says:
-            yield f"`{written}`", says
+            yield f"`{written}`", coded(says)
 
 
 def script_guide() -> list[str]:
@@ -232,14 +232,19 @@ def script_guide() -> list[str]:
 
 def paragraph(text: str | None) -> str:
     """A help text as running text."""
-    return re.sub(r"(?<!\n)\n(?!\n)", " ", cleandoc(text or ""))
+    return coded(re.sub(r"(?<!\n)\n(?!\n)", " ", cleandoc(text or "")))
+
+
+def coded(says: str) -> str:
+    """Options in a help text, set as what is typed."""
+    return re.sub(r"(?<![\w`-])--[a-z][a-z0-9-]*", r"`\g<0>`", says)
 
 
 # --------------------------------------------------------------------------------------------------------- control port
 CONTROL = """# Control port
 
 `slewline serve ... --control 127.0.0.1:4002` opens a port on which a program in any language works pins, time and
-faults, and reads how things are. [Serve a module](../howto/serve.md#pins-time-and-faults-from-any-language) has an
+faults, and reads how things are. [Virtual serial port](../howto/serve.md#pins-time-and-faults-from-any-language) has an
 example.
 
 - A client connects by TCP and sends a JSON object a line, encoded in UTF-8. It gets one a line for each, in order.
@@ -317,7 +322,7 @@ def parts_page() -> str:
     table_of_kinds = table(("kind", "what it is", "pins", "chips that it attaches to"), kinds)
     roles = table(("role", "a pin that"), ((f"`{role}`", says) for role, says in ROLES.items()))
     return (
-        f"{NOTE}# Parts\n\n{text}\n{table_of_kinds}\n\n## Options\n{''.join(chapters)}\n"
+        f"{NOTE}# Parts: motors, drivers, switches, encoders, hosts\n\n{text}\n{table_of_kinds}\n\n## Options\n{''.join(chapters)}\n"
         "## Roles\n\nWhat pins of chips and parts are for; the tables of pins on the pages of the chips have them.\n\n"
         f"{roles}\n"
     )
@@ -348,6 +353,17 @@ def conformance_page(folder: str) -> str:
 
 
 # ---------------------------------------------------------------------------------------------------------------- pages
+CODE = re.compile(r"```.*?^```|`[^`\n]*`|^    .*?$", re.MULTILINE | re.DOTALL)
+MICRO = re.compile(r"(?<!['\"\d.,])(\d[\d.,]*) u(?=[sA]\b)")  # behind a quotation mark it is a text that users type
+
+
+def typographic(page: str) -> str:
+    """Write µs and µA where a page does not show code: data sheets in the sources keep to what any terminal prints."""
+    between, code = CODE.split(page), CODE.findall(page)
+    prose = [MICRO.sub(r"\1 µ", text) for text in between]
+    return "".join(text + shown for text, shown in zip(prose, [*code, ""], strict=True))
+
+
 FILES = {
     "reference/cy500.md": partial(older_page, "cy500"),
     "reference/cy525.md": cy525_page,
@@ -363,13 +379,18 @@ FILES = {
 }
 
 
+def made(name: str) -> str:
+    """What a file should be."""
+    return typographic(FILES[name]()) if name.endswith(".md") else FILES[name]()
+
+
 def outdated() -> list[str]:
     """The files that differ from what the code says."""
     found = []
-    for name, make in FILES.items():
+    for name in FILES:
         path = DOCS / name
         committed = path.read_text("utf-8") if path.exists() else ""
-        if committed != make():
+        if committed != made(name):
             found.append(name)
     return found
 
@@ -383,8 +404,8 @@ def main() -> int:
         for name in found:
             print(f"docs/{name} is not what the code says; run: python tools/describe_docs.py")
         return int(bool(found))
-    for name, make in FILES.items():
-        (DOCS / name).write_text(make(), "utf-8")
+    for name in FILES:
+        (DOCS / name).write_text(made(name), "utf-8")
     return 0
 
 

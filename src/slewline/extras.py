@@ -1,6 +1,12 @@
-"""What the extras of the package bring, and a line that says so to whoever lacks one."""
+"""What the extras of the package bring, and a line that says so to whoever lacks one.
+
+The line installs the packages by their own names: that works beside a clone and beside a wheel, and asks no index
+for slewline.
+"""
 
 from __future__ import annotations
+
+from itertools import chain
 
 EXTRAS = {  # by extra: packages, each as it is installed and as it is imported
     "cli": (("click", "click"), ("rich", "rich")),
@@ -26,8 +32,9 @@ def needs(what: str, extra: str) -> str:
     """
     lacks = lacking()
     own = lacks.pop(extra, [name for name, _ in EXTRAS[extra]])
-    says = f"{what} {' and '.join(own)}: pip install 'slewline[{extra}]'"
+    says = f"{what} {' and '.join(own)}: pip install {' '.join(own)}"
     if lacks:
         others = ", ".join(f"{' and '.join(names)} ({other})" for other, names in lacks.items())
-        says += f"; also missing: {others}; everything at once: pip install 'slewline[all]'"
+        everything = " ".join(chain(own, *lacks.values()))
+        says += f"; also missing: {others}; everything at once: pip install {everything}"
     return says

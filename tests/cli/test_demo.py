@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from slewline.chips.cy525.sheet import SHEET
-from slewline.cli.demo import HERE, MACHINE, PROGRAM
+from slewline.cli.demo import HERE, MACHINE, PROGRAM, called_as
 from slewline.language.assemble import assemble
 
 FILES = ["weld.cy525", "weld.gtkw", "weld.png", "weld.sucl", "weld.svg", "weld.toml", "weld.vcd"]
@@ -50,6 +53,41 @@ def test_the_machine_can_be_changed_and_run(ran, call):
     machine.write_text(machine.read_text().replace("pieces = 2", "pieces = 3"))
     found = call("run", str(machine), "--json").json["chips"]["x"]
     assert (found["steps"]["count"], found["position"], found["findings"]) == (3 * 2 * 4200, 0, [])
+
+
+@pytest.mark.posix  # a link to a folder; elsewhere it takes a right that few have
+@pytest.mark.parametrize(
+    ("within", "variables", "begin"),
+    [
+        ("", {}, ".venv/bin/slewline run build/demo/weld.toml"),
+        (".venv/bin", {}, "slewline run build/demo/weld.toml"),
+        (".venv/bin", {"UV_RUN_RECURSION_DEPTH": "1"}, ".venv/bin/slewline run build/demo/weld.toml"),
+    ],
+    ids=["after make demo", "in an activated environment", "under uv run"],
+)
+def test_its_last_line_can_be_typed(folder, within, variables, begin):
+    (folder / ".venv").symlink_to(sys.prefix)
+    path = os.pathsep.join([*([str(folder / within)] if within else []), "/usr/bin", "/bin"])
+    environ = {"PATH": path, "HOME": str(folder)} | variables
+    demo = [folder / ".venv/bin/python", "-m", "slewline", "demo"]
+    ran = subprocess.run(demo, env=environ, capture_output=True, text=True, check=True)
+    typed = ran.stdout.splitlines()[-1].partition(", then: ")[2]
+    assert typed == begin
+    again = subprocess.run(typed, shell=True, env=environ, capture_output=True, text=True, check=False)
+    assert (again.returncode, again.stderr) == (0, "")
+    assert "0 findings" in again.stdout
+
+
+def test_elsewhere_it_names_the_whole_path_as_one_word(folder, monkeypatch):
+    script = folder / "a b/slewline"
+    script.parent.mkdir()
+    (folder / "here").mkdir()
+    monkeypatch.chdir(folder / "here")
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.setattr("sysconfig.get_path", lambda _: str(script.parent))
+    assert called_as() == f"{sys.executable} -m slewline"
+    script.touch(0o755)
+    assert called_as() == f'"{script}"'
 
 
 def test_another_folder(call):

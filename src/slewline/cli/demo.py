@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+import sys
+import sysconfig
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -62,7 +66,7 @@ def demo(output: str) -> int:
     outputs.written += [str(layout) for layout in layouts]
     for path, text in zip(outputs.written, SAYS, strict=True):
         click.echo(f"{path:<{len(str(folder)) + 12}}  {text}")
-    click.echo(f"\nChange the machine or the program, then: slewline run {folder / MACHINE}")
+    click.echo(f"\nChange the machine or the program, then: {called_as()} run {word(folder / MACHINE)}")
     return 0
 
 
@@ -74,6 +78,24 @@ def made(output: str) -> Path:
         says = f"{output}: no folder can be made there ({error.strerror})"
         raise UsageError(f"{says}; give another one with --output") from None
     return Path(output)
+
+
+def called_as() -> str:
+    """Return what calls this very slewline from a shell in this folder: its name, or else the path of its script."""
+    own = shutil.which("slewline", path=sysconfig.get_path("scripts"))
+    if own is None:  # the package lies beside the caller, and was never installed
+        return f"{word(sys.executable)} -m slewline"
+    # What `uv run` puts on the PATH is gone when it ends.
+    found = None if "UV_RUN_RECURSION_DEPTH" in os.environ else shutil.which("slewline")
+    if found and os.path.samefile(found, own):
+        return "slewline"
+    script = Path(own).with_suffix("")  # as it is typed: no .exe
+    return word(script.relative_to(Path.cwd()) if script.is_relative_to(Path.cwd()) else script)
+
+
+def word(path: str | Path) -> str:
+    """Return a path as one word of a shell."""
+    return f'"{path}"' if " " in str(path) else str(path)
 
 
 class Show:
