@@ -407,7 +407,7 @@ class Drawing(Recording):
 
 def moments_of(times: Time | Iterable[Time]) -> list[int]:
     """Return the picoseconds of an instant, or of several."""
-    return [moment(time) for time in ([times] if isinstance(times, str | int) else times)]
+    return [moment(time) for time in ([times] if isinstance(times, Time) else times)]
 
 
 def differences(tracks: Sequence[Track]) -> Iterator[str]:

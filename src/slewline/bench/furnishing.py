@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from itertools import chain, count
 from random import Random
 from typing import TYPE_CHECKING, Any
@@ -15,7 +15,7 @@ from ..core.kernel import Kernel
 from ..core.near import hint
 from ..core.net import Bus, Net
 from ..core.pin import Terminal
-from ..core.timebase import Time, hertz
+from ..core.timebase import Time, hertz, readable
 from ..errors import UnknownName, UsageError, WiringError
 from ..parts import CATALOGUE as PARTS
 from ..parts import make_part, part_class
@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from ..core.shaft import Shaft
     from ..core.table import Sheet
     from .journal import Journal
+
+
+SHOWN = 8  # chips and parts in the text of a bench
 
 
 class Furnished(Drawing):
@@ -240,6 +243,19 @@ class Furnished(Drawing):
         if name in taken:
             raise UsageError(f"the bench has a {name!r} already; names are unique")
         return name
+
+    def __contains__(self, name: object) -> bool:
+        return any(name in owners for owners in (self.chips, self.parts))
+
+    def __iter__(self) -> Iterator[str]:
+        """The names of chips and parts, in the order in which they came."""
+        return iter([*self.chips, *self.parts])
+
+    def __repr__(self) -> str:
+        names = [f"{chip.name} ({chip.sheet.part})" for chip in self.chips.values()] + [*self.parts]
+        if len(names) > SHOWN:
+            names[SHOWN:] = [f"{len(names) - SHOWN} more"]
+        return f"<Bench: {', '.join(names) or 'empty'}; {readable(self.kernel.now)}>"
 
     def __getitem__(self, name: str) -> Chip | Part:
         """A chip or part by name."""

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from ..core.chip import Chip
+from ..core.instead import Face
 from ..core.kernel import Kernel
 from ..core.net import Bus, Net
 from ..core.one_axis import OneAxis
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 SLICE_PS = 100_000_000_000  # while a VCD file is streamed, time passes in slices of 100 ms
 
 
-class Recording:
+class Recording(Face):
     """The recording half of a bench."""
 
     chips: dict[str, Chip]

@@ -8,12 +8,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..errors import UnknownName, UsageError
 from .axis import Axis
 from .hook import CommandHook, Hook
 from .inputs import HasInputs
+from .instead import missing
 from .kernel import Kernel, Task
 from .near import hint
 from .net import Bus, Driver, Net
@@ -96,8 +97,33 @@ class Chip(OneAxis, HasInputs):
     `options` holds every option of the sheet by its name, checked.
     """
 
+    for_users: ClassVar[tuple[str, ...]] = (
+        *(
+            "pin",
+            "pins",
+            "axis",
+            "axes",
+            "sheet",
+            "options",
+            "crystal_hz",
+            "idle",
+            "moving",
+            "waiting",
+            "power",
+            "reset",
+        ),
+        *("findings", "program", "listing", "program_rows", "program_counter", "at_instruction"),
+        *("on_instruction", "on_command", "on_finding", "on_power"),
+    )
     sheet: Sheet
     axes: tuple[Axis, ...]
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        super().__init_subclass__(**keywords)
+        if isinstance(sheet := vars(cls).get("sheet"), Sheet):
+            pins = (row.name for row in sheet.pins if row.way not in ("power", "none"))
+            missing(cls, **{name: f'it is a pin: {{it}}.pin("{name}")' for name in pins})
+            missing(cls, **{row.name: f'it is a register: {{it}}.registers["{row.name}"]' for row in sheet.registers})
 
     def __init__(
         self,
@@ -124,6 +150,12 @@ class Chip(OneAxis, HasInputs):
         self.idle = False
         self._waiting: tuple[str, int] = ("nothing yet", 0)
         self._build_pins(straps or {})
+
+    def __repr__(self) -> str:
+        state = "in motion" if self.moving else "idle" if self.idle else self._waiting[0]
+        where = ", ".join(str(axis.position) for axis in self.axes)
+        what = f"position{'s' * (len(self.axes) > 1)} {where}, {state}, {readable(self.kernel.now)}"
+        return f"<{self.sheet.part.upper()} {self.name}: {what}>"
 
     @property
     def has_bus(self) -> bool:
@@ -372,3 +404,25 @@ class Chip(OneAxis, HasInputs):
             self.task.kill()
             self.task = None
         self.idle = False
+
+
+missing(
+    Chip,
+    **dict.fromkeys(("send", "write"), "bench.host({it}).send(...)"),
+    **dict.fromkeys(("ask", "query"), "bench.host({it}).ask(...)"),
+    command="bench.host({it}) makes the host that sends commands",
+    velocity='{it}.velocity_at("3 ms"), or {it}.velocity_at(bench.now)',
+    speed='{it}.velocity_at("3 ms"), or {it}.velocity_at(bench.now)',
+    **dict.fromkeys(("step_count", "count"), "len({it}.steps())"),
+    edges='bench.record() before time passes, then bench.edges("{it}.PIN")',
+    record="bench.record() records the pins of all chips",
+    **dict.fromkeys(("plot", "figure", "show"), "bench.plot(...) draws what is on it"),
+    crystal="{it}.crystal_hz",
+    part="{it}.sheet.part",
+    straps="{it}.pin(...).level tells the level of an input",
+    errors="{it}.findings",
+    **dict.fromkeys(("state_name", "status"), "{it}.waiting"),
+    **dict.fromkeys(
+        ("wait", "run_until_idle", "run_until", "sleep", "now"), "time is the bench's: bench.run_until_idle()"
+    ),
+)
