@@ -48,7 +48,7 @@ class Bench(Hosted, TimingDiagrams):
         *("add", "host", "part", "wire", "pin", "chips", "parts", "run", "run_to", "run_until", "run_until_idle", "at"),
         *("now", "now_ps", "findings", "quantity", "until", "until_idle", "wait", "connect", "place", "catch_up"),
         *("record", "edges", "plot", "figure", "show", "readings", "timing", "timing_figure", "intervals"),
-        *("check_timing", "save_vcd", "save_csv", "save_steps", "stream_vcd", "journal", "seed", "stores"),
+        *("check_timing", "save_vcd", "save_csv", "save_steps", "save_npz", "stream_vcd", "journal", "seed", "stores"),
         *("on_finding", "on_input", "on_commit"),
     )
     _busy: Chip | Part | None = None  # who was busy when all were asked last
@@ -106,9 +106,14 @@ class Bench(Hosted, TimingDiagrams):
 
         Raises:
             TimeError: not a time.
-            UsageError: the call comes from within a run.
+            UsageError: the instant is over, or the call comes from within a run.
         """
-        self._run_to(picoseconds(time))
+        ps = picoseconds(time)
+        if ps < self.kernel.now:
+            raise UsageError(
+                f"run_to {readable(ps)}: that is over; it is {readable(self.kernel.now)}, and run() takes a duration"
+            )
+        self._run_to(ps)
 
     def _run_to(self, ps: int) -> None:
         self._begin()
@@ -291,7 +296,7 @@ missing(
     ),
     **dict.fromkeys(("time", "time_ps", "clock"), "bench.now, or bench.now_ps"),
     **dict.fromkeys(("save", "export", "write_vcd", "vcd"), 'bench.save_vcd("run.vcd"), save_csv or save_steps'),
-    **dict.fromkeys(("save_npz", "save_edges"), 'bench.save_csv("edges.csv"), or "edges.npz"'),
+    save_edges='bench.save_csv("edges.csv"), or save_npz("edges.npz")',
     **dict.fromkeys(("picture", "draw", "savefig", "save_plot"), 'bench.plot("run.svg")'),
     **dict.fromkeys(("connect_pins", "join", "net"), 'bench.wire("x.run", "y.wait")'),
     **{name: f"it is a chip's: x.{name}, of x = bench.add(...)" for name in ("position", "steps", "pins")},

@@ -68,9 +68,9 @@ class ServeTable(Table, frozen=True):
     """The table [[serve]]."""
 
     chips: list[str] = []
-    tcp: str | None = None
+    tcp: str | int | None = None
     pty: str | None = None
-    rfc2217: str | None = None
+    rfc2217: str | int | None = None
     serial: str | None = None
     framing: bool = False
     over: str | None = None

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from ..errors import UnknownName, UsageError
 from .axis import Axis
@@ -21,12 +21,10 @@ from .net import Bus, Driver, Net
 from .one_axis import OneAxis
 from .option import checked
 from .pin import Condition, Terminal
+from .program import InstructionCondition, ProgramRow
 from .table import Sheet
 from .timebase import Clock, readable
 from .waits import first_of, until
-
-if TYPE_CHECKING:
-    from .program import ProgramRow
 
 PEACE_PS = 10**9  # without a conflict: the next one on that wire is told again
 
@@ -42,32 +40,6 @@ class Finding:
 
     def __str__(self) -> str:
         return f"{readable(self.time_ps)}  {self.source}  {self.code}: {self.text}"
-
-
-class InstructionCondition(Condition):
-    """An instruction of the stored program begins, at an address or at any (None)."""
-
-    def __init__(self, chip: Chip, address: int | None) -> None:
-        if address is not None and (type(address) is not int or address < 0):
-            raise UsageError(f"{chip.name}: instruction at {address!r}; allowed an address, 0 and up, or none for any")
-        self.chip, self.address, self.hit = chip, address, False
-        self.text = f"{chip.name} at {'its next instruction' if address is None else f'instruction {address}'}"
-
-    def begin(self) -> None:
-        """Listen for instructions from now on."""
-        self.hit = False
-        if self.begun not in self.chip.on_instruction.listeners:
-            self.chip.on_instruction.add(self.begun)
-
-    def begun(self, address: int) -> None:
-        """Take notice that the instruction at an address begins."""
-        if self.address in (None, address):
-            self.hit = True
-            self.chip.on_instruction.remove(self.begun)
-
-    def met(self) -> bool:
-        """Return whether the condition holds now."""
-        return self.hit
 
 
 class AxisOfChip(OneAxis):
@@ -137,7 +109,7 @@ class Chip(OneAxis, HasInputs):
         **options: Any,
     ) -> None:
         self.kernel, self.name, self.bare = kernel, name, bare
-        self.options = SimpleNamespace(**checked(name, self.sheet.options, options))
+        self.options = SimpleNamespace(**checked(name, self.sheet.options, options, self._beside()))
         self.crystal_hz = crystal_hz or self.sheet.crystal_hz
         self.clock = Clock(self.crystal_hz)
         self.tick = 0  # the chip's own count; every sleep adds to it, so nothing drifts
@@ -150,6 +122,14 @@ class Chip(OneAxis, HasInputs):
         self.idle = False
         self._waiting: tuple[str, int] = ("nothing yet", 0)
         self._build_pins(straps or {})
+
+    @classmethod
+    def _beside(cls) -> str:
+        """What a chip is given beside its options, in words."""
+        crystal = "crystal, " if cls.sheet.crystal_high_hz else ""
+        fast = {**cls.sheet.fastest, **cls.sheet.plain}
+        line = f"; pins set the rate and the format of its line, such as straps={fast}" if fast else ""
+        return f"; beside them {crystal}straps, bare and name{line}"
 
     def __repr__(self) -> str:
         state = "in motion" if self.moving else "idle" if self.idle else self._waiting[0]
@@ -413,7 +393,6 @@ missing(
     command="bench.host({it}) makes the host that sends commands",
     velocity='{it}.velocity_at("3 ms"), or {it}.velocity_at(bench.now)',
     speed='{it}.velocity_at("3 ms"), or {it}.velocity_at(bench.now)',
-    **dict.fromkeys(("step_count", "count"), "len({it}.steps())"),
     edges='bench.record() before time passes, then bench.edges("{it}.PIN")',
     record="bench.record() records the pins of all chips",
     **dict.fromkeys(("plot", "figure", "show"), "bench.plot(...) draws what is on it"),
@@ -421,7 +400,7 @@ missing(
     part="{it}.sheet.part",
     straps="{it}.pin(...).level tells the level of an input",
     errors="{it}.findings",
-    **dict.fromkeys(("state_name", "status"), "{it}.waiting"),
+    status="{it}.waiting",
     **dict.fromkeys(
         ("wait", "run_until_idle", "run_until", "sleep", "now"), "time is the bench's: bench.run_until_idle()"
     ),

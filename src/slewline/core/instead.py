@@ -2,7 +2,7 @@
 
     missing(Chip, send="bench.host({it}).send(...)")
 
-    x.send          AttributeError: x has no 'send'; write bench.host(x).send(...)
+    x.send          NoSuchAttribute: x has no 'send'; write bench.host(x).send(...)
 
 A missing name is a descriptor of the class and not the work of a `__getattr__`, which would make every look-up of a
 name that is there slower.  `hasattr` says no, `dir` leaves it out, and an attribute of the instance goes before it.
@@ -13,17 +13,19 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any, ClassVar, NoReturn
 
+from ..errors import NoSuchAttribute
+
 OURS = "slewline."
 
 
-def has_none(one: object, name: str, remedy: str) -> AttributeError:
+def has_none(one: object, name: str, remedy: str) -> NoSuchAttribute:
     """Return the error that something has no such attribute.
 
     Args:
         remedy: what to write instead; "{it}" stands for the name of what is asked, or of its class.
     """
     it = one.__name__ if isinstance(one, type) else vars(one).get("name") or type(one).__name__.lower()
-    return AttributeError(f"{it} has no {name!r}; {remedy.format(it=it)}")
+    return NoSuchAttribute(f"{it} has no {name!r}; {remedy.format(it=it)}")
 
 
 class Instead:

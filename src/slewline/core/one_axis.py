@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
-from ..errors import UsageError
+from ..errors import NoSuchAttribute, UsageError
 from .axis import Axis, Steps
 from .hook import Hook
 from .instead import Face
@@ -13,7 +13,7 @@ from .kernel import Kernel
 from .motions import Mark, MotionEnd, MotionStart, Parameters
 from .pin import Condition
 from .quantity import Position, Quantity, Velocity
-from .timebase import Time, moment, moments, readable
+from .timebase import Time, moments, readable, window
 
 if TYPE_CHECKING:
     import numpy as np
@@ -62,7 +62,7 @@ class OneAxis(Face):
 
     @position.setter
     def position(self, _value: int) -> None:
-        raise AttributeError(
+        raise NoSuchAttribute(
             f"{self.name}: position cannot be set, the part counts it; a host sends the command that loads or clears "
             "it: bench.host(x).send(...)"
         )
@@ -182,8 +182,7 @@ class OneAxis(Face):
         return deviation(self.motor, motion.ideal)
 
     def _window(self, start: Time | None, stop: Time | None) -> tuple[int, int]:
-        now = self.kernel.now
-        return 0 if start is None else moment(start), now if stop is None else min(moment(stop), now)
+        return window(start, stop, self.kernel.now)
 
     def parameters(self) -> Parameters:
         """Return what a plot names, as it was in force in the latest motion; empty before there was one.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import ClassVar
 
-from ..errors import UsageError, WiringError
+from ..errors import NoSuchAttribute, UsageError, WiringError
 from .instead import Face, missing
 from .net import Bus, Driver, Net
 from .table import Pin
@@ -136,7 +136,7 @@ class Terminal(Face):
     @level.setter
     def level(self, level: int | None) -> None:
         what = "release()" if level is None else f"drive({level!r})"
-        raise AttributeError(f"{self.name}: level cannot be set, it is what the wire shows; write pin.{what}")
+        raise NoSuchAttribute(f"{self.name}: level cannot be set, it is what the wire shows; write pin.{what}")
 
     def drive(self, level: int, at: Time | None = None) -> None:
         """Drive the pin to 0 or 1 from outside, now or at an instant.
