@@ -67,4 +67,18 @@ __all__ = [
     "write_image",
 ]
 
-__getattr__, __dir__ = lazily(globals(), _FROM)
+
+def _instead(name: str) -> str:
+    """What there is instead of a name that there is not: a chip, or a name like it."""
+    from .core.near import hint
+
+    if any(map(str.isdigit, name)):
+        from .chips import CATALOGUE
+
+        for part in CATALOGUE.ours:
+            if part.replace("-", "") == name.lower().replace("_", ""):
+                return f'; a chip is put on a bench: slewline.Bench().add("{part}")'
+    return hint(name, __all__)
+
+
+__getattr__, __dir__ = lazily(globals(), _FROM, _instead)

@@ -44,6 +44,10 @@ class UnknownName(SlewlineError, KeyError):
         return str(self.args[0]) if self.args else ""
 
 
+class NoSuchAttribute(SlewlineError, AttributeError):
+    """A name that an object has not, or that cannot be set; the message says what there is instead."""
+
+
 class WiringError(SlewlineError, ValueError):
     """Pins that cannot be connected as asked."""
 

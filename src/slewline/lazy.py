@@ -8,19 +8,21 @@ from typing import Any
 
 
 def lazily(
-    module: dict[str, Any], places: Mapping[str, Sequence[str]]
+    module: dict[str, Any], places: Mapping[str, Sequence[str]], instead: Callable[[str], str] = lambda _: ""
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """Return `__getattr__` and `__dir__` of a module that exports names of others.
 
     Args:
         module: its `globals()`; a name that has been asked for stays there.
         places: the names, by the module of slewline that has them: {"core.chip": ("Chip", "Finding")}.
+        instead: returns what is there instead of a name, "; ...", or "".
     """
     where = {name: place for place, names in places.items() for name in names}
 
     def __getattr__(name: str) -> Any:
         if name not in where:
-            raise AttributeError(f"module {module['__name__']!r} has no attribute {name!r}")
+            remedy = "" if name.startswith("_") else instead(name)
+            raise AttributeError(f"module {module['__name__']!r} has no attribute {name!r}{remedy}")
         module[name] = value = getattr(import_module(f"slewline.{where[name]}"), name)
         return value
 

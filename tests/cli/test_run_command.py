@@ -366,8 +366,8 @@ def test_what_a_timescale_hides_is_told(call, five):
         ("--vcd x.vcd --timescale 5ns", "timescale '5ns': allowed 1 ps, 10 ps"),
         ("--vcd x.vcd --pins a,,b", "give names of pins with commas between"),
         ("--vcd x.vcd --pins puls", "has no pin 'puls'; its pins: "),
-        ("--vcd x.gtkw --layout", "the layout beside it would have the same name"),
-        ("--vcd x.vcd --layout --steps x.sucl", "x.sucl: this command uses that file already"),
+        ("--vcd x.gtkw --layout", "x.gtkw: give a name that ends in .vcd"),
+        ("--vcd x.vcd --layout --json x.sucl", "x.sucl: this command uses that file already"),
         ("--vcd x.vcd --vcd-buses bytes", "'bytes' is not one of"),
     ],
 )

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from copy import copy, deepcopy
 from fractions import Fraction
+from pickle import dumps, loads
 from random import Random
 
 import numpy as np
@@ -122,10 +124,23 @@ def test_a_question_about_the_past_takes_any_instant_and_many_of_them():
 
 
 def test_seconds_read_well_and_are_a_number():
-    now = Seconds(0.1707683)
+    now = Seconds(170_768_300_000)
     assert f"{now}" == str(now) == "0.170768 s"
     assert (f"{now:.3f}", float(now) < 0.171, now * 1000) == ("0.171", True, 170.7683)
-    assert str(Seconds(36000.0)) == "36000.000000 s"
+    assert str(Seconds(36000 * 10**12)) == "36000.000000 s"
+    assert [each.ps for each in (now, copy(now), deepcopy(now), loads(dumps(now)))] == [170_768_300_000] * 4
+
+
+def test_the_seconds_of_a_bench_are_a_time_like_any_other_and_another_float_is_not():
+    late = Seconds(9_007_199_254_740_993_001)  # more than a float can hold
+    assert (picoseconds(late), moment(late), moments(late)) == (late.ps,) * 3
+    assert moments([late, "1 ns"]).tolist() == [late.ps, 1000]
+    assert picoseconds(Seconds(5)) == 5  # it is no bare number
+    for wrong in (late + 0.5, 0.5, float(late)):
+        with pytest.raises(TimeError, match=r"bench\.now, or an int of picoseconds; a float would be rounded"):
+            picoseconds(wrong)
+    with pytest.raises(TimeError, match=r"expected text such as '0\.25 s'"):
+        picoseconds(0.25)
 
 
 @pytest.mark.parametrize("text", ["11", "11 MH", "3.5795455 MHz", "fast", 11e6, True])

@@ -163,7 +163,7 @@ def test_numbers_and_instants_may_come_out_of_arrays(moving):
 def test_what_steps_cannot_be_compared_with(gs_c200s, what):
     with pytest.raises(UsageError, match="expected how many, their instants, or the steps of another run"):
         gs_c200s.assert_steps(what)
-    with pytest.raises(UsageError, match=r"assert_steps\(<.*Controller.*such as other\.chip\.steps\(\)"):
+    with pytest.raises(UsageError, match=r"assert_steps\(<gs-c200s on url: .*such as other\.chip\.steps\(\)"):
         gs_c200s.assert_steps(gs_c200s)
 
 

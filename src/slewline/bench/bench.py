@@ -10,11 +10,13 @@ bench.run_until_idle()
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
+from ..chips import CATALOGUE as CHIPS
+from ..core.instead import missing
 from ..core.net import Net
 from ..core.pin import Condition
-from ..core.timebase import PS_PER_S, Seconds, Time, picoseconds, readable
+from ..core.timebase import Seconds, Time, picoseconds, readable
 from ..errors import Timeout, UsageError
 from ..parts.caller import Caller
 from .hosting import Hosted
@@ -43,6 +45,13 @@ class Bench(Hosted, TimingDiagrams):
         BenchFileError: the journal cannot be written, or something else than a journal stands there.
     """
 
+    for_users: ClassVar[tuple[str, ...]] = (
+        *("add", "host", "part", "wire", "pin", "chips", "parts", "run", "run_to", "run_until", "run_until_idle", "at"),
+        *("now", "now_ps", "findings", "quantity", "until", "until_idle", "wait", "connect", "place", "catch_up"),
+        *("record", "edges", "plot", "figure", "show", "readings", "timing", "timing_figure", "intervals"),
+        *("check_timing", "save_vcd", "save_csv", "save_steps", "save_npz", "stream_vcd", "journal", "seed", "stores"),
+        *("on_finding", "on_input", "on_commit"),
+    )
     _busy: Chip | Part | None = None  # who was busy when all were asked last
 
     # ------------------------------------------------------------------------------------------------------ running
@@ -53,8 +62,8 @@ class Bench(Hosted, TimingDiagrams):
 
     @property
     def now(self) -> Seconds:
-        """Virtual time now, in seconds: a float that prints as "0.170768 s"."""
-        return Seconds(self.kernel.now / PS_PER_S)
+        """Virtual time now, in seconds: a float that prints as "0.170768 s" and may be given wherever a time is."""
+        return Seconds(self.kernel.now)
 
     def at(self, time: Time, function: Callable[[], object]) -> None:
         """Call a function at an instant, in its first round: everything still reads as it was before.
@@ -98,9 +107,14 @@ class Bench(Hosted, TimingDiagrams):
 
         Raises:
             TimeError: not a time.
-            UsageError: the call comes from within a run.
+            UsageError: the instant is over, or the call comes from within a run.
         """
-        self._run_to(picoseconds(time))
+        ps = picoseconds(time)
+        if ps < self.kernel.now:
+            raise UsageError(
+                f"run_to {readable(ps)}: that is over; it is {readable(self.kernel.now)}, and run() takes a duration"
+            )
+        self._run_to(ps)
 
     def _run_to(self, ps: int) -> None:
         self._begin()
@@ -277,3 +291,28 @@ class Bench(Hosted, TimingDiagrams):
         lines += [f"  {chip.waiting}" for chip in self.chips.values() if not chip.idle or chip.unfinished]
         lines += [f"  {part.waiting}" for part in self.parts.values() if not part.idle]
         return "\n".join(lines)
+
+
+missing(
+    Bench,
+    **{
+        name: f'chips and parts are found by their names: bench["{name}"]'
+        for name in ("x", "y", "z", "motor", "driver")
+    },
+    **{name.replace("-", "_"): f'a chip is put on it: x = bench.add("{name}")' for name in CHIPS.ours},
+    **dict.fromkeys(("send", "command", "write"), "bench.host(x).send(...), of x = bench.add(...)"),
+    **dict.fromkeys(("ask", "query"), "bench.host(x).ask(...), of x = bench.add(...)"),
+    **dict.fromkeys(("add_chip", "chip"), 'bench.add("PART")'),
+    **dict.fromkeys(("add_part", "add_host"), "bench.part(KIND), or bench.host(x)"),
+    **dict.fromkeys(("sleep", "advance", "step", "run_for"), 'bench.run("10 ms")'),
+    **dict.fromkeys(
+        ("wait_until", "run_idle", "until_is_idle"), "bench.run_until(x.reaches(40)) or bench.run_until_idle()"
+    ),
+    **dict.fromkeys(("time", "time_ps", "clock"), "bench.now, or bench.now_ps"),
+    **dict.fromkeys(("save", "export", "write_vcd", "vcd"), 'bench.save_vcd("run.vcd"), save_csv or save_steps'),
+    save_edges='bench.save_csv("edges.csv"), or save_npz("edges.npz")',
+    **dict.fromkeys(("picture", "draw", "savefig", "save_plot"), 'bench.plot("run.svg")'),
+    **dict.fromkeys(("connect_pins", "join", "net"), 'bench.wire("x.run", "y.wait")'),
+    **{name: f"it is a chip's: x.{name}, of x = bench.add(...)" for name in ("position", "steps", "pins")},
+    **dict.fromkeys(("errors", "warnings", "log"), "bench.findings"),
+)

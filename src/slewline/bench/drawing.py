@@ -114,12 +114,24 @@ class Drawing(Recording):
             UnknownName, NotRecorded: as `figure`.
         """
         from ..record.figures import description_of, figure
-        from ..record.pictures import check_suffix, save
+        from ..record.pictures import SUFFIXES, save
+        from ..record.whole_file import check_suffix
 
-        check_suffix(path)
+        check_suffix(path, SUFFIXES)
         contents = self._contents(title, pins, start, stop, axes, parts, runs, over, ideal, cursors, marks)
         picture = figure(contents, width=width, dark=dark)
         save(picture, path, contents.title, description_of(picture), dark)
+
+    def show(self, *args: Any, **options: Any) -> None:
+        """Show what `figure` draws, with its arguments: in a window, or in the notebook; returns when that is closed.
+
+        Raises:
+            UsageError: there is no screen, or as `figure`.
+            UnknownName, NotRecorded: as `figure`.
+        """
+        from ..record.pictures import show
+
+        show(self.figure(*args, **options))
 
     def readings(
         self,
@@ -175,6 +187,8 @@ class Drawing(Recording):
         from ..record.figures import Contents
 
         self.catch_up()
+        if runs is not None and not isinstance(runs, Mapping):
+            raise UsageError(f"runs: {runs!r}; expected benches by name, such as {{'fast': other}}")
         if not self.chips:
             raise UnknownName("the bench has no chip to plot")
         benches = [("", self)] if not runs else [(n, run) for n, run in runs.items() if isinstance(run, Drawing)]
@@ -184,6 +198,11 @@ class Drawing(Recording):
         zero = next(begins[name] for name, bench in benches if bench is self)
         measured = [*self._measured(runs or {}, axes, zero)]
         first, last = self._picture(axes, pins, start, stop, benches, begins, measured)
+        shown = moments_of(cursors)
+        for ps in shown:
+            if not first <= ps <= last:
+                within = f"{readable(first)} to {readable(last)}"
+                raise UsageError(f"cursors: {readable(ps)} lies outside the picture, {within}; give start or stop, too")
         tracks: list[Track] = []
         for name, bench in benches:
             tracks += bench._tracks(axes, parts, name, begins[name], first, last, ideal)
@@ -195,7 +214,7 @@ class Drawing(Recording):
             first,
             last,
             notes=[*self._notes(tracks), *differences(tracks)],
-            cursors=moments_of(cursors),
+            cursors=shown,
             zero_is="from the begin of the motion on" if runs else "",
             marks=marks,
         )
@@ -381,7 +400,7 @@ class Drawing(Recording):
 
         laid = checked(over)
         found: list[Trace] = []
-        shown = list(self.recorded if pins is None else pins)
+        shown = list(self.recorded if pins is None else [pins] if isinstance(pins, str) else pins)
         for pin in [*shown, *(name for name in laid if name not in shown)]:
             if isinstance(pin, Trace):
                 found.append(pin.shifted(-zero).within(first, last))
@@ -407,7 +426,7 @@ class Drawing(Recording):
 
 def moments_of(times: Time | Iterable[Time]) -> list[int]:
     """Return the picoseconds of an instant, or of several."""
-    return [moment(time) for time in ([times] if isinstance(times, str | int) else times)]
+    return [moment(time) for time in ([times] if isinstance(times, Time) else times)]
 
 
 def differences(tracks: Sequence[Track]) -> Iterator[str]:

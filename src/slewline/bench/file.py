@@ -58,7 +58,8 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..chips import chip_class
+from ..chips import CATALOGUE as CHIPS
+from ..chips import chip_class, sheet_of
 from ..core.near import hint
 from ..core.timebase import picoseconds
 from ..errors import BenchFileError, ProgramError, SlewlineError
@@ -76,13 +77,16 @@ if TYPE_CHECKING:
     from ..parts.computer import Computer
     from ..parts.part import Part
 
+UNQUOTED = re.compile(r"\s*([\w.-]+)\s*=\s*([A-Za-z./][^\"'\[\]{}#=]*?)\s*(?:#.*)?")  # key = cy525
 PORTS = ("tcp", "pty", "rfc2217", "serial")
 TIMES = 'a time such as "25 us"; text, because a number with a point would be rounded'
 ALLOWED = {  # by key, or by type
     **dict.fromkeys(("until", "timeout", "delay", "at", "keep"), TIMES),
     "crystal": 'a frequency such as "11 MHz", or whole hertz',
     "level": "0, 1",
-    "straps": "0, 1 for a pin, such as { ascii_binary = 0 }",
+    "tcp": 'HOST:PORT as text, such as "127.0.0.1:4001", or a port of this machine',
+    "rfc2217": 'HOST:PORT as text, such as "127.0.0.1:4001", or a port of this machine',
+    "straps": "0, 1 for a pin",
     "script": "text, or a list of lines",
     "str": "text",
     "int": "a whole number",
@@ -128,13 +132,25 @@ class BenchFile:
         try:
             self.data = tomllib.loads(self.text)
         except (tomllib.TOMLDecodeError, RecursionError) as error:
-            raise BenchFileError(f"{path}: not TOML: {error}") from None
+            raise BenchFileError(f"{path}: not TOML: {error}{self.unquoted(error)}") from None
         try:
             self.tables = convert(self.data, Tables)
         except ValidationError as error:
             raise self.explained(str(error)) from None
 
     # -------------------------------------------------------------------------------------------------- what is wrong
+    def unquoted(self, error: Exception) -> str:
+        """Return the remedy where a value that is no TOML looks like text without quotes; "" where it does not."""
+        at = re.search(r"at line (\d+)", str(error))
+        lines = self.text.splitlines()
+        line = lines[int(at[1]) - 1] if at and int(at[1]) <= len(lines) else ""
+        found = UNQUOTED.fullmatch(line)
+        if found is None:
+            return ""
+        value = {"True": "true", "False": "false"}.get(found[2], f'"{found[2]}"')
+        text = "true and false have small letters" if found[2] in ("True", "False") else "put text in quotes"
+        return f"; {text}: {found[1]} = {value}"
+
     def error(self, place: Place, says: str) -> BenchFileError:
         """Return an error with file, line and key."""
         line = self.line_of(place)
@@ -175,8 +191,24 @@ class BenchFile:
             single = "a single table" if isinstance(found, dict) else repr(found)
             return self.error(place, f"found {single}; write [[{key}]], with two brackets")
         expected = re.findall(r"\w+", (re.match(r"Expected `(.*?)`", says) or [""])[0])[1:]
-        allowed = ALLOWED.get(key) or " or ".join(ALLOWED[kind] for kind in expected if kind in ALLOWED) or says
+        allowed = self.allowed(place, key) or " or ".join(ALLOWED[kind] for kind in expected if kind in ALLOWED) or says
         return self.error(place, f"found {found!r}; allowed {allowed}")
+
+    def allowed(self, place: Place, key: str) -> str:
+        """Return what a key may be, in words; straps by those of the chip at hand."""
+        if "straps" in place:
+            pins = self.straps_of(place[:2])
+            return f"0, 1 for a pin, such as {{ {pins[0]} = 0 }}; its inputs: {', '.join(pins)}" if pins else ""
+        return ALLOWED.get(key, "")
+
+    def straps_of(self, place: Place) -> list[str]:
+        """Return the inputs of the chip of a table, those first that set the rate of its line."""
+        part = self.value(place).get("part", "") if len(place) == 2 else ""
+        if part not in CHIPS.ours:
+            return []
+        sheet = sheet_of(part)
+        inputs = [row.name for row in sheet.pins if row.way in ("in", "both")]
+        return list(dict.fromkeys([*sheet.plain, *sheet.fastest, *inputs]))
 
     def value(self, place: Place) -> Any:
         """Return what stands at a place."""
@@ -327,7 +359,8 @@ class BenchFile:
             ports = [(kind, where) for kind in PORTS if (where := getattr(table, kind)) is not None]
             if len(ports) != 1:
                 raise self.error(("serve", number), f"found {len(ports)} ports; give one of {', '.join(PORTS)}")
-            found.append(Served(number, chips, *ports[0], table.framing, table.over))
+            kind, where = ports[0]
+            found.append(Served(number, chips, kind, str(where), table.framing, table.over))
         return found
 
     def wire(self, bench: Bench) -> None:

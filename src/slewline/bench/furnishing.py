@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from itertools import chain, count
 from random import Random
 from typing import TYPE_CHECKING, Any
@@ -15,13 +15,14 @@ from ..core.kernel import Kernel
 from ..core.near import hint
 from ..core.net import Bus, Net
 from ..core.pin import Terminal
-from ..core.timebase import Time, hertz
+from ..core.timebase import Time, hertz, readable
 from ..errors import UnknownName, UsageError, WiringError
 from ..parts import CATALOGUE as PARTS
 from ..parts import make_part, part_class
 from ..parts.part import Part
 from .by_name import adds, makes
 from .drawing import Drawing
+from .images import image_given
 from .wiring import as_needed, joints
 
 if TYPE_CHECKING:
@@ -30,6 +31,9 @@ if TYPE_CHECKING:
     from ..core.shaft import Shaft
     from ..core.table import Sheet
     from .journal import Journal
+
+
+SHOWN = 8  # chips and parts in the text of a bench
 
 
 class Furnished(Drawing):
@@ -151,6 +155,8 @@ class Furnished(Drawing):
         neighbour = None if to is None else self._there(to)
         if self.stores is not None and cls.keeps:
             options.setdefault("store", self.stores(name))
+        if "image" in options:
+            options["image"] = image_given(name, options["image"])
         part = make_part(cls, self.kernel, name, options, **self._mounted(kind, cls.sits, name, on))
         pairs = [] if neighbour is None else joints(kind, part, neighbour)
         lists = (bytes, bytearray, set, frozenset)
@@ -241,6 +247,19 @@ class Furnished(Drawing):
             raise UsageError(f"the bench has a {name!r} already; names are unique")
         return name
 
+    def __contains__(self, name: object) -> bool:
+        return any(name in owners for owners in (self.chips, self.parts))
+
+    def __iter__(self) -> Iterator[str]:
+        """The names of chips and parts, in the order in which they came."""
+        return iter([*self.chips, *self.parts])
+
+    def __repr__(self) -> str:
+        names = [f"{chip.name} ({chip.sheet.part})" for chip in self.chips.values()] + [*self.parts]
+        if len(names) > SHOWN:
+            names[SHOWN:] = [f"{len(names) - SHOWN} more"]
+        return f"<Bench: {', '.join(names) or 'empty'}; {readable(self.kernel.now)}>"
+
     def __getitem__(self, name: str) -> Chip | Part:
         """A chip or part by name."""
         for owners in (self.chips, self.parts):
@@ -257,8 +276,13 @@ class Furnished(Drawing):
         """
         owner, dot, pin = name.partition(".") if isinstance(name, str) else (repr(name), "", "")
         if not dot:
-            raise UnknownName(f"pin {name!r}: give owner and pin, for example 'x.slew'")
+            raise UnknownName(f"pin {name!r}: give owner and pin, such as {self._pin_like(name)!r}")
         return self[owner].pin(pin)
+
+    def _pin_like(self, name: str) -> str:
+        """The full name of a pin of this bench that is called so, or of any."""
+        pins = [f"{owner.name}.{pin}" for owner in self._owners() for pin in owner.pins]
+        return next((full for full in pins if full.endswith(f".{name}")), next(iter(pins), "x.slew"))
 
     # ------------------------------------------------------------------------------------------------------- wiring
     def wire(self, a: str, b: str, invert: bool = False) -> None:
@@ -271,6 +295,8 @@ class Furnished(Drawing):
             WiringError: a bus and a single pin, or a pin that carries no signal.
         """
         one, two = self._net(a), self._net(b)
+        if one is two:
+            raise WiringError(f"wire {a} to {b}: that is one and the same; give two pins")
         if isinstance(one, Bus) != isinstance(two, Bus):
             raise WiringError(f"wire {a} to {b}: a bus of eight wires does not fit a single pin; wire bus to bus")
         self.outside.tell("wire", a=a, b=b, invert=invert)
@@ -319,5 +345,6 @@ def crystal_for(sheet: Sheet, crystal: str | int) -> int:
         raise UsageError(
             f"crystal {crystal!r}: {sheet.part.upper()} takes {sheet.crystal_low_hz / 1e6:g} to "
             f"{sheet.crystal_high_hz / 1e6:g} MHz (up to {high / 1e6:g} with a finding); {sheet.manual}"
+            + (f"; a bare number is hertz: write '{hz} MHz'" if low <= hz * 10**6 <= high else "")
         )
     return hz

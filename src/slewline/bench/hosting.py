@@ -93,6 +93,7 @@ class Hosted(Furnished):
         """A host that sends packets over a bus, which its chips share."""
         from ..parts.packet_host import PacketHost
 
+        self._alone(PacketHost, chips)
         return self._on_bus(PacketHost, chips, channel, name, delay, asked)
 
     def _flow_host(
@@ -112,9 +113,17 @@ class Hosted(Furnished):
         if len(chips) > 1:
             names = ", ".join(chip.name for chip in chips)
             raise UsageError(f"host: {names} over one {kind.__name__}; such a chip has a host of its own")
+        self._alone(kind, chips)
+
+    def _alone(self, kind: type[Computer], chips: Sequence[Chip]) -> None:
+        """Refuse a second host where there is one."""
         for other in self.parts.values():
-            if isinstance(other, kind) and chips[0].name in other.chips:
-                raise WiringError(f"host: {other.name} is on this side of {chips[0].name} already; one host a side")
+            taken = [chip.name for chip in chips if isinstance(other, kind) and chip.name in other.chips]
+            if taken:
+                raise WiringError(
+                    f"host: {other.name} is on this side of {', '.join(taken)} already; one host a side: use "
+                    f"bench[{other.name!r}]"
+                )
 
     def _adaptive_host(
         self,
@@ -197,7 +206,14 @@ class Hosted(Furnished):
         return host
 
     def connect(self, connector: Part, chips: Sequence[Chip]) -> None:
-        """Wire a serial connector to modules on one line; several need the pull-down of the last one."""
+        """Wire a serial connector to modules on one line; several need the pull-down of the last one.
+
+        Raises:
+            UsageError: no part, or no list of chips.
+        """
+        if not isinstance(connector, Part) or not all(isinstance(chip, Chip) for chip in chips):
+            pins = f"; pins are joined by bench.wire({connector!r}, {chips!r})" if isinstance(connector, str) else ""
+            raise UsageError(f"connect({connector!r}, {chips!r}): expected a part and a list of chips, [x, y]{pins}")
         self.outside.tell("connect", part=connector.name, chips=[chip.name for chip in chips])
         self._connect(connector, [chip for chip in chips if chip.sheet.channel(SerialLine) is not None])
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from os import PathLike
+from os.path import isfile
+from typing import Any
 
-from ..core.image import LARGEST, from_file, from_hex, to_hex
+from ..core.image import HEX, LARGEST, check_text, from_file, from_hex, named_file, to_hex
 from ..errors import UsageError
 from .text import read_file
-
-HEX = (".hex", ".ihx", ".ihex")  # endings of Intel HEX; any other name gets the bytes themselves
 
 
 def read_image(path: str | PathLike[str]) -> bytes:
@@ -21,6 +21,21 @@ def read_image(path: str | PathLike[str]) -> bytes:
     if str(path).lower().endswith(HEX):
         return from_hex(data.decode("latin-1"), str(path))
     return from_file(data, str(path))
+
+
+def image_given(owner: str, image: Any) -> Any:
+    """Return an image as it is given to a part: that in a file, of a `Path`; anything else as it is.
+
+    Raises:
+        UsageError: text that is the name of a file, and would be taken for the content itself.
+        BenchFileError: the file cannot be read.
+    """
+    if isinstance(image, PathLike):
+        return read_image(image)
+    check_text(owner, image)
+    if isinstance(image, str) and isfile(image):
+        raise named_file(owner, image)
+    return image
 
 
 def as_image_file(path: str | PathLike[str], image: bytes) -> bytes:

@@ -7,11 +7,12 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from ..core.chip import Chip
+from ..core.instead import Face
 from ..core.kernel import Kernel
 from ..core.net import Bus, Net
 from ..core.one_axis import OneAxis
 from ..core.pin import Terminal
-from ..core.timebase import Time, moment, picoseconds
+from ..core.timebase import Time, picoseconds, window
 from ..errors import NotRecorded, UnknownName, UsageError
 from ..parts.part import Part
 from .curves import attached, quantity_of
@@ -29,10 +30,12 @@ if TYPE_CHECKING:
 
     FilePath = str | Path
 
+VCD, CSV, NPZ = (".vcd",), (".csv",), (".npz",)  # endings of files
+STEPS = (*CSV, *NPZ)
 SLICE_PS = 100_000_000_000  # while a VCD file is streamed, time passes in slices of 100 ms
 
 
-class Recording:
+class Recording(Face):
     """The recording half of a bench."""
 
     chips: dict[str, Chip]
@@ -138,10 +141,7 @@ class Recording:
         return quantity_of(self.chips, self.parts, name)
 
     def _window(self, start: Time | None, stop: Time | None) -> tuple[int, int]:
-        return (
-            0 if start is None else moment(start),
-            self.kernel.now if stop is None else min(moment(stop), self.kernel.now),
-        )
+        return window(start, stop, self.kernel.now)
 
     def _window_of(self, nets: Mapping[str, Net | Terminal], start: Time | None, stop: Time | None) -> tuple[int, int]:
         """A window that recorded nets can be asked about: without `start`, as far back as all of them go."""
@@ -155,7 +155,8 @@ class Recording:
             if not self.recorded:
                 raise NotRecorded("nothing is recorded; call bench.record() before time passes")
             return dict(self.recorded)
-        return {name: self.recorded[name] if name in self.recorded else self._recorded_wire(name) for name in pins}
+        names = [pins] if isinstance(pins, str) else pins
+        return {name: self.recorded[name] if name in self.recorded else self._recorded_wire(name) for name in names}
 
     def _recorded_wire(self, name: str) -> Net | Terminal:
         """A wire of a bus that is recorded as a whole.
@@ -250,8 +251,10 @@ class Recording:
     def _vcd_options(
         self, path: FilePath, nets: Mapping[str, Probe], buses: Buses, values: bool, layout: bool
     ) -> dict[str, Any]:
+        from ..record.whole_file import check_suffix
         from .waveforms import chips_of, comments_of, values_of
 
+        check_suffix(path, VCD, bare=True)
         self.catch_up()
         if layout:
             from ..record.layouts import layout_paths
@@ -285,22 +288,53 @@ class Recording:
             UsageError: the path cannot be written.
         """
         from ..record.export_csv import save_edges
+        from ..record.whole_file import check_suffix
 
+        check_suffix(path, CSV, bare=True)
         self.catch_up()
         nets = self._chosen(pins)
         save_edges(path, nets, self.recorder, *self._window_of(nets, start, stop))
 
     def save_steps(self, path: FilePath, start: Time | None = None, stop: Time | None = None) -> None:
-        """Write the steps of all chips as CSV: time_ps, chip, axis, direction, position.
+        """Write the steps of all chips as CSV (time_ps, chip, axis, direction, position), or as arrays: .npz.
 
         Raises:
-            UsageError: the path cannot be written.
+            UsageError: a name with another ending, or a path that cannot be written.
         """
-        from ..record.export_csv import save_steps
+        from ..record.whole_file import check_suffix
 
+        check_suffix(path, STEPS, bare=True)
         self.catch_up()
         first, last = self._window(start, stop)
-        save_steps(path, [(chip.name, n, axis.steps(first, last)) for chip, n, axis in self._chip_axes()])
+        steps = [(chip.name, n, axis.steps(first, last)) for chip, n, axis in self._chip_axes()]
+        if str(path).lower().endswith(NPZ):
+            from ..record.export_npz import save_npz, step_columns
+
+            save_npz(path, step_columns(steps))
+        else:
+            from ..record.export_csv import save_steps
+
+            save_steps(path, steps)
+
+    def save_npz(
+        self, path: FilePath, pins: Sequence[str] | None = None, start: Time | None = None, stop: Time | None = None
+    ) -> None:
+        """Write the changes of recorded pins, and all steps, as arrays: `numpy.load(path)["x.slew.times_ps"]`.
+
+        Raises:
+            UnknownName: no such pin.
+            NotRecorded: a pin is not recorded, or no longer that far back.
+            UsageError: a name that does not end in .npz, or a path that cannot be written.
+        """
+        from ..record.export_npz import edge_columns, save_npz, step_columns
+        from ..record.whole_file import check_suffix
+
+        check_suffix(path, NPZ)
+        self.catch_up()
+        nets = self._chosen(pins) if pins is not None or self.recorded else {}
+        first, last = self._window_of(nets, start, stop)
+        steps = [(chip.name, n, axis.steps(first, last)) for chip, n, axis in self._chip_axes()]
+        save_npz(path, {**edge_columns(nets, self.recorder, first, last), **step_columns(steps)})
 
     def _named(self) -> str:
         """The chips and their parts: the title of a picture that has none of its own."""

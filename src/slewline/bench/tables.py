@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Literal
 
-from ..core.timebase import Time
 from ..errors import SlewlineError
 from ..extras import needs
 
@@ -18,6 +17,7 @@ except ImportError:
 __all__ = ["Place", "Tables", "ValidationError", "convert", "keys_of"]
 
 Level = Literal[0, 1]
+Written = str | int  # a time as a file has it
 Place = Sequence[str | int]  # ("chip", 0, "crystal")
 
 
@@ -29,8 +29,8 @@ class BenchTable(Table, frozen=True):
     """The table [bench]."""
 
     seed: int = 0
-    until: Time | None = None
-    timeout: Time = "60 s"
+    until: Written | None = None
+    timeout: Written = "60 s"
 
 
 class ChipTable(Table, frozen=True):
@@ -57,7 +57,7 @@ class HostTable(Table, frozen=True):
 
     chips: list[str] = []
     name: str | None = None
-    delay: Time = 0
+    delay: Written = 0
     baud: int | None = None
     over: str | None = None
     script: str | list[str] | None = None
@@ -68,9 +68,9 @@ class ServeTable(Table, frozen=True):
     """The table [[serve]]."""
 
     chips: list[str] = []
-    tcp: str | None = None
+    tcp: str | int | None = None
     pty: str | None = None
-    rfc2217: str | None = None
+    rfc2217: str | int | None = None
     serial: str | None = None
     framing: bool = False
     over: str | None = None
@@ -81,14 +81,14 @@ class DriveTable(Table, frozen=True):
 
     pin: str
     level: Level
-    at: Time = 0
+    at: Written = 0
 
 
 class RecordTable(Table, frozen=True):
     """The table [[record]]."""
 
     pins: list[str] = []
-    keep: Time | None = None
+    keep: Written | None = None
 
 
 class Tables(Table, frozen=True):

@@ -62,10 +62,11 @@ class TimingDiagrams(Recording):
                 cannot be written.
             NotRecorded: nothing is recorded, or not this pin.
         """
-        from ..record.pictures import check_suffix, save
+        from ..record.pictures import SUFFIXES, save
         from ..record.timing import draw
+        from ..record.whole_file import check_suffix
 
-        check_suffix(path)
+        check_suffix(path, SUFFIXES)
         diagram = self._diagram(pins, start, stop, between, causes, title, over, names, decode, quiet)
         save(draw(diagram, width, dark), path, diagram.title, diagram.description, dark)
         return list(diagram.measured)

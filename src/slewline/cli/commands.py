@@ -7,11 +7,16 @@ from typing import Any
 import click
 
 from . import completion
+from .kinds import Commands, Guided
 from .options import DIRECTORY, FILE, Drive, Frequency, Names, Part, Setting, Strap, TimeWithUnit, look_here
 
 EXIT = "Exit status: 0 all is well, 1 a problem was found or time ran out, 2 wrong use."
 CHIP = click.option(
-    "--chip", type=Part(), metavar="CHIP", help="The part; else the ending of FILE says it, as .cy525 does."
+    "--chip",
+    type=Part(),
+    is_eager=True,
+    metavar="CHIP",
+    help="The part; else the ending of FILE says it, as .cy525 does.",
 )
 ALLOW_CODE = click.option(
     "--allow-code",
@@ -27,7 +32,9 @@ OPTIONS = click.option(
 JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON instead.")
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110}, epilog=EXIT)
+@click.group(
+    cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110}, epilog=EXIT
+)
 @click.version_option(package_name="slewline")
 def cli() -> None:
     """Programmable stepper motor controllers, as software.
@@ -39,20 +46,8 @@ def cli() -> None:
     """
 
 
-class Guided(click.Command):
-    """A command whose help ends with the guide to run scripts."""
-
-    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the docstring of the script module, as it stands, and the exit status."""
-        from ..bench import script
-
-        formatter.write_paragraph()
-        formatter.write((script.__doc__ or "") + "\n")
-        super().format_epilog(ctx, formatter)
-
-
 @cli.command("run", cls=Guided, short_help="Run a program, or a bench file of several chips and parts.", epilog=EXIT)
-@click.argument("file", required=False, type=FILE)
+@click.argument("file", required=False, type=FILE, is_eager=True)  # other options speak of its chip
 @CHIP
 @click.option("--crystal", type=Frequency(), help="Such as '11 MHz'; the chip's own by default.")
 @click.option("--over", metavar="CHANNEL", help="The side of a chip that has two, such as serial.")
@@ -207,6 +202,8 @@ def ramp_command(**options: Any) -> int:
     (GS-C); SET_VEL, SET_ACC, SET_START_VEL and output, or profile=s-curve with SET_VEL, SET_MAX_ACC, SET_JERK and
     output (MC1451A family).  Try: slewline ramp cy525 F=3 R=127 S=200
 
+    A list of values, S=1,100,200, compares ramps; --plot draws them in one picture.
+
     A number is what the command takes; "SET_VEL=12345 steps/s" or "R=6000 steps/s" is the nearest to a rate, and
     "SET_ACC=20000 steps/s2" to an acceleration.  With --time, --accel or --steps these may be left out: S and Z, R,
     SET_ACC, one of SET_MAX_ACC and SET_JERK.  The nearest of all ramps that they can give are listed, the slower first
@@ -273,7 +270,7 @@ def chips_command(**options: Any) -> int:
 
 
 @cli.command("serve", short_help="Chips on ports, for host software that knows nothing of this.", epilog=EXIT)
-@click.argument("chip", type=Part(), required=False)
+@click.argument("chip", type=Part(), required=False, is_eager=True)
 @click.option(
     "--bench",
     metavar="FILE",
@@ -348,6 +345,18 @@ def serve_command(**options: Any) -> int:
     from .serve import Serve
 
     return Serve(**options).perform()
+
+
+@cli.command("help", hidden=True)
+@click.argument("command", required=False)
+@click.pass_context
+def help_command(ctx: click.Context, command: str | None) -> int:
+    """Print the help of a command, or of all."""
+    assert ctx.parent is not None
+    if command is None:
+        click.echo(ctx.parent.get_help())
+        return 0
+    return int(cli.main([command, "--help"], prog_name="slewline", standalone_mode=False) or 0)
 
 
 @cli.command("demo", short_help="The welding machine of the CY525 manual.", epilog=EXIT)

@@ -106,18 +106,18 @@ class Outputs:
         self.written: list[str] = []
         self._part: tuple[str, Path] | None = None
 
-    def claim(self, path: str | None, endings: tuple[str, ...] = ()) -> str | None:
-        """Check that a file can be written.
+    def claim(self, path: str | None, endings: tuple[str, ...] = (), bare: bool = False) -> str | None:
+        """Check that a file can be written, under a name that has one of these endings; `bare`: or none.
 
         Raises:
             UsageError: it cannot; or it is an input, or claimed already.
         """
-        from ..record.whole_file import WholeFile
+        from ..record.whole_file import WholeFile, check_suffix
 
         if path is None or path == STDIN:
             return path
-        if endings and Path(path).suffix.lower() not in endings:
-            raise UsageError(f"{path}: give a name that ends in {', '.join(endings[:-1])} or {endings[-1]}")
+        if endings:
+            check_suffix(path, endings, bare=bare)
         real = os.path.realpath(path)
         if real in self.taken:
             raise UsageError(f"{path}: this command uses that file already; give every file a name of its own")

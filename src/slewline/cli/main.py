@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 from ..errors import Endless, ProgramError, SlewlineError, Timeout
 from ..extras import needs
+from ..version import __version__
 from . import FOUND, WRONG_USE
 
 
@@ -26,6 +27,9 @@ def invoke(arguments: Sequence[str]) -> int:
     except ModuleNotFoundError as error:
         if error.name != "click":
             raise
+        if list(arguments) == ["--version"]:
+            sys.stdout.write(f"slewline, version {__version__}\n")
+            return 0
         sys.stderr.write(f"slewline: {needs('the command line needs', 'cli')}\n")
         return WRONG_USE
     try:

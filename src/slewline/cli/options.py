@@ -138,7 +138,13 @@ class Strap(click.ParamType[tuple[str, int]]):
             return value
         match = re.fullmatch(r"\s*(\w+)\s*=\s*([01])\s*", value)
         if match is None:
-            self.fail(f"{value!r}: give a pin and its level, such as 'chs=0'", param, ctx)
+            sheet = None if ctx is None else completion.sheet(ctx)
+            pins = [row.name for row in sheet.pins if row.way in ("in", "both")] if sheet is not None else []
+            like = next(
+                iter({**sheet.plain, **sheet.fastest} if sheet is not None else pins), pins[0] if pins else "chs"
+            )
+            there = f"; the inputs of the {sheet.part}: {', '.join(pins)}" if sheet is not None else ""
+            self.fail(f"{value!r}: give a pin and its level, 0 or 1, such as '{like}=0'{there}", param, ctx)
         return match[1], int(match[2])
 
 

@@ -21,6 +21,8 @@ from .transcript import counted
 if TYPE_CHECKING:
     from ..record.tracks import Track
 
+UNREACHED = 10**18  # ps, steps or steps/s^2: more than any ramp has
+MOST_COMPARED = 8  # ramps, of a list of values
 MOST_DRAWN = 5_000_000  # steps
 
 
@@ -43,27 +45,61 @@ def ramp(
     outputs.claim(plot, SUFFIXES)
     fitting = read_options(options, chip) or None
     calculator = ramps_of(chip, fitting)
-    values = named(calculator, parameters)
+    values, *others = several(calculator, parameters)
     wanted = {"time_ps": time, "acceleration_sps2": accel, "steps": steps}
     goal = {name: value for name, value in wanted.items() if value is not None}
+    if goal and others:
+        raise UsageError("a list of values is compared as it is; leave out --time, --accel and --steps, or the list")
     if goal:
         found = nearest(chip, crystal, best, wanted, values, fitting)
     else:
-        found = [ramp_of(chip, crystal=crystal, options=fitting, **values)]
+        found = [ramp_of(chip, crystal=crystal, options=fitting, **each) for each in (values, *others)]
     moves = [None if distance is None else each.move(distance) for each in found]
-    outputs.save(plot, lambda path: draw(path, calculator, found[0], moves[0]))
+    outputs.save(plot, lambda path: draw(path, calculator, found[: len(others) + 1], moves))
     free = [name for name in found[0].values if calculator.quantity(name).free and name not in values]
     if as_json:
         objects = [ramp_object(each, move, table) for each, move in zip(found, moves, strict=True)]
         head = {"chip": calculator.sheet.part, "crystal_hz": crystal_hz(calculator, found[0])}
-        print_json(head | ({"wanted": goal, "free": free, "found": objects} if goal else objects[0]))
+        one = {"wanted": goal, "free": free, "found": objects} if goal else {"ramps": objects} if others else objects[0]
+        print_json(head | one)
         return 0
-    lines = [*(list_of(calculator, found, free) if goal else summary(calculator, found[0])), *move_line(moves[0])]
-    for line in (*lines, *(table_of(calculator, found[0]) if table else ())):
+    if goal:
+        lines = [*list_of(calculator, found, free), *move_line(moves[0])]
+        lines += [*(table_of(calculator, found[0]) if table else ())]
+        lines += bound(chip, crystal, wanted, values, fitting, found)
+    else:
+        lines = []
+        for each, move in zip(found, moves, strict=True):
+            lines += [*summary(calculator, each), *move_line(move), *(table_of(calculator, each) if table else ())]
+    for line in lines:
         click.echo(line)
     for path in outputs.written:
         click.echo(f"wrote {path}")
     return 0
+
+
+def bound(
+    chip: str,
+    crystal: str | None,
+    wanted: Mapping[str, float | None],
+    values: Mapping[str, str],
+    options: Mapping[str, Any] | None,
+    found: Sequence[Ramp],
+) -> Iterator[str]:
+    """Yield a line that says so, where no ramp has as little, or as much, as is wanted."""
+    name, goal = next((name, value) for name, value in wanted.items() if value is not None)
+    has = [getattr(each, {"acceleration_sps2": "acceleration"}.get(name, name)) for each in found]
+    if min(has) <= goal <= max(has):
+        return
+    least, most = {
+        "time_ps": ("shorter", "longer"), "acceleration_sps2": ("slower", "steeper"), "steps": ("shorter", "longer"),
+    }[name]  # fmt: skip
+    end, word = (1, least) if min(has) > goal else (UNREACHED, most)
+    (last,) = nearest(chip, crystal, 1, {each: end if each == name else None for each in wanted}, values, options)
+    value = getattr(last, {"acceleration_sps2": "acceleration"}.get(name, name))
+    if (value > goal) == (word == least):
+        unit = {"acceleration_sps2": " steps/s²", "steps": " steps"}.get(name, "")
+        yield f"none is {word} than {readable(value) if name == 'time_ps' else number(value)}{unit}"
 
 
 def nearest(
@@ -79,6 +115,24 @@ def nearest(
     duration = None if time is None else f"{time} ps"  # a bare number below 1000 would be refused
     goal = {"time": duration, "acceleration": accel, "steps": steps}
     return find_ramps(chip, crystal=crystal, count=best, options=options, **goal, **values)  # type: ignore[arg-type]
+
+
+def several(calculator: Calculator, parameters: Sequence[str]) -> list[dict[str, str]]:
+    """Return the parameters of every ramp that is asked for: several where one of them has a list, S=1,100,200.
+
+    Raises:
+        UnknownName: no such parameter.
+        UsageError: no NAME=VALUE, a name twice, two lists, or too long a one.
+    """
+    values = named(calculator, parameters)
+    lists = {name: text.split(",") for name, text in values.items() if "," in text}
+    if len(lists) > 1:
+        raise UsageError(f"{' and '.join(lists)}: lists of values; give one of them, and the others a value each")
+    for name, texts in lists.items():
+        if len(texts) > MOST_COMPARED:
+            raise UsageError(f"{name}: {len(texts)} values; allowed {MOST_COMPARED}")
+        return [{**values, name: text.strip()} for text in texts]
+    return [values]
 
 
 def named(calculator: Calculator, parameters: Iterable[str]) -> dict[str, str]:
@@ -107,7 +161,9 @@ def summary(calculator: Calculator, ramp: Ramp) -> Iterator[str]:
     yield f"{head(calculator, ramp)}: {', '.join(f'{name} {value}' for name, value in told.items())}"
     yield f"rates         {number(ramp.start)} to {number(ramp.top)} steps/s"
     if not ramp.time_ps:
-        yield "ramp          none"
+        rates = [f"{q.name} {ramp.values[q.name]}" for q in calculator.quantities if q.per_s and q.name in ramp.values]
+        above = ramp.top > ramp.start
+        yield "ramp          none" + ("" if above else f": the rate is not above the first one ({', '.join(rates)})")
     else:
         yield f"ramp          {readable(ramp.time_ps)}, {number(ramp.steps)} step{'' if ramp.steps == 1 else 's'}"
         yield f"acceleration  {accelerations(ramp)}"
@@ -216,8 +272,8 @@ def exact(value: float) -> float:
 
 
 # -------------------------------------------------------------------------------------------------------------- picture
-def draw(path: str, calculator: Calculator, ramp: Ramp, move: Move | None) -> None:
-    """Draw a move: the one that is asked for, or the shortest one that reaches the rate.
+def draw(path: str, calculator: Calculator, ramps: Sequence[Ramp], moves: Sequence[Move | None]) -> None:
+    """Draw a move of every ramp: the one that is asked for, or the shortest one that reaches the rate.
 
     Raises:
         UsageError: no move reaches the rate, or one of too many steps.
@@ -226,6 +282,32 @@ def draw(path: str, calculator: Calculator, ramp: Ramp, move: Move | None) -> No
     from ..record.pictures import save
     from ..record.style import grouped
 
+    reached = [ramp.reached_from for ramp in ramps]
+    longest = max((steps for steps in reached if steps is not None), default=0)
+    if len(ramps) > 1 and None not in reached:  # of ramps that are compared, moves of the same distance
+        moves = [ramp.move(longest) if move is None else move for ramp, move in zip(ramps, moves, strict=True)]
+    drawn = [drawable(path, ramp, move) for ramp, move in zip(ramps, moves, strict=False)]
+    told = [{name: grouped(value) for name, value in calculator.told(ramp.values).items()} for ramp in ramps]
+    alike = [name for name, value in told[0].items() if all(each.get(name) == value for each in told)]
+    note = ", ".join(f"{name} = {told[0][name]}" for name in alike)
+    names = [", ".join(f"{name} = {each[name]}" for name in each if name not in alike) for each in told]
+    steps = ", ".join(dict.fromkeys(grouped(move.steps) for move in drawn))
+    title = f"{head(calculator, ramps[0])}: {steps} step{'s' * (steps != '1')}"
+    called = zip(names, ramps, drawn, strict=True)
+    tracks = [track_of(name or calculator.sheet.part, ramp, move) for name, ramp, move in called]
+    contents = Contents(
+        title, tracks, [], 0, max(move.time_ps for move in drawn), notes=[note] * bool(note), marks=False
+    )
+    picture = figure(contents)
+    save(picture, path, title, description_of(picture))
+
+
+def drawable(path: str, ramp: Ramp, move: Move | None) -> Move:
+    """Return the move of a ramp that is drawn.
+
+    Raises:
+        UsageError: no move reaches the rate, or one of too many steps.
+    """
     if move is None:
         reached = ramp.reached_from
         if reached is None:
@@ -233,14 +315,10 @@ def draw(path: str, calculator: Calculator, ramp: Ramp, move: Move | None) -> No
         move = ramp.move(reached)
     if move.steps > MOST_DRAWN:
         raise UsageError(f"{path}: {move.steps} steps; allowed up to {MOST_DRAWN}; give --distance")
-    told = ", ".join(f"{name} = {grouped(value)}" for name, value in calculator.told(ramp.values).items())
-    title = f"{head(calculator, ramp)}: {grouped(move.steps)} step{'s' * (move.steps != 1)}"
-    contents = Contents(title, [track_of(calculator, ramp, move)], [], 0, move.time_ps, notes=[told], marks=False)
-    picture = figure(contents)
-    save(picture, path, title, description_of(picture))
+    return move
 
 
-def track_of(calculator: Calculator, ramp: Ramp, move: Move) -> Track:
+def track_of(name: str, ramp: Ramp, move: Move) -> Track:
     """Return what an axis does in a move."""
     from ..core.axis import Axis
     from ..core.kernel import Kernel
@@ -256,6 +334,4 @@ def track_of(calculator: Calculator, ramp: Ramp, move: Move) -> Track:
         axis.follow(Playing(train), 1)
     kernel.run(move.time_ps)
     rates = {"top": ramp.top} | ({"start": ramp.start} if ramp.start else {})
-    return Track(
-        calculator.sheet.part, [Velocity(axis), Position(axis)], [MotionStart(0, "", rates)], until=move.time_ps
-    )
+    return Track(name, [Velocity(axis), Position(axis)], [MotionStart(0, "", rates)], until=move.time_ps)

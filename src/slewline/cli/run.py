@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..bench.recording import STEPS, VCD
 from ..chips import sheet_of
 from ..core.timebase import picoseconds, readable
 from ..errors import ProgramError, Timeout, TornJournal
@@ -86,8 +87,10 @@ class Run:
         """Do it; returns the exit status."""
         self.check_options()
         with Outputs(path for path in (self.file, self.replay, self.memory) if path) as outputs:
-            for path in (self.json, self.steps, self.vcd, self.journal, self.save_memory):
+            for path in (self.json, self.journal, self.save_memory):
                 outputs.claim(path)
+            outputs.claim(self.steps, STEPS, bare=True)
+            outputs.claim(self.vcd, VCD, bare=True)
             for path in self.layouts:
                 outputs.claim(path)
             outputs.claim(self.plot, SUFFIXES)

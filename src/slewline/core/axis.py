@@ -9,13 +9,14 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from operator import attrgetter, itemgetter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple, overload
 
 from ..errors import UsageError
 from .hook import Hook
 from .kernel import Kernel
 from .motions import Mark, Motions, MotionStart
 from .plan import Plan
+from .timebase import readable
 from .train import FEW, Playing, Train
 
 if TYPE_CHECKING:
@@ -23,9 +24,17 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-@dataclass(frozen=True)
+class Step(NamedTuple):
+    """One step: its instant, +1 clockwise or -1 counter-clockwise, and the position behind it."""
+
+    time_ps: int
+    direction: int
+    position: int
+
+
+@dataclass(frozen=True, eq=False)
 class Steps:
-    """Steps of a chip, one element each, in the order of time.
+    """Steps of a chip, one element each, in the order of time; `steps[0]` is a `Step`, `steps[:10]` the first ten.
 
     `times_ps`: instants, (n,) int64 ps; `directions`: (n,) int8, +1 clockwise, -1 counter-clockwise; `positions`: after
     each step, (n,) int64.
@@ -37,6 +46,33 @@ class Steps:
 
     def __len__(self) -> int:
         return len(self.times_ps)
+
+    @overload
+    def __getitem__(self, which: int) -> Step: ...
+    @overload
+    def __getitem__(self, which: slice) -> Steps: ...
+    def __getitem__(self, which: int | slice) -> Step | Steps:
+        times, directions, positions = self.times_ps[which], self.directions[which], self.positions[which]
+        if isinstance(which, slice):
+            return Steps(times, directions, positions)
+        return Step(int(times), int(directions), int(positions))
+
+    __hash__ = None  # type: ignore[assignment]  # arrays can change
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Steps):
+            return NotImplemented
+        names = ("times_ps", "directions", "positions")
+        return all(getattr(self, name).tolist() == getattr(other, name).tolist() for name in names)
+
+    def __repr__(self) -> str:
+        if not len(self):
+            return "<Steps: none>"
+        first, last = self[0], self[-1]
+        between = (
+            f"{readable(first.time_ps)} to {readable(last.time_ps)}, positions {first.position} to {last.position}"
+        )
+        return f"<Steps: {len(self)}, {between}>"
 
 
 @dataclass(slots=True)

@@ -8,24 +8,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar
 
 from ..errors import LONGEST_FINDING, UnknownName, UsageError, shortened
 from .axis import Axis
 from .hook import CommandHook, Hook
 from .inputs import HasInputs
+from .instead import missing
 from .kernel import Kernel, Task
 from .near import hint
 from .net import Bus, Driver, Net
 from .one_axis import OneAxis
 from .option import checked
 from .pin import Condition, Terminal
+from .program import InstructionCondition, ProgramRow
 from .table import Sheet
 from .timebase import Clock, readable
 from .waits import first_of, until
-
-if TYPE_CHECKING:
-    from .program import ProgramRow
 
 PEACE_PS = 10**9  # without a conflict: the next one on that wire is told again
 
@@ -44,32 +43,6 @@ class Finding:
 
     def __str__(self) -> str:
         return f"{readable(self.time_ps)}  {self.source}  {self.code}: {self.text}"
-
-
-class InstructionCondition(Condition):
-    """An instruction of the stored program begins, at an address or at any (None)."""
-
-    def __init__(self, chip: Chip, address: int | None) -> None:
-        if address is not None and (type(address) is not int or address < 0):
-            raise UsageError(f"{chip.name}: instruction at {address!r}; allowed an address, 0 and up, or none for any")
-        self.chip, self.address, self.hit = chip, address, False
-        self.text = f"{chip.name} at {'its next instruction' if address is None else f'instruction {address}'}"
-
-    def begin(self) -> None:
-        """Listen for instructions from now on."""
-        self.hit = False
-        if self.begun not in self.chip.on_instruction.listeners:
-            self.chip.on_instruction.add(self.begun)
-
-    def begun(self, address: int) -> None:
-        """Take notice that the instruction at an address begins."""
-        if self.address in (None, address):
-            self.hit = True
-            self.chip.on_instruction.remove(self.begun)
-
-    def met(self) -> bool:
-        """Return whether the condition holds now."""
-        return self.hit
 
 
 class AxisOfChip(OneAxis):
@@ -99,8 +72,33 @@ class Chip(OneAxis, HasInputs):
     `options` holds every option of the sheet by its name, checked.
     """
 
+    for_users: ClassVar[tuple[str, ...]] = (
+        *(
+            "pin",
+            "pins",
+            "axis",
+            "axes",
+            "sheet",
+            "options",
+            "crystal_hz",
+            "idle",
+            "moving",
+            "waiting",
+            "power",
+            "reset",
+        ),
+        *("findings", "program", "listing", "program_rows", "program_counter", "at_instruction"),
+        *("on_instruction", "on_command", "on_finding", "on_power"),
+    )
     sheet: Sheet
     axes: tuple[Axis, ...]
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        super().__init_subclass__(**keywords)
+        if isinstance(sheet := vars(cls).get("sheet"), Sheet):
+            pins = (row.name for row in sheet.pins if row.way not in ("power", "none"))
+            missing(cls, **{name: f'it is a pin: {{it}}.pin("{name}")' for name in pins})
+            missing(cls, **{row.name: f'it is a register: {{it}}.registers["{row.name}"]' for row in sheet.registers})
 
     def __init__(
         self,
@@ -114,7 +112,7 @@ class Chip(OneAxis, HasInputs):
         **options: Any,
     ) -> None:
         self.kernel, self.name, self.bare = kernel, name, bare
-        self.options = SimpleNamespace(**checked(name, self.sheet.options, options))
+        self.options = SimpleNamespace(**checked(name, self.sheet.options, options, self._beside()))
         self.crystal_hz = crystal_hz or self.sheet.crystal_hz
         self.clock = Clock(self.crystal_hz)
         self.tick = 0  # the chip's own count; every sleep adds to it, so nothing drifts
@@ -128,6 +126,20 @@ class Chip(OneAxis, HasInputs):
         self._waiting: tuple[str, int] = ("nothing yet", 0)
         self._left: list[tuple[str, str]] = []  # what `conclude` has found left over the last time
         self._build_pins(straps or {})
+
+    @classmethod
+    def _beside(cls) -> str:
+        """What a chip is given beside its options, in words."""
+        crystal = "crystal, " if cls.sheet.crystal_high_hz else ""
+        fast = {**cls.sheet.fastest, **cls.sheet.plain}
+        line = f"; pins set the rate and the format of its line, such as straps={fast}" if fast else ""
+        return f"; beside them {crystal}straps, bare and name{line}"
+
+    def __repr__(self) -> str:
+        state = "in motion" if self.moving else "idle" if self.idle else self._waiting[0]
+        where = ", ".join(str(axis.position) for axis in self.axes)
+        what = f"position{'s' * (len(self.axes) > 1)} {where}, {state}, {readable(self.kernel.now)}"
+        return f"<{self.sheet.part.upper()} {self.name}: {what}>"
 
     @property
     def has_bus(self) -> bool:
@@ -391,3 +403,24 @@ class Chip(OneAxis, HasInputs):
             self.task.kill()
             self.task = None
         self.idle = False
+
+
+missing(
+    Chip,
+    **dict.fromkeys(("send", "write"), "bench.host({it}).send(...)"),
+    **dict.fromkeys(("ask", "query"), "bench.host({it}).ask(...)"),
+    command="bench.host({it}) makes the host that sends commands",
+    velocity='{it}.velocity_at("3 ms"), or {it}.velocity_at(bench.now)',
+    speed='{it}.velocity_at("3 ms"), or {it}.velocity_at(bench.now)',
+    edges='bench.record() before time passes, then bench.edges("{it}.PIN")',
+    record="bench.record() records the pins of all chips",
+    **dict.fromkeys(("plot", "figure", "show"), "bench.plot(...) draws what is on it"),
+    crystal="{it}.crystal_hz",
+    part="{it}.sheet.part",
+    straps="{it}.pin(...).level tells the level of an input",
+    errors="{it}.findings",
+    status="{it}.waiting",
+    **dict.fromkeys(
+        ("wait", "run_until_idle", "run_until", "sleep", "now"), "time is the bench's: bench.run_until_idle()"
+    ),
+)

@@ -9,7 +9,7 @@ erased part.  An image that is as long as a part of SIZES is taken for a dump of
 
 from __future__ import annotations
 
-from ..errors import BenchFileError
+from ..errors import BenchFileError, UsageError
 
 ERASED = 0xFF
 LARGEST = 1 << 16
@@ -17,6 +17,27 @@ SIZES = tuple(1 << bits for bits in range(11, 17))  # of parts: 2K to 64K bytes
 DATA, END, SEGMENT, START_SEGMENT, LINEAR, START_LINEAR = range(6)  # types of records
 SHIFTS = {SEGMENT: 4, LINEAR: 16}  # what the base of later addresses is shifted by
 ROW = 16  # bytes of a record that is written
+
+
+HEX = (".hex", ".ihx", ".ihex")  # endings of Intel HEX; a file of any other name has the bytes themselves
+
+
+def named_file(owner: str, name: str) -> UsageError:
+    """Return the error that the name of a file is given as an image."""
+    return UsageError(
+        f"{owner}: image {name!r} is the name of a file, and text is taken for the content itself; give "
+        f"slewline.read_image({name!r}), or in a bench file the key file"
+    )
+
+
+def check_text(owner: str, image: object) -> None:
+    """Check that an image is no text that ends as the names of files do.
+
+    Raises:
+        UsageError: it is.
+    """
+    if isinstance(image, str) and image.lower().endswith((".bin", *HEX)):
+        raise named_file(owner, image)
 
 
 def size_of(image: bytes) -> int:

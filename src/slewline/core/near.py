@@ -8,9 +8,13 @@ ALIKE = 0.65  # of 1; below, "driver.speed" would stand for "driver.current"
 
 
 def hint(name: object, names: Iterable[str]) -> str:
-    """Return "; did you mean X?" for the nearest of some names, whatever its case; nothing if none is near."""
+    """Return "; did you mean X?" for the nearest of some names, whatever its case, "" if none is near.
+
+    Two letters that were swapped are nearer than any other slip.
+    """
     from difflib import get_close_matches  # most runs have no use for it
 
-    known = {each.lower(): each for each in names}
-    near = get_close_matches(str(name).lower(), known, 1, ALIKE)
+    known, wanted = {each.lower(): each for each in names}, str(name).lower()
+    swapped = [each for each in known if sorted(each) == sorted(wanted)]
+    near = swapped[:1] or get_close_matches(wanted, known, 1, ALIKE)
     return f"; did you mean {known[near[0]]}?" if near else ""

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
-from ..errors import UsageError
+from ..errors import NoSuchAttribute, UsageError
 from .axis import Axis, Steps
 from .hook import Hook
+from .instead import Face
 from .kernel import Kernel
 from .motions import Mark, MotionEnd, MotionStart, Parameters
 from .pin import Condition
 from .quantity import Position, Quantity, Velocity
-from .timebase import Time, moment, moments, readable
+from .timebase import Time, moments, readable, window
 
 if TYPE_CHECKING:
     import numpy as np
@@ -39,9 +40,13 @@ class ReachesCondition(Condition):
         return self.motor.arrives(self.position)
 
 
-class OneAxis:
+class OneAxis(Face):
     """One axis of a chip as its user sees it; a chip as a whole is its own axis 1."""
 
+    for_users: ClassVar[tuple[str, ...]] = (
+        *("position", "travel", "position_at", "velocity_at", "steps", "motions", "marks", "phases", "parameters"),
+        *("reaches", "quantities", "deviation", "registers", "motor", "on_motion_begin", "on_motion_end", "name"),
+    )
     kernel: Kernel
     name: str
 
@@ -54,6 +59,13 @@ class OneAxis:
     def position(self) -> int:
         """The position register now, exact in mid-move, too; clockwise counts up."""
         return self.motor.position
+
+    @position.setter
+    def position(self, _value: int) -> None:
+        raise NoSuchAttribute(
+            f"{self.name}: position cannot be set, the part counts it; a host sends the command that loads or clears "
+            "it: bench.host(x).send(...)"
+        )
 
     @property
     def travel(self) -> int:
@@ -170,8 +182,7 @@ class OneAxis:
         return deviation(self.motor, motion.ideal)
 
     def _window(self, start: Time | None, stop: Time | None) -> tuple[int, int]:
-        now = self.kernel.now
-        return 0 if start is None else moment(start), now if stop is None else min(moment(stop), now)
+        return window(start, stop, self.kernel.now)
 
     def parameters(self) -> Parameters:
         """Return what a plot names, as it was in force in the latest motion; empty before there was one.

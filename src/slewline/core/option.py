@@ -248,8 +248,11 @@ def _same(value: Any) -> Any:
     return value
 
 
-def checked(owner: str, rows: Iterable[Option], given: Mapping[str, Any]) -> dict[str, Any]:
+def checked(owner: str, rows: Iterable[Option], given: Mapping[str, Any], beside: str = "") -> dict[str, Any]:
     """Return every option of some rows: what is given, checked, and the defaults of the others.
+
+    Args:
+        beside: what else may be given where these options are, for the message about one that there is not.
 
     Raises:
         UsageError: an option that there is not, a value that is not allowed, or one that is missing.
@@ -260,7 +263,7 @@ def checked(owner: str, rows: Iterable[Option], given: Mapping[str, Any]) -> dic
             allowed = ", ".join(known) or "none"
             within = {row.name: f"{table.name}.{row.name}" for table in known.values() for row in table.table}
             meant = f"; did you mean {within[name]}?" if name in within else hint(name, known)
-            raise UsageError(f"{owner}: no option {name!r}; its options: {allowed}{meant}")
+            raise UsageError(f"{owner}: no option {name!r}; its options: {allowed}{beside}{meant}")
     found = {}
     for name, row in known.items():
         if name not in given and row.required:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from typing import ClassVar
 
-from ..errors import UsageError, WiringError
+from ..errors import NoSuchAttribute, UsageError, WiringError
+from .instead import Face, missing
 from .net import Bus, Driver, Net
 from .table import Pin
 from .timebase import Time, picoseconds, readable
@@ -111,8 +113,10 @@ def strapped(pins: Mapping[str, Terminal], names: Iterable[str]) -> tuple[int, .
     return tuple(0 if pins[name].level == 0 else 1 for name in names)
 
 
-class Terminal:
+class Terminal(Face):
     """A pin as the outside sees it: its net, and a driver of one's own on it."""
+
+    for_users: ClassVar[tuple[str, ...]] = ("name", "level", "drive", "release", "pulse", "is_", "edges", "row", "net")
 
     def __init__(self, owner: str, row: Pin, net: Net) -> None:
         self.owner, self.row, self.net = owner, row, net
@@ -128,6 +132,11 @@ class Terminal:
         if isinstance(net, Bus) and self.bit is not None:
             return net.bit(self.bit)
         return net.level  # type: ignore[no-any-return]
+
+    @level.setter
+    def level(self, level: int | None) -> None:
+        what = "release()" if level is None else f"drive({level!r})"
+        raise NoSuchAttribute(f"{self.name}: level cannot be set, it is what the wire shows; write pin.{what}")
 
     def drive(self, level: int, at: Time | None = None) -> None:
         """Drive the pin to 0 or 1 from outside, now or at an instant.
@@ -226,3 +235,16 @@ class Terminal:
 
     def __repr__(self) -> str:
         return f"<pin {self.name}={self.level}>"
+
+
+missing(
+    Terminal,
+    **dict.fromkeys(("set", "write"), "pin.drive(0) or pin.drive(1)"),
+    **dict.fromkeys(("high", "on"), "pin.drive(1) drives it, pin.level reads it"),
+    **dict.fromkeys(("low", "off", "clear"), "pin.drive(0) drives it, pin.level reads it"),
+    **dict.fromkeys(("get", "read", "value", "state"), "pin.level"),
+    **dict.fromkeys(("float", "free"), "pin.release()"),
+    **dict.fromkeys(("toggle", "strobe"), 'pin.pulse(1, "10 us")'),
+    **dict.fromkeys(("rises", "falls", "changes"), "pin.edges(1) is a condition for run_until"),
+    times='bench.record("{it}"), then bench.edges("{it}")',
+)

@@ -393,6 +393,9 @@ class Sheet:
     memory_unit: str = "byte"  # what the manual counts the program memory in
     opcodes: Trust = "stated"  # are they the manual's own?
 
+    def __repr__(self) -> str:
+        return f"<Sheet {self.part}: {len(self.pins)} pins, {len(self.commands)} commands>"
+
     @property
     def keeps(self) -> bool:
         """Does the part keep something without power, in its option `store`?"""

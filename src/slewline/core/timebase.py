@@ -1,6 +1,7 @@
 """Time is an integer number of picoseconds; a chip counts its own clock ticks and converts their sum once.
 
-Users write "25 us", "1.5 ms" or an int of picoseconds.  A float is refused: it would be rounded by somebody else.
+Users write "25 us", "1.5 ms" or an int of picoseconds.  A float is refused: it would be rounded by somebody else; but
+`bench.now`, a float that knows its picoseconds (`Seconds`), is taken.
 Where time is to pass or something is to happen (`picoseconds`), an int from 1 to 999 is refused, too: it was meant to
 have another unit, and "5 ps" can be written.  A question about the past (`moment`) takes any int.
 """
@@ -11,7 +12,7 @@ import re
 from collections.abc import Sequence
 from math import gcd
 from operator import index
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Self, TypeAlias
 
 from ..errors import TimeError
 
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-Time: TypeAlias = str | int  # text with a unit, or picoseconds
 PS_PER_S = 10**12
 LEAST_PS = 1000  # what a bare number must be at least, 0 apart
 UNITS = {
@@ -34,6 +34,28 @@ UNITS = {
 }
 FREQUENCIES = {"hz": 1, "khz": 10**3, "mhz": 10**6}
 _QUANTITY = re.compile(r"\s*([+-]?)(\d{1,30})(?:\.(\d{0,30}))?\s*([a-zµ]+)\s*", re.IGNORECASE)
+
+
+class Seconds(float):
+    """An instant in seconds: a float that prints as "0.170768 s", rounded, and whose exact time is `ps`."""
+
+    __slots__ = ("ps",)
+    ps: int
+
+    def __new__(cls, ps: int) -> Self:
+        """Return the instant of so many picoseconds."""
+        found = super().__new__(cls, ps / PS_PER_S)
+        found.ps = ps
+        return found
+
+    def __getnewargs__(self) -> tuple[int]:  # what a copy is made of
+        return (self.ps,)
+
+    def __str__(self) -> str:
+        return f"{float(self):.6f} s"
+
+
+Time: TypeAlias = str | int | Seconds  # text with a unit, picoseconds, or bench.now
 
 
 def _scaled(text: str, units: dict[str, int], what: str, example: str) -> int:
@@ -52,24 +74,28 @@ def _whole(time: Time, negative: bool) -> int:
     try:
         if isinstance(time, bool):
             raise TypeError
-        ps = _scaled(time, UNITS, "time", "25 us") if isinstance(time, str) else index(time)
+        ps = _scaled(time, UNITS, "time", "25 us") if isinstance(time, str) else index(time)  # type: ignore[arg-type]
     except TypeError:
-        raise TimeError(
-            f"time {time!r}: expected text such as '25 us', or an int of picoseconds; a float would be rounded"
-        ) from None
+        if not isinstance(time, Seconds):
+            example = f"{time:g} s" if isinstance(time, float) and "e" not in f"{time:g}" else "25 us"
+            raise TimeError(
+                f"time {time!r}: expected text such as {example!r}, bench.now, or an int of picoseconds; "
+                "a float would be rounded"
+            ) from None
+        ps = time.ps
     if ps < 0 and not negative:
         raise TimeError(f"time {time!r}: virtual time does not run backwards; give 0 or more")
     return ps
 
 
 def picoseconds(time: Time, *, negative: bool = False) -> int:
-    """Return the picoseconds of a time such as "25 us", or of an int that is picoseconds already.
+    """Return the picoseconds of a time such as "25 us", of `bench.now`, or of an int that is picoseconds already.
 
     Raises:
-        TimeError: for a float, an unknown unit, a fraction of a picosecond, a negative time, or an int from 1 to 999.
+        TimeError: another float, an unknown unit, a fraction of a picosecond, a negative time, an int from 1 to 999.
     """
     ps = _whole(time, negative)
-    if 0 < abs(ps) < LEAST_PS and not isinstance(time, str):
+    if 0 < abs(ps) < LEAST_PS and not isinstance(time, str | Seconds):
         raise TimeError(f"time {time!r}: a bare number is picoseconds; write its unit, such as '{ps} ms' or '{ps} ps'")
     return ps
 
@@ -89,7 +115,7 @@ def moments(times: Time | Sequence[Time] | NDArray[np.int64]) -> int | NDArray[n
     Raises:
         TimeError: as `moment`.
     """
-    if isinstance(times, str | int):
+    if isinstance(times, str | int | Seconds):
         return moment(times)
     import numpy as np
 
@@ -97,6 +123,20 @@ def moments(times: Time | Sequence[Time] | NDArray[np.int64]) -> int | NDArray[n
     if not found.ndim:
         return moment(times)  # type: ignore[arg-type]
     return found if found.dtype.kind in "iu" else np.array([moment(time) for time in times], np.int64)
+
+
+def window(start: Time | None, stop: Time | None, now: int) -> tuple[int, int]:
+    """Return a window of the past in picoseconds: from the beginning and up to `now` (ps), where nothing else is said.
+
+    Raises:
+        TimeError: no times, or a window that ends before it begins.
+    """
+    first, last = 0 if start is None else moment(start), now if stop is None else moment(stop)
+    if stop is not None and first > last:
+        raise TimeError(
+            f"from {readable(first)} to {readable(last)}: the window ends before it begins; give start, then stop"
+        )
+    return first, min(last, now)
 
 
 def hertz(frequency: str | int) -> int:
@@ -120,13 +160,6 @@ def readable(ps: int) -> str:
             decimals = f"{rest:0{len(str(UNITS[unit])) - 1}d}"[:6].rstrip("0")
             return f"{'-' if ps < 0 else ''}{whole}{'.' + decimals if decimals else ''} {unit}"
     return f"{ps} ps"
-
-
-class Seconds(float):
-    """Seconds as a float that prints as "0.170768 s", rounded; `now_ps` is the exact time."""
-
-    def __str__(self) -> str:
-        return f"{float(self):.6f} s"
 
 
 class Clock:

@@ -7,6 +7,8 @@ from ..core.table import Row, Sheet
 from ..errors import UnknownName
 from .dialect import dialect_of
 
+SIGNED = "±"  # as forms have it, and keyboards have not
+
 
 def find(sheet: Sheet, command: str) -> list[Row]:
     """Return the rows of a command, by letter (all forms of it), name, a line that is one, or the code of a packet.
@@ -14,7 +16,7 @@ def find(sheet: Sheet, command: str) -> list[Row]:
     Raises:
         UnknownName: the part has no such command; the message says which it has.
     """
-    for wanted in (command, command.upper()):
+    for wanted in (command, command.upper(), command.replace("+", SIGNED).replace("-", SIGNED)):
         rows = [row for row in sheet.commands if wanted in (row.form, row.name, row.head)]
         if rows:
             return rows

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from ..core.near import hint
 from ..core.table import Arg, Sheet
-from ..core.timebase import PS_PER_S
+from ..core.timebase import PS_PER_S, readable
 from ..core.train import Train
 from ..errors import UnknownName, UsageError
 from .packets import range_of
@@ -130,6 +130,10 @@ class Ramp(ABC):
     top: float  # the rate behind the ramp, steps/s
     time_ps: int  # from the begin of the first step, or cycle, to the first one at `top`
     steps: float  # before that; a whole number, unless the part works in cycles
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{name}={value!r}" for name, value in self.values.items())
+        return f"<Ramp {values}: {self.start:.0f} to {self.top:.0f} steps/s in {readable(self.time_ps)}>"
 
     @property
     def acceleration(self) -> float:

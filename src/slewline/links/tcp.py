@@ -36,15 +36,18 @@ LEFT = 64  # bytes that a host which has gone counts for, besides those that it 
 
 
 def parse_address(text: str, allow_remote: bool = False) -> tuple[str, int]:
-    """Return "HOST:PORT" as a pair; port 0 stands for any free one.
+    """Return "HOST:PORT" as a pair; port 0 stands for any free one, a port alone is one of this machine.
 
     Raises:
         UsageError: not of this form, or reachable from other machines without `allow_remote`.
     """
-    host, colon, port = text.rpartition(":")
+    host, colon, port = text.rpartition(":") if ":" in text else ("127.0.0.1", ":", text.strip())
     host = host.strip("[]")
     if not colon or not host or not port.isdecimal() or int(port) > 65535:
-        raise UsageError(f"address {text!r}; expected HOST:PORT, such as 127.0.0.1:4001 (port 0: any free one)")
+        raise UsageError(
+            f"address {text!r}; expected HOST:PORT, such as 127.0.0.1:4001, or a port of this machine, 4001 "
+            "(port 0: any free one)"
+        )
     if not allow_remote and not is_loopback(host):
         resolved(host, text)
         raise UsageError(f"address {text!r}: other machines could reach it; add --allow-remote if they may")

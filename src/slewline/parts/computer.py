@@ -15,10 +15,11 @@ beside these: verify, live (host.py), command, query, wait (packet_host.py), wri
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 from ..core.hook import Hook
 from ..core.inputs import from_outside
+from ..core.instead import Face, missing
 from ..core.kernel import Kernel
 from .caller import Caller
 from .part import served
@@ -32,8 +33,13 @@ if TYPE_CHECKING:
     from .connection import Connection
 
 
-class Computer(Caller):
+class Computer(Caller, Face):
     """A host computer of one chip, or of several that share a bus or a line."""
+
+    for_users: ClassVar[tuple[str, ...]] = (
+        *("send", "ask", "received", "got", "to", "drop", "clear", "idle", "waiting", "chip", "chips", "channel"),
+        *("name", "pin", "pins", "findings", "on_event", "on_finding"),
+    )
 
     def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection] = ()) -> None:
         super().__init__(kernel, name)
@@ -44,6 +50,9 @@ class Computer(Caller):
         """Take up what it is connected to."""
         self.chips = {chip.name: chip for chip in chips}
         self._to = chips[0].name if chips else ""
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.name} of {', '.join(self.chips)}: {self.waiting.partition(': ')[2]}>"
 
     @property
     def chip(self) -> Connection:
@@ -114,3 +123,16 @@ class Computer(Caller):
     def waiting(self) -> str:
         """Return what the host waits for, in words."""
         return f"{self.name}: nothing to send" if self.idle else super().waiting
+
+
+missing(
+    Computer,
+    command="{it}.send(...) queues what goes out, {it}.ask(...) waits for the answer",
+    query="{it}.ask(...)",
+    **dict.fromkeys(("write_line", "put", "execute", "transmit"), "{it}.send(...)"),
+    **dict.fromkeys(
+        ("read", "read_until", "receive", "recv", "answer_to"), "{it}.received has what came in, {it}.ask(...) waits"
+    ),
+    position="the position is the chip's: x.position, of x = bench.add(...)",
+    **dict.fromkeys(("run", "sleep", "wait", "flush", "run_until_idle"), "time is the bench's: bench.run_until_idle()"),
+)

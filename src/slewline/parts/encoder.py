@@ -158,6 +158,8 @@ class Encoder(Counts):
     def rewired(self) -> None:
         """Start to watch the pins: the part is wired, and time is about to pass."""
         if self._motor is not None:
+            if not ((net := self.pins["pulse"].net).drivers or net.joined):
+                self.finding("open-pin", "pulse is open, nothing but push() turns the shaft; give to=x, or on=motor")
             self._motor.rewired()
         super().rewired()
 

@@ -12,7 +12,7 @@ as far as it knows from the mode commands that it has sent itself; `heed` tells 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from ..core.bell import Bell
 from ..core.inputs import from_outside
@@ -41,6 +41,11 @@ class FlowHost(ShadowHost):
     Args:
         delay_ps: what the host's program takes before each byte.
     """
+
+    for_users: ClassVar[tuple[str, ...]] = (
+        "prefix",
+        "sent",
+    )
 
     def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], delay_ps: int = 0) -> None:
         super().__init__(kernel, name, chips)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Awaitable, Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from ..core.inputs import from_outside
 from ..core.net import Driver, Net
@@ -100,6 +100,17 @@ class Port:
 
 class Host(Computer):
     """A host computer on the command port of one or several chips that share its bus."""
+
+    for_users: ClassVar[tuple[str, ...]] = (
+        "run_program",
+        "verify",
+        "live",
+        "change_rate",
+        "read_position",
+        "sent",
+        "write",
+        "delay_ps",
+    )
 
     def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], delay_ps: int = 0) -> None:
         super().__init__(kernel, name, chips)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
-from ..core.image import ERASED, SIZES, size_of
+from ..core.image import ERASED, SIZES, check_text, size_of
 from ..core.inputs import from_outside
 from ..core.kernel import Kernel
 from ..core.net import Net
@@ -76,6 +76,7 @@ class Ram(Writable):
         Raises:
             UsageError: it does not fit.
         """
+        check_text(self.name, image)
         data = as_bytes(self.name, image)
         self.fits(at, data)
         self.input("load", data, at)

@@ -12,9 +12,11 @@ packet, and is a finding of the host in any case.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from functools import cache
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from ..core.inputs import from_outside
+from ..core.instead import Face, missing
 from ..core.pin import Condition, GotCondition
 from ..core.timebase import Time, picoseconds
 from ..core.waits import until
@@ -37,6 +39,7 @@ from .worker import Data, as_bytes
 
 if TYPE_CHECKING:
     from ..core.kernel import Kernel
+    from ..core.table import Sheet
     from .caller import Errand
     from .connection import Connection
 
@@ -58,9 +61,25 @@ class PacketHost(Computer):
     `received` are all words that it has read, `results` what the commands of a script returned.
     """
 
+    for_users: ClassVar[tuple[str, ...]] = (
+        "command",
+        "query",
+        "axis",
+        "wait",
+        "packet",
+        "results",
+        "write_command",
+        "write_word",
+        "write_byte",
+        "read_word",
+        "read_byte",
+    )
+
     def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], delay_ps: int = 0) -> None:
         super().__init__(kernel, name, chips)
         self.ports = {chip.name: PacketPort(kernel, chip, name, delay_ps) for chip in chips}
+        for chip in chips:
+            _tell_missing(chip.sheet)
         self.received: list[int] = []
         self.results: list[Result] = []
 
@@ -326,11 +345,17 @@ class PacketHost(Computer):
             await until(self.kernel, self.kernel.now + every_ps)
 
 
-class AxisView:
+class AxisView(Face):
     """A host that speaks for one axis."""
+
+    for_users: ClassVar[tuple[str, ...]] = ("command", "query", "ask", "packet", "send", "wait", "host", "number")
 
     def __init__(self, host: PacketHost, number: int) -> None:
         self.host, self.number = host, number
+        self.name = f"{host.name}.axis({number})"
+
+    def __repr__(self) -> str:
+        return f"<{self.name}>"
 
     def command(self, name: str, *values: int | str, timeout: Time = "5 s") -> int | None:
         """PacketHost.command, for this axis."""
@@ -357,3 +382,21 @@ class AxisView:
     def wait(self, bit: str, timeout: Time = "60 s", every: Time = POLL) -> int:
         """PacketHost.wait, for this axis."""
         return self.host.wait(bit, timeout, every, axis=self.number)
+
+
+missing(
+    AxisView,
+    **{name: f"it is the chip's: x.axis(1).{name}" for name in ("position", "reaches", "steps", "registers")},
+    velocity='it is the chip\'s: x.axis(1).velocity_at("3 ms")',
+    findings="what a host did wrong is in bench.findings",
+)
+
+
+@cache
+def _tell_missing(sheet: Sheet) -> None:
+    """Say what there is instead of methods that are called as the commands of a sheet."""
+    for row in sheet.commands:
+        verb = "query" if row.reads else "command"
+        values = "".join(f", {arg.name}" for arg in row.args)
+        for cls in (PacketHost, AxisView):
+            missing(cls, **dict.fromkeys((row.name.lower(), row.name), f'{{it}}.{verb}("{row.name}"{values})'))

@@ -69,6 +69,9 @@ class Part(HasInputs):
         self._catching_up = False
         self.on_finding: Hook[[Finding]] = Hook()
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.name}>"
+
     def add_pin(
         self,
         name: str,

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from ..core.bell import Bell
 from ..core.hook import Hook
@@ -177,6 +177,14 @@ class SerialPort(Worker):
 class LineHost(SerialPort, Computer):
     """A host computer on a serial line."""
 
+    for_users: ClassVar[tuple[str, ...]] = (
+        "write",
+        "change_line",
+        "faulty",
+        "baud",
+        "word",
+    )
+
     @from_outside
     def give_up(self) -> None:
         """Take back the last command, which was not answered in time."""
@@ -204,6 +212,12 @@ class SerialHost(LineHost):
     Args:
         baud: another rate than the module's.
     """
+
+    for_users: ClassVar[tuple[str, ...]] = (
+        "answers",
+        "straps",
+        "space",
+    )
 
     def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], *, baud: int | None = None) -> None:
         port = straps_of(chips[0]).port

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from ..core.bell import Bell
 from ..core.channel import AdaptiveLine, FlowBus
@@ -125,6 +125,11 @@ class ShadowHost(Computer):
     `gone` takes bytes as they go out; `news` rings with each of them, and whenever the host goes by the line or no
     longer.
     """
+
+    for_users: ClassVar[tuple[str, ...]] = (
+        "heed",
+        "mode",
+    )
 
     gone: Shadow
 

@@ -1,11 +1,12 @@
-"""Columns of numbers as NumPy's own file: `numpy.load(path)["x.slew.times_ps"]`."""
+"""Columns of numbers as NumPy's own file: `numpy.load(path)["x.slew.times_ps"]`, `["x.axis1.positions"]`."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..core.axis import Steps
 from .recorder import Probe, Recorder
 from .whole_file import WholeFile
 
@@ -26,6 +27,19 @@ def edge_columns(nets: Mapping[str, Probe], recorder: Recorder, start: int, stop
     for name, probe in nets.items():
         columns[f"{name}.times_ps"], columns[f"{name}.levels"] = recorder.edges(probe, start, stop)
     return columns
+
+
+def step_columns(steps: Iterable[tuple[str, int, Steps]]) -> dict[str, NDArray[Any]]:
+    """Return steps: for each axis x.axis1.times_ps, x.axis1.directions and x.axis1.positions.
+
+    Args:
+        steps: for every axis the name of its chip, its number from 1, and its steps.
+    """
+    return {
+        f"{chip}.axis{number}.{name}": getattr(taken, name)
+        for chip, number, taken in steps
+        for name in ("times_ps", "directions", "positions")
+    }
 
 
 def save_npz(path: str | Path, columns: Mapping[str, NDArray[Any]]) -> None:

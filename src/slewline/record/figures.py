@@ -274,8 +274,11 @@ def _make_panels(paper: Paper, layout: Layout, colours: Palette) -> list[Axes]:
 def _draw_into(layout: Layout, ax: Any, colours: Palette) -> Figure:
     """Draw into the caller's axes."""
     import numpy as np
+    from matplotlib.axes import Axes
 
     given = list(np.atleast_1d(ax).ravel())
+    if odd := [each for each in given if not isinstance(each, Axes)]:
+        raise UsageError(f"ax: {odd[0]!r}; expected axes of matplotlib, such as those of plt.subplots()")
     wanted = [panel.heading or "pins" for panel in layout.panels]
     if len(given) not in (1, len(wanted)):
         raise UsageError(f"ax: {len(given)} axes; this picture takes 1 or {len(wanted)}: {'; '.join(wanted)}")

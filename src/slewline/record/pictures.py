@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,23 +11,13 @@ from xml.sax.saxutils import escape
 from ..errors import UsageError
 from .style import DPI, styled
 from .svg import compact
-from .whole_file import WholeFile
+from .whole_file import WholeFile, check_suffix
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SUFFIXES = (".svg", ".png", ".pdf")
 QUICK: dict[str, Any] = {"png": {"pil_kwargs": {"compress_level": 3}}}  # a tenth more bytes
-
-
-def check_suffix(path: str | Path) -> None:
-    """Check that a picture can be written under this name.
-
-    Raises:
-        UsageError: its suffix is none of ours.
-    """
-    if Path(path).suffix.lower() not in SUFFIXES:
-        raise UsageError(f"{path}: allowed are file names ending in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}")
 
 
 def save(figure: Figure, path: str | Path, title: str, description: str, dark: bool = False) -> None:
@@ -39,7 +30,7 @@ def save(figure: Figure, path: str | Path, title: str, description: str, dark: b
     Raises:
         UsageError: an unknown suffix, or a path that cannot be written.
     """
-    check_suffix(path)
+    check_suffix(path, SUFFIXES)
     kind = Path(path).suffix.lower()[1:]
     metadata: dict[str, dict[str, Any]] = {
         "svg": {"Title": title, "Date": None, "Creator": "slewline"},
@@ -51,6 +42,30 @@ def save(figure: Figure, path: str | Path, title: str, description: str, dark: b
         figure.savefig(buffer, format=kind, dpi=DPI, metadata=metadata[kind], **QUICK.get(kind, {}))
         data = buffer.getvalue()
         file.write(compact(_told(data, description)) if kind == "svg" else data)
+
+
+def show(figure: Figure) -> None:
+    """Show a figure in the notebook that runs this, or in a window until it is closed.
+
+    Raises:
+        UsageError: there is no screen for a window.
+    """
+    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+    if hasattr(shell, "kernel"):
+        from IPython.display import display  # type: ignore[import-not-found]
+
+        display(figure)
+        return
+    import matplotlib.pyplot as plt
+
+    remedy = "bench.plot('run.svg') draws into a file"
+    try:
+        if plt.get_backend().lower() in ("agg", "cairo", "pdf", "pgf", "ps", "svg", "template"):
+            raise ImportError(f"its backend {plt.get_backend()} has no windows")
+        plt.figure(FigureClass=lambda *_, **__: figure)  # type: ignore[arg-type]
+    except ImportError as error:
+        raise UsageError(f"show: matplotlib has no window here: {error}; {remedy}") from None
+    plt.show()
 
 
 def _told(svg: bytes, description: str) -> bytes:

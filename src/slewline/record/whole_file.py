@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import weakref
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from io import BufferedWriter
 from itertools import count
@@ -17,7 +17,30 @@ from types import TracebackType
 
 from ..errors import UsageError
 
+CONVERTED = {  # files of waveforms that other programs make of a VCD file
+    ".fst": "vcd2fst FILE.vcd FILE.fst makes an FST file of it",
+    ".sr": "sigrok-cli -I vcd -i FILE.vcd -o FILE.sr makes a session of PulseView of it",
+    ".lxt": "vcd2lxt FILE.vcd FILE.lxt makes an LXT file of it",
+}
 _NUMBERS = count()
+
+
+def check_suffix(path: str | Path, allowed: Sequence[str], *, bare: bool = False) -> None:
+    """Check that the name of a file says what will be in it.
+
+    Args:
+        bare: a name without a suffix will do, as those of pipes.
+
+    Raises:
+        UsageError: its suffix is another one.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix in allowed or (bare and not suffix):
+        return
+    *others, last = allowed
+    endings = f"{', '.join(others)} or {last}" if others else last
+    convert = next((f"; {how}" for ending, how in CONVERTED.items() if ending == suffix and last == ".vcd"), "")
+    raise UsageError(f"{path}: give a name that ends in {endings}{convert}")
 
 
 class WholeFile:

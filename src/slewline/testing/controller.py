@@ -13,11 +13,12 @@ from collections.abc import Callable, Iterable, Sequence
 from io import StringIO
 from numbers import Integral
 from types import MappingProxyType
-from typing import Any
+from typing import Any, ClassVar
 
 from ..bench import Bench
 from ..core.axis import Steps
 from ..core.chip import Chip
+from ..core.instead import Face, missing
 from ..core.pin import Condition, Terminal
 from ..core.serial import Word
 from ..core.timebase import Time, moment, picoseconds, readable
@@ -31,13 +32,18 @@ LEVELS = MappingProxyType({0: "low", 1: "high", -1: "floating"})
 SHOWN = 40  # lines of the transcript in a report
 
 
-class Controller:
+class Controller(Face):
     """A running module.
 
     Args:
         rig: the module on its bench, which has not begun.
         label: what the report of a failed test calls it.
     """
+
+    for_users: ClassVar[tuple[str, ...]] = (
+        *("url", "host", "chip", "bench", "faults", "now", "position", "pin", "advance", "until", "until_idle", "ask"),
+        *("assert_reply", "assert_steps", "assert_edges", "report", "close", "label", "seed"),
+    )
 
     def __init__(self, rig: Rig, label: str, seed: int) -> None:
         self.rig, self.label, self.seed = rig, label, seed
@@ -47,6 +53,9 @@ class Controller:
         self.faults = Faults(rig.chip, getattr(rig, "line", None), rig.do, seed)
         self.bench.place(self.faults)
         self.bench.record()
+
+    def __repr__(self) -> str:
+        return f"<{self.label}: {self.chip!r}>"
 
     @property
     def url(self) -> str:
@@ -243,3 +252,19 @@ class Controller:
     def close(self) -> None:
         """End it."""
         self.rig.close()
+
+
+missing(
+    Controller,
+    **dict.fromkeys(("sleep", "run", "wait", "step"), '{it}.advance("10 ms")'),
+    **dict.fromkeys(("run_until", "wait_until"), '{it}.until("mov=0")'),
+    **dict.fromkeys(("run_until_idle", "wait_idle", "wait_until_idle"), "{it}.until_idle()"),
+    **dict.fromkeys(
+        ("send", "write"), "{it}.ask(...) says something as a host, {it}.host.send(...) where there is one"
+    ),
+    **dict.fromkeys(("query", "command"), "{it}.ask(...), or the calls of {it}.host, where there is one"),
+    **{name: f"{{it}}.chip.{name}" for name in ("findings", "steps", "registers", "velocity_at", "reaches", "idle")},
+    port="{it}.url, which serial.serial_for_url opens",
+    assert_position="assert {it}.position == ...",
+    assert_findings="assert {it}.chip.findings == []",
+)

@@ -19,8 +19,10 @@ A run without these fixtures loads nothing more than this file.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import ExitStack
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
 
     Make = Callable[..., Controller]
 
+OURS = Path(__file__).resolve().parent.parent  # the package
 MODULES: pytest.StashKey[list[Controller]] = pytest.StashKey()
 
 
@@ -76,6 +79,10 @@ def slewline_ports(slewline_module: Make) -> Iterator[Callable[..., Ports]]:
     with ExitStack() as stack:
 
         def put(ports: Mapping[str, Any], **settings: Any) -> Ports:
+            if not isinstance(ports, Mapping):
+                from ..errors import UsageError
+
+                raise UsageError(f'slewline_ports({ports!r}): expected modules by port, such as {{"COM3": "gs-c200s"}}')
             made = {
                 name: slewline_module(module, **settings) if isinstance(module, str | type) else module
                 for name, module in ports.items()
@@ -109,8 +116,14 @@ mc1451a_e = _module("mc1451a-e")
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Add a report of its modules to a failed test."""
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Add a report of its modules to a failed test; of a mistake in the test our inside is not shown."""
+    if call.excinfo is not None and not item.config.getoption("fulltrace"):
+        errors = sys.modules.get("slewline.errors")
+        if errors is not None and call.excinfo.errisinstance(errors.SlewlineError):
+            call.excinfo.traceback = call.excinfo.traceback.filter(lambda entry: OURS not in Path(entry.path).parents)
     report = yield
     if report.failed:
         for module in item.stash.get(MODULES, []):

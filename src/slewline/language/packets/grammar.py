@@ -280,9 +280,10 @@ def _stranger(sheet: Sheet, name: str) -> Refusal:
     tail = wanted.partition("_")[2] or wanted
     close = get_close_matches(wanted, sheet.commands.by_form, 3, 0.75)
     alike = [form for form in sheet.commands.by_form if tail and form.partition("_")[2] == tail]
+    spelled_out = [form for form in sheet.commands.by_form if wanted.startswith(form)]
     if wanted in sheet.foreign:
         remedy = "a part with more axes has this command"
-    elif meant := [slips[wanted]] if wanted in slips else close or alike:
+    elif meant := [slips[wanted]] if wanted in slips else close or alike or spelled_out:
         remedy = f"write {' or '.join(meant)}"
     else:
         remedy = f"slewline describe {sheet.part} lists the commands"
