@@ -144,8 +144,9 @@ class Hosted(Furnished):
             )
         self._one_of_its_kind(AdaptiveHost, chips)
         (chip,), name = chips, self._new_name(name, "host")
-        baud = getattr(chip.options, "fixed_baud", None) if baud is None else baud  # somebody has strapped it
-        host = AdaptiveHost(self.kernel, name, [connection(chip, channel)], baud=baud)
+        strapped = getattr(chip.options, "fixed_baud", None)  # by somebody
+        baud = strapped if baud is None else baud
+        host = AdaptiveHost(self.kernel, name, [connection(chip, channel)], baud=baud, strapped=strapped)
         _tell_power(host, chips)
         pairs = joints("serial_port", host, chip)
         self.outside.tell("host", name=name, chips=[chip.name], delay_ps=0, baud=baud, line=None, **asked)
@@ -218,10 +219,14 @@ class Hosted(Furnished):
         self._connect(connector, [chip for chip in chips if chip.sheet.channel(SerialLine) is not None])
 
     def _connect(self, connector: Part, chips: Sequence[Any]) -> None:
+        from ..parts.rs232 import SerialPort, straps_of
+
         out, rxd = in_role(connector, "computer_out").net, in_role(connector, "computer_in").net
         for chip in chips:
             out.join(in_role(chip, "serial_in").net)
             rxd.join(in_role(chip, "serial_out").net)
+        if isinstance(connector, SerialPort):
+            connector.ears = {chip.name: straps_of(connection(chip, chip.sheet.channel(SerialLine))) for chip in chips}
         addresses = [chip.strapped_address() for chip in chips]
         for address in sorted({own for own in addresses if addresses.count(own) > 1 or (own == 0 and len(chips) > 1)}):
             who = ", ".join(chip.name for chip, own in zip(chips, addresses, strict=True) if own == address)

@@ -120,7 +120,7 @@ class LineChip(Chip):
     def listen(self) -> None:
         """Begin to receive, at the rate that the straps say now."""
         self.word = Word(self.port.bits, self.port.parity, self.port.stop)
-        self.baud = self.straps.baud
+        self.baud = self.straps.take()
         self.bits = bit_clock(self.baud, self.name)
         self.listener = self.kernel.spawn(self._listen, name=f"{self.name} listens")
         self.refresh_idle()

@@ -71,6 +71,11 @@ class SerialLine(Channel):
         levels = max(self.bauds, key=lambda levels: self.bauds[levels])
         return dict(zip(self.baud_pins, levels, strict=True))
 
+    def strapping(self, baud: int | str) -> str:
+        """Return the straps of a rate, such as "br0=0, br1=0, br2=0"; empty: no strap gives it."""
+        levels = next((levels for levels, rate in self.bauds.items() if str(rate) == str(baud)), ())
+        return ", ".join(f"{pin}={level}" for pin, level in zip(self.baud_pins, levels, strict=False))
+
     @property
     def plain(self) -> dict[str, int]:
         """Return the straps without checksums."""

@@ -18,7 +18,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from ..errors import UsageError
 from .kernel import Task
@@ -85,6 +85,50 @@ class Word:
         return f"{self.bits}{self.parity[0].upper()}{self.stop}"
 
 
+class Setting(NamedTuple):
+    """Rate and format of one end of a line."""
+
+    baud: int | str
+    word: Word
+
+    def __str__(self) -> str:
+        return f"{self.baud} {self.word}"
+
+    @property
+    def in_full(self) -> str:
+        """As the settings of a serial port name it."""
+        word = self.word
+        parity = "no" if word.parity == "none" else word.parity
+        return f"{self.baud} baud, {word.bits} data bits, {parity} parity, {word.stop} stop bit{'s' * (word.stop != 1)}"
+
+
+class Ear(Protocol):
+    """What listens at the end of a line; how it is set can be seen by whoever has wired it."""
+
+    @property
+    def setting(self) -> Setting:
+        """Rate and format at which it listens."""
+
+    @property
+    def set_by(self) -> str:
+        """What has set them, in words; empty: nothing that could be changed."""
+
+    def instead(self, baud: int | str) -> str:
+        """Return what would let it listen at another rate, in words; empty: nothing."""
+
+
+def disagreement(who: str, mine: Setting, whom: str, ear: Ear) -> str:
+    """Return in which way two ends of a line are set differently, and what to do; empty: they agree."""
+    theirs = ear.setting
+    if (str(mine.baud), mine.word) == (str(theirs.baud), theirs.word):
+        return ""
+    by = f" ({ear.set_by})" if ear.set_by else ""
+    remedy = f"let the host have {theirs.in_full}"
+    if str(mine.baud) != str(theirs.baud) and (other := ear.instead(mine.baud)):
+        remedy += f"; {mine.baud} baud it has with {other}"
+    return f"{who} has {mine}, and {whom} listens at {theirs}{by}: {remedy}"
+
+
 BAUD = Option("baud", "number", 9600, "rate of the line; sixteen times the rate must be whole hertz")
 
 
@@ -130,6 +174,8 @@ class Character(NamedTuple):
 class Straps:
     """What the strap pins of a part on a serial line say at this moment; whoever has wired them may look.
 
+    `setting` is what it has made of them: it looks at them when it is switched on.
+
     Args:
         port: the serial line among the channels of the part.
         pins: the pins of the part, by name.
@@ -138,7 +184,7 @@ class Straps:
         backwards: the pins of the address count the other way round.
     """
 
-    __slots__ = ("fixed", "kept", "order", "pins", "port")
+    __slots__ = ("fixed", "kept", "order", "pins", "port", "taken")
 
     def __init__(
         self,
@@ -151,11 +197,32 @@ class Straps:
     ) -> None:
         self.port, self.pins, self.kept, self.fixed = port, pins, kept, address
         self.order = port.address_pins[:: -1 if backwards else 1]
+        self.taken: int | None = None  # the rate at which the part listens; None: it has not looked
 
     @property
     def baud(self) -> int:
         """The rate that they ask for."""
         return self.port.bauds[strapped(self.pins, self.port.baud_pins)]
+
+    def take(self) -> int:
+        """Return the rate that they ask for, at which the part listens from now on."""
+        self.taken = self.baud
+        return self.taken
+
+    @property
+    def setting(self) -> Setting:
+        """Rate and format at which the part listens."""
+        port = self.port
+        return Setting(self.baud if self.taken is None else self.taken, Word(port.bits, port.parity, port.stop))
+
+    @property
+    def set_by(self) -> str:
+        """The straps of this rate, in words; empty: it has no such pins."""
+        return self.instead(self.setting.baud)
+
+    def instead(self, baud: int | str) -> str:
+        """Return the straps of a rate, such as "br0=0, br1=0, br2=0"; empty: no strap gives it."""
+        return self.port.strapping(baud)
 
     @property
     def checked(self) -> bool:

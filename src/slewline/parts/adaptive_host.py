@@ -12,11 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..core.channel import AdaptiveLine
 from ..core.kernel import Task
-from ..core.serial import Character, Word
+from ..core.serial import Character, Setting, Word
 from ..core.waits import edge, first_of, until
 from ..errors import Timeout
 from .rs232 import POWER_UP_PS, SILENCE_PS, LineHost
@@ -33,6 +33,17 @@ RETURNS = b"\r\r"  # by which the chip finds the rate
 RESET_PS = 20 * 10**9  # a host gives a chip so long behind a reset, which begins with its supply
 
 
+class Found(NamedTuple):
+    """What a chip listens at that has found the rate."""
+
+    setting: Setting
+    set_by: str
+
+    def instead(self, _baud: int | str) -> str:
+        """Return what would let it listen at another rate."""
+        return "two carriage returns behind a reset"
+
+
 class AdaptiveHost(LineHost, ShadowHost):
     """A host computer on the serial line of one chip that finds the rate.
 
@@ -41,15 +52,25 @@ class AdaptiveHost(LineHost, ShadowHost):
 
     Args:
         baud: the rate at which it speaks.
+        strapped: the rate that the chip has without looking for one; None: it looks.
     """
 
     wiring = MappingProxyType({"txd": "serial_in", "rxd": "serial_out", "cts": "flow"})
     burst = 1  # each character looks at CTS
 
-    def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], *, baud: int | None = None) -> None:
+    def __init__(
+        self,
+        kernel: Kernel,
+        name: str,
+        chips: Sequence[Connection],
+        *,
+        baud: int | None = None,
+        strapped: int | None = None,
+    ) -> None:
         channel, sheet, pins = chips[0].channel, chips[0].sheet, chips[0].pins
         assert isinstance(channel, AdaptiveLine)
         rate = USUAL_BAUD if baud is None else baud
+        self.strapped = strapped
         super().__init__(kernel, name, baud=rate, bits=channel.bits, parity=channel.parity, stop=channel.stop, ttl=True)
         self.add_pin("cts", "in", "low: clear to send", pull=1)
         self.join(chips)
@@ -58,8 +79,10 @@ class AdaptiveHost(LineHost, ShadowHost):
         self.gone = Shadow(sheet)
         self.sender: Task | None
         self.adapted = self.was_reset = False
+        self.fixed_baud: int | str | None = baud
         self.returns = 0  # carriage returns one behind the other, while no rate is known
         self.listens_ps = chips[0].up_ps + POWER_UP_PS  # by then the chip listens
+        self._forget()
         reset = sheet.role("reset")
         if reset is not None:
             pins[reset.name].net.watch(lambda _net: self.switched_on())
@@ -69,12 +92,29 @@ class AdaptiveHost(LineHost, ShadowHost):
         """Note that the chip begins anew, at this instant."""
         self.shadow.reset()
         self.gone.reset()
-        self.adapted, self.returns = False, 0
+        self.adapted, self.returns, self.compared = False, 0, False
+        self._forget()
         self.listens_ps = self.kernel.now + RESET_PS
 
     def _lost(self) -> None:
         """A command that resets the chip is on its way."""
         self.adapted, self.returns, self.was_reset = False, 0, True
+        self._forget()
+
+    def _forget(self) -> None:
+        """The chip has no rate any more, or that of its option."""
+        self.ears.clear()
+        if self.strapped is not None:
+            self._found(self.strapped, "fixed by an option")
+
+    def _found(self, baud: int | str, set_by: str) -> None:
+        """The chip has this rate from now on."""
+        self.ears = {self.chip.name: Found(Setting(baud, self._word), set_by)}
+
+    @property
+    def _word(self) -> Word:
+        """The format of the chip."""
+        return Word(self.port.bits, self.port.parity, self.port.stop)
 
     @property
     def held(self) -> bool:
@@ -109,6 +149,8 @@ class AdaptiveHost(LineHost, ShadowHost):
             else:
                 self.returns = self.returns + 1 if byte == RETURNS[0] else 0
                 self.adapted = self.returns == len(RETURNS)
+                if self.adapted and self.strapped is None:
+                    self._found(self.baud, "as its two carriage returns had it")
 
     def send(self, data: str | bytes) -> None:
         """Queue characters; two carriage returns go first if the chip does not know the rate.
@@ -173,7 +215,7 @@ class AdaptiveHost(LineHost, ShadowHost):
             UsageError: a command that is not answered.
         """
         self.shadow.query(self.name, command)
-        self.set_line(self.baud, Word(self.port.bits, self.port.parity, self.port.stop))
+        self.set_line(self.baud, self._word)
         return (b"" if self.adapted else RETURNS) + self.shadow.sent(command)
 
     def ends(self, command: str, data: bytes) -> bool:

@@ -17,7 +17,21 @@ from ..core.inputs import from_outside
 from ..core.kernel import Kernel, Task
 from ..core.option import Option
 from ..core.pin import Condition, GotCondition
-from ..core.serial import BAUD, RS232, TTL, Character, Receiver, Straps, Word, bit_clock, transmit, word_options
+from ..core.serial import (
+    BAUD,
+    RS232,
+    TTL,
+    Character,
+    Ear,
+    Receiver,
+    Setting,
+    Straps,
+    Word,
+    bit_clock,
+    disagreement,
+    transmit,
+    word_options,
+)
 from ..core.waits import first_of, until
 from ..errors import ChecksumError, Timeout, UsageError
 from ..language.dialect import spoken_as
@@ -58,6 +72,8 @@ class SerialPort(Worker):
         super().__init__(kernel, name)
         self.mark = TTL if ttl else RS232
         self.receiver: Receiver | None = None
+        self.ears: dict[str, Ear] = {}  # what listens at the other end, by its name, as far as that is known
+        self.told: set[str] = set()  # in which ways its settings have been found to differ
         self.set_line(baud, Word(bits, parity, stop))
         space = 1 - self.mark
         self.add_pin("txd", "out", "serial data out", initial=self.mark, role="computer_out", active=space)
@@ -71,6 +87,7 @@ class SerialPort(Worker):
     def set_line(self, baud: int | str, word: Word) -> None:
         """Take another rate or format, from the next character on."""
         self.clock, self.word, self.baud = bit_clock(baud, self.name), word.checked(self.name), baud
+        self.compared = False  # with what listens
         if self.receiver is not None:
             self.receiver.clock, self.receiver.word = self.clock, self.word
 
@@ -79,6 +96,20 @@ class SerialPort(Worker):
         """Change rate and format from the next character on; a journal keeps it."""
         self.set_line(baud, Word(bits, parity, stop))
         self.input("change_line", baud, bits, parity, stop)
+
+    @property
+    def disagreement(self) -> str:
+        """In which way this end of the line and the other one are set differently, and what to do; empty: they agree."""
+        mine = Setting(self.baud, self.word)
+        return "; ".join(filter(None, (disagreement(self.name, mine, name, ear) for name, ear in self.ears.items())))
+
+    def compare(self) -> None:
+        """Report a disagreement of the settings, each one once."""
+        self.compared = True
+        text = self.disagreement
+        if text and text not in self.told:
+            self.told.add(text)
+            self.finding("format", text)
 
     def rewired(self) -> None:
         """Start to listen."""
@@ -136,6 +167,8 @@ class SerialPort(Worker):
             if fault == "late":
                 await until(self.kernel, self.kernel.now + LATE_PS)
             await self.before_burst()
+            if not self.compared:
+                self.compare()
             await transmit(driver, self.clock, self.word, data, self.mark, fault)
             self.after_burst(data)
             self.outgoing.popleft()
@@ -196,6 +229,11 @@ class LineHost(SerialPort, Computer):
         super().drop()
         self.take_back(1, "drop()")
 
+    def lent(self) -> Callable[[], object]:
+        """Return what restores rate and format, when somebody else has spoken over this line (`spoken`)."""
+        baud, word = self.baud, self.word
+        return lambda: self.set_line(baud, word)
+
     def rest(self) -> None:
         """Forget what is queued, and put the line to mark."""
         if self.sender is not None:
@@ -223,21 +261,20 @@ class SerialHost(LineHost):
         port = straps_of(chips[0]).port
         bits, parity, stop = port.bits, port.parity, port.stop
         super().__init__(
-            kernel, name, baud=9600 if baud is None else baud, bits=bits, parity=parity, stop=stop, ttl=False
+            kernel, name, baud=straps_of(chips[0]).baud if baud is None else baud, bits=bits, parity=parity, stop=stop, ttl=False
         )
         self.join(chips)
         self.port = port
+        self.ears = {chip.name: straps_of(chip) for chip in chips}
         self.fixed_baud: int | str | None = baud
         self.up_ps = max(chip.up_ps for chip in chips)  # since when all modules are switched on
-        self.since_ps = -1  # `up_ps`, when straps were looked at last
-        self.rates: dict[str, int] = {}  # what modules were strapped for then; they look at straps when switched on
         self.answers: list[str] = []
         self.line = bytearray()
         self.line_end = Bell(kernel, f"{name}.(line end)")
 
     def switched_on(self) -> None:
-        """Note that a module has been switched on, at this instant."""
-        self.up_ps = self.kernel.now
+        """Note that a module has been switched on, at this instant: it looks at its straps."""
+        self.up_ps, self.compared = self.kernel.now, False
 
     def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
         """Take another rate or format, whatever the module is strapped for."""
@@ -245,11 +282,8 @@ class SerialHost(LineHost):
         self.fixed_baud = baud
 
     async def before_sending(self) -> None:
-        """Wait until the modules can listen; look at their straps when they have been switched on."""
+        """Wait until the modules can listen."""
         await until(self.kernel, self.up_ps + POWER_UP_PS)
-        if self.since_ps != self.up_ps:
-            self.since_ps = self.up_ps
-            self.rates = {chip.name: straps_of(chip).baud for chip in self.chips.values()}
 
     # --------------------------------------------------------------------------------------------- what straps say
     @property
@@ -271,8 +305,12 @@ class SerialHost(LineHost):
         Raises:
             UsageError: text that is not ASCII, or neither text nor bytes.
         """
-        self.follow_straps()
         self.write(data)
+
+    def write(self, data: str | bytes, fault: str = "") -> None:
+        """Queue characters, at the rate that the module is strapped for; they go out one behind the other."""
+        self.follow_straps()
+        super().write(data, fault)
 
     def framed(self, command: str) -> bytes:
         """Return a command as it goes over the wire: address, checksum and carriage return added."""
@@ -307,6 +345,16 @@ class SerialHost(LineHost):
         self.set_line(self.baud, Word(self.port.bits, self.port.parity, self.port.stop))
         self.follow_straps()
         return self.framed(command)
+
+    def lent(self) -> Callable[[], object]:
+        """Return what restores rate and format, and who has chosen the rate."""
+        restore, fixed = super().lent(), self.fixed_baud
+
+        def restored() -> None:
+            self.fixed_baud = fixed
+            restore()
+
+        return restored
 
     def ends(self, command: str, data: bytes) -> bool:
         """Return whether these characters may end the answer to a command."""
@@ -351,12 +399,9 @@ class SerialHost(LineHost):
             self.kernel.outside.wait(met, f"{self.name}: {what}", timeout)
         except Timeout as error:
             self.give_up()
-            heard = self.rates.get(self.chip.name, self.baud)
-            if heard == self.baud:
+            if not self.disagreement:
                 raise
-            raise Timeout(
-                f"{error}\n  {self.name} speaks {self.baud} baud, {self.chip.name} listens at {heard}"
-            ) from None
+            raise Timeout(f"{error}\n  {self.disagreement}") from None
 
     def rest(self) -> None:
         """Forget what is queued and what has come in part, and put the line to mark."""

@@ -20,7 +20,6 @@ from ..core.axis import Steps
 from ..core.chip import Chip
 from ..core.instead import Face, missing
 from ..core.pin import Condition, Terminal
-from ..core.serial import Word
 from ..core.timebase import Time, moment, picoseconds, readable
 from ..errors import SlewlineError, Timeout, UsageError
 from .differences import counted, difference
@@ -154,16 +153,16 @@ class Controller(Face):
             )
         return rig.host.answer_in(command, bytes(answer)) or ""
 
-    def _borrow(self, take: Callable[[bytes], int], command: str) -> tuple[Any, Any, Word]:
+    def _borrow(self, take: Callable[[bytes], int], command: str) -> tuple[Any, Callable[[], object]]:
         line, host = self.rig.line, self.rig.host
-        before = line.host, host.baud, host.word
+        before = line.host, host.lent()
         line.host = take
         line.take(host.spoken(command))
         return before
 
-    def _give_back(self, holder: Any, baud: Any, word: Word) -> None:
+    def _give_back(self, holder: Any, restore: Callable[[], object]) -> None:
         self.rig.line.host = holder
-        self.rig.host.set_line(baud, word)
+        restore()
 
     # ----------------------------------------------------------------------------------------------------- assertions
     def assert_reply(self, command: str, expected: object) -> None:

@@ -61,7 +61,7 @@ class End:
     def change_line(self, baud: int, word: Word) -> None:
         """Use another rate or format from the next character on."""
         host = self.rig.host
-        if (baud, word) != (host.baud, host.word):
+        if (baud, word) != (host.baud, host.word) or host.fixed_baud is None:
             self.rig.do(lambda: host.change_line(baud, word.bits, word.parity, word.stop))
 
     # -------------------------------------------------------------------------------------------------------- reading
@@ -121,7 +121,7 @@ class End:
         if not isinstance(self.rig.pace, Following) and self.rig.line.quiet():
             raise Timeout(
                 f"{self.where}: read({size}) without timeout got {len(self.buffer)}, and nothing more is coming "
-                f"({self.rig.chip.waiting}); give the port a timeout, or, if another thread writes, its URL a rate"
+                f"({'; '.join(filter(None, (self.rig.chip.waiting, self.rig.host.disagreement)))}); give the port a timeout, or, if another thread writes, its URL a rate"
             )
 
     # -------------------------------------------------------------------------------------------------------- writing
