@@ -174,7 +174,7 @@ def test_errors_are_told_with_their_meaning_and_count_if_strict(call, write):
     told = [line[15:] for line in ran.out.splitlines()]
     assert ran.status == 1
     assert "host     A4 -> E2 (argument missing, wrong or out of range)" in told
-    assert "gs_c200  ! E2: A4: output 4, allowed 1..3" in told
+    assert "gs_c200  ! E2: A4: output 4, allowed 1..3; the nearest is 3" in told
     assert "host     f+1 -> E4 (unknown, or not now)" in told
     assert "host     E -> E4 (unknown, or not now)" in told
 

@@ -183,6 +183,7 @@ def test_a_message_has_place_limits_source_and_picture():
         "x.gs-c200s, line 3, column 4: TOP_SPEED speed 1001: allowed 1..1000 (GS-C200S manual, command descriptions)",
         "      T1001 ; too fast",
         "       ^^^^",
+        "    the nearest is 1000",
     ]
 
 

@@ -43,11 +43,11 @@ def test_each_code_of_each_source_is_told_once_a_minute_and_the_others_are_count
     found(reports, "E1", source="y")
     assert told == ["x: E1: text", "x: E2: text", "y: E1: text"]
     minutes.pass_()
-    assert told[3:] == ["x: E1: 2 more of these"]
+    assert told[3:] == ["x: E1: 2 more like this: text"]
     found(reports, "E1", "E2")
     assert told[4:] == ["x: E2: text"]
     minutes.pass_()
-    assert told[5:] == ["x: E1: 1 more of these"]
+    assert told[5:] == ["x: E1: 1 more like this: text"]
     for _ in range(2):
         minutes.pass_()
     assert told[6:] == [] and reports.more == {} and minutes.calls == []

@@ -189,9 +189,8 @@ def test_wrong_settings_give_what_a_wire_gives(opened, changes):
     port.write(b"\r")  # ends whatever the module has made of it
     port.read(100)
     assert ask(port, "F") == b"RR\r"
-    assert {found.code for found in port.bench.findings} - {"unfinished"} == {"format"} | (
-        {"E1"} if "baudrate" not in changes else set()
-    )
+    codes = {found.code for found in port.bench.findings}
+    assert codes == {"E1", "format"} if "baudrate" not in changes else "format" in codes
 
 
 def test_settings_that_change_on_an_open_port_hold_from_the_next_character_on(opened):
@@ -214,7 +213,7 @@ def test_a_break_is_a_character_without_stop_bit(opened):
     assert port.bench.now_ps - began == 50 * 10**9
     port.write(b"\r")
     assert port.read_until(b"\r") == framed("E1")
-    assert port.bench.findings[-1].text == r"b'\x00': a parity or framing fault"
+    assert port.bench.findings[-1].text.startswith(r"b'\x00': a parity or framing fault: this module listens at 9600")
 
 
 def test_a_break_comes_behind_what_was_written(opened):

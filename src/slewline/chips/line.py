@@ -20,7 +20,7 @@ from ..core.kernel import Kernel, Task
 from ..core.serial import RS232, Receiver, Straps, Word, bit_clock, transmit
 from ..core.waits import next_round
 from ..language.dialect import Refusal, dialect_of
-from ..language.lines import KEPT, parse
+from ..language.lines import KEPT, parse, refusal
 
 CR, LF = 0x0D, 0x0A
 TURNROUND_PS = 10**9
@@ -73,12 +73,21 @@ class LineChip(Chip):
     def unfinished(self) -> str:
         return self.coming.decode("latin-1")
 
+    @property
+    def how_to_end(self) -> str:
+        """What to do about a line that has come without its end; one of odd characters was sent in another format."""
+        odd = any(not 0x20 <= byte < 0x7F for byte in self.coming.replace(b"\n", b""))
+        here = f"; such characters come of another rate or format than {self.straps.setting.in_full}" if odd else ""
+        return super().how_to_end + here
+
     async def obey(self, line: Line) -> Sequence[bytes]:
         """Do what a line says; returns the answers, without their carriage returns.
 
         As it stands here: the method named after the row of the command is called, and what it returns is the answer.
         """
         command = parse(self.sheet, line.text.decode("ascii", "replace"))
+        if isinstance(command, Refusal):
+            self.finding("refused", refusal(self.sheet, line.text.decode("ascii", "replace"), command))
         if line.faulty or line.too_long or isinstance(command, Refusal):
             return [self.refused]
         answer = getattr(self, command.row.handler)(*command.values)
@@ -132,7 +141,7 @@ class LineChip(Chip):
                 task.kill()
         if self.receiver is not None:
             self.receiver.close()
-        self.listener = self.worker = self.receiver = None
+        self.listener = self.worker = self.receiver = self.straps.taken = None
         self.work.clear()
         self.coming.clear()
 
@@ -164,7 +173,7 @@ class LineChip(Chip):
             return  # the last: it may be a checksum
         self.line_feeds = True
         ends = "with LF; this part wants CR" if within else "with CR LF; this part wants CR, and takes LF for a command"
-        self.finding("line-end", f"the host ends its lines {ends}")
+        self.finding("line-end", f"the host ends its lines {ends}: send \\r alone, without \\n")
 
     def take(self, item: Line | bytes) -> None:
         """A line is complete, or an answer that took its time is ready."""

@@ -26,6 +26,7 @@ from .table import Sheet
 from .timebase import Clock, readable
 from .waits import first_of, until
 
+RETURN = "carriage return"
 PEACE_PS = 10**9  # without a conflict: the next one on that wire is told again
 
 
@@ -125,6 +126,7 @@ class Chip(OneAxis, HasInputs):
         self.idle = False
         self._waiting: tuple[str, int] = ("nothing yet", 0)
         self._left: list[tuple[str, str]] = []  # what `conclude` has found left over the last time
+        self._unended = ""  # the line without end that has been reported
         self._build_pins(straps or {})
 
     @classmethod
@@ -303,7 +305,15 @@ class Chip(OneAxis, HasInputs):
     @property
     def lacking(self) -> str:
         """What would end, or go on with, the line that has come so far."""
-        return "carriage return"
+        return RETURN
+
+    @property
+    def how_to_end(self) -> str:
+        """What to do about a line that has come without its end."""
+        if self.lacking != RETURN:
+            return f"send the {self.lacking} that ends it"
+        instead = ", not a line feed (\\n)" if "\n" in self.unfinished else ""
+        return f"end each command with a carriage return (\\r, 0x0D){instead}"
 
     def finding(self, code: str, text: str) -> None:
         """Add a finding, now: what a host did wrong, or where the manual is silent."""
@@ -316,7 +326,14 @@ class Chip(OneAxis, HasInputs):
 
         Asked when everybody rests, or a run is over; nothing may change by that.
         """
-        return []
+        text = self.unfinished
+        if not text.strip("\n"):  # a line feed is another finding
+            self._unended = ""
+            return []
+        if not (self._unended and text.startswith(self._unended)):
+            self._unended = text  # told once, though it may grow
+        ends = f"{self._unended!r} has come without its {self.lacking}, and the {self.sheet.part} waits for it"
+        return [("unfinished", f"{ends}: {self.how_to_end}")]
 
     def conclude(self) -> bool:
         """Tell what is left over, unless it was the last time; return whether that has changed."""

@@ -120,7 +120,7 @@ class Ear(Protocol):
 def disagreement(who: str, mine: Setting, whom: str, ear: Ear) -> str:
     """Return in which way two ends of a line are set differently, and what to do; empty: they agree."""
     theirs = ear.setting
-    if (str(mine.baud), mine.word) == (str(theirs.baud), theirs.word):
+    if str(mine) == str(theirs):  # a stop bit may be 1 or "1"
         return ""
     by = f" ({ear.set_by})" if ear.set_by else ""
     remedy = f"let the host have {theirs.in_full}"

@@ -231,6 +231,13 @@ def slip_remedy(sheet: Sheet, written: str, row: Row | None = None) -> str:
     return sheet.slips.get(odd or (row.form if row else ""), "")
 
 
+def state_remedy(sheet: Sheet, entering: bool) -> str:
+    """Return what lets a command come that belongs outside program entry, or into it; empty: it stores no program."""
+    if entering:
+        return f"end program entry first, with {' or '.join(row.form for row in sheet.leave)}"
+    return f"begin program entry with {sheet.enter.form}" if sheet.enter is not None else ""
+
+
 def unknown_remedy(sheet: Sheet, letter: str) -> str:
     """Return the remedy for a letter that is no command; empty: none is known."""
     if letter.upper() in sheet.commands.by_form:

@@ -19,7 +19,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..core.table import Sheet
-from .dialect import dialect_of
+from .dialect import dialect_of, state_remedy
 from .statements import Block, Directive, Source, Statement
 
 
@@ -91,10 +91,10 @@ def _outside(source: Source, item: Statement, block: Block | None) -> None:
         section = sheet.sections.get("labels", "")
         source.report(item, "label-outside", "warning", "a label in command mode", section=section, remedy=remedy)
     if block is not None and "p" not in row.when:
-        remedy = f"end program entry first, with {ends}"
+        remedy = state_remedy(sheet, entering=True)
         source.report(item, "not-now", "error", f"{item.text} during program entry", section=row.where, remedy=remedy)
     elif block is None and "i" not in row.when and enter is not None:
-        remedy = f"begin program entry with {enter.form}"
+        remedy = state_remedy(sheet, entering=False)
         source.report(item, "not-now", "error", f"{item.text} outside a program", section=row.where, remedy=remedy)
 
 

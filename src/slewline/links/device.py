@@ -11,6 +11,7 @@ the socket is what the loop sees.
 
 from __future__ import annotations
 
+import os
 import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -22,7 +23,7 @@ from ..extras import needs
 from .line import Line, SerialLine
 from .loop import Loop
 from .stream import CHUNK, Stream
-from .system import Descriptor, pair
+from .system import WINDOWS_PORT, Descriptor, pair
 
 try:
     import serial
@@ -81,6 +82,15 @@ class Threads:
         self.theirs.close()
 
 
+def refused(device: str, error: Exception, windows: bool = os.name == "nt") -> str:
+    """Return why a serial port could not be opened, once, and what to do."""
+    if WINDOWS_PORT.fullmatch(device) and not windows:
+        return "is the name of a port of Windows; here a serial port is /dev/ttyUSB0 or the like"
+    number = getattr(error, "errno", None)  # the text of pySerial has it twice
+    why = os.strerror(number) if number else str(error)
+    return f"{why}; name a serial port that is there and that you may open (python -m serial.tools.list_ports)"
+
+
 class DevicePort:
     """A line on a serial port of this machine.
 
@@ -100,7 +110,7 @@ class DevicePort:
         try:
             self._open()
         except (OSError, ValueError) as error:
-            raise UsageError(f"{device}: {error}") from None
+            raise UsageError(f"{device}: {refused(device, error)}") from None
 
     @property
     def where(self) -> str:

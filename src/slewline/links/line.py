@@ -35,6 +35,7 @@ class Line:
     """
 
     ports: tuple[str, ...] = ("tcp", "pty")  # on which it can be served
+    baud: int | str | None = None  # its rate, where it has one
 
     def __init__(self, name: str, chips: Sequence[Chip], pace: Pace, log: Log) -> None:
         self.name, self.chips, self.pace, self.log = name, tuple(chips), pace, log
@@ -45,6 +46,7 @@ class Line:
         self.taken = self.given = self.dropped = 0  # bytes from the host, to the host, and those nobody read
         self.wait: Wait | None = None  # in lockstep, what lets time pass for what has come
         self.beside: list[Line] = []  # lines to the same chip
+        self.coming_ends: list[str] = []  # what chips had of a line at the last look
 
     # ---------------------------------------------------------------------------------------------------- the host
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
@@ -56,6 +58,13 @@ class Line:
         """Disconnect the host; bytes that it has sent already still go to the chip."""
         self.log.event(self.name, f"{self.host_name}: {why}")
         self.host, self.host_name = None, ""
+
+    def look_for_ends(self) -> None:
+        """Report what has come without its end and was there already at the last look: the host waits in vain."""
+        coming = [chip.unfinished for chip in self.chips]
+        if any(coming) and coming == self.coming_ends:
+            self.pace.bench.conclude()
+        self.coming_ends = coming
 
     def leave(self, why: str) -> None:
         """Disconnect a host that has gone; what it has left over is told when all that it has sent is played."""
@@ -103,6 +112,9 @@ class Line:
     def obey(self, on: bool) -> None:
         """Let characters wait for CTS of a chip that has it, or not; where there is none, nothing changes."""
 
+    def opened_at(self, baud: int) -> None:
+        """Take notice of the rate that a host has set where it does not count."""
+
     def note(self, way: str, data: bytes) -> None:
         """Write bytes into the transcript."""
         self.log.characters(self.name, way, data)
@@ -132,11 +144,27 @@ class SerialLine(Line):
     def __init__(self, name: str, chips: Sequence[Chip], pace: Pace, log: Log, port: SerialPort) -> None:
         super().__init__(name, chips, pace, log)
         self.port = port
+        self.mute = not port.pins["rxd"].net.drivers  # nothing can ever come from the chip
         self.coming = 0  # characters whose last bit is not over
         self.late_ps = 0  # a late character of the module comes then, and those behind it not before
         spared = next((bit for chip in chips if (bit := dialect_of(chip.sheet).constant_bit) is not None), None)
         self.to_chip, self.to_host = (Noise(port.word.bits, LINKED, spared) for _ in range(2))
         port.on_character.add(self._character)
+
+    @property
+    def baud(self) -> int | str:  # type: ignore[override]
+        """The rate of the line."""
+        return self.port.baud
+
+    def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
+        """Connect a host."""
+        super().attach(name, host, resume)
+        if self.mute:
+            self.log.event(self.name, "nothing is ever answered: what listens here only receives")
+
+    def opened_at(self, baud: int) -> None:
+        """Take notice of the rate that a host has set where it does not count; on a cable it would."""
+        self.port.opened_at(baud)
 
     def feed(self, data: bytes) -> None:
         """Send bytes to the chip, with the faults that are planned."""

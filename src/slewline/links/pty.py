@@ -33,7 +33,7 @@ from .loop import Loop
 from .stream import Stream
 
 DEVICES = ("/dev/pts/", "/dev/ttys")  # of Linux, of macOS
-CFLAG, LFLAG = 2, 3  # places in what tcgetattr returns
+CFLAG, LFLAG, ISPEED, OSPEED = 2, 3, 4, 5  # places in what tcgetattr returns
 SETTLE_S = 0.0005
 WAYS = "let it ask for 8N1, or serve with --tcp (socket://) or --rfc2217 (rfc2217://)"
 HINT = (
@@ -86,6 +86,10 @@ class PtyPort:
     def __init__(self, loop: Loop, line: Line, link: str) -> None:
         if not hasattr(os, "openpty"):
             raise UsageError(NONE)
+        if system.WINDOWS_PORT.fullmatch(link):
+            raise UsageError(
+                f"{link} looks like a port of Windows: there it is --serial {link}; here name a link: /tmp/{link}"
+            )
         if not link:
             raise UsageError("a pty needs a name: give that of the link to be made, such as /tmp/x")
         self.loop, self.line, self.link = loop, line, Path(link)
@@ -123,6 +127,9 @@ class PtyPort:
 
         settings = termios.tcgetattr(self.slave)
         settings[0] = settings[1] = 0
+        for code, baud in system.bauds().items():
+            if baud == self.line.baud:
+                settings[ISPEED] = settings[OSPEED] = code  # a program that sets none has that of the line
         settings[LFLAG] = system.EXTPROC or 0
         termios.tcsetattr(self.slave, termios.TCSANOW, settings)
         if system.EXTPROC is not None:
@@ -131,7 +138,10 @@ class PtyPort:
     def _changed(self) -> None:
         import termios
 
-        self.line.obey(bool(termios.tcgetattr(self.slave)[CFLAG] & termios.CRTSCTS))
+        settings = termios.tcgetattr(self.slave)
+        self.line.obey(bool(settings[CFLAG] & termios.CRTSCTS))
+        if (baud := system.bauds().get(settings[OSPEED])) is not None and baud != self.line.baud:
+            self.line.opened_at(baud)
         self.settled_at = perf_counter() + SETTLE_S
         self.loop.after(SETTLE_S, self._settled)
 

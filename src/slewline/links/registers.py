@@ -52,6 +52,7 @@ class RegisterLine(Line):
         self.board = board
         self.half = b""  # the first byte of a request
         self.full = False
+        self.strange = False  # this host has sent what is no request, and it has been told
         self.shown = -1  # the last status in the transcript: polls that say the same are left out
 
     @property
@@ -62,7 +63,7 @@ class RegisterLine(Line):
 
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
         """Connect a host."""
-        self.half = b""
+        self.half, self.strange = b"", False
         super().attach(name, host, resume)
 
     # ------------------------------------------------------------------------------------------------------- requests
@@ -117,7 +118,18 @@ class RegisterLine(Line):
 
     def _nobody(self, request: int, value: int) -> int:
         self.log.event(self.name, f"{request:02x} {value:02x} is no request")
+        if not self.strange:
+            self.strange = True
+            self.board.finding("no-request", self._what_is_here(bytes([request, value])))
         return FLOATING
+
+    def _what_is_here(self, came: bytes) -> str:
+        """Return what to do about bytes that are no request."""
+        text = " (text, it seems)" if came.isascii() and came.decode("ascii").isprintable() else ""
+        return (
+            f"{came!r}{text} is no request, and reads FF: this is a port of registers, with two bytes a request, "
+            '00 to 4F first; see "Registers on a socket" (docs/howto/serve_registers.md)'
+        )
 
     # ----------------------------------------------------------------------------------------------------- transcript
     def note(self, way: str, data: bytes) -> None:

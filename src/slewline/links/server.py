@@ -30,9 +30,9 @@ from .framing import FramedLine
 from .line import Line, SerialLine
 from .log import Log
 from .loop import Loop
-from .pace import Pace
+from .pace import Pace, Paced
 from .registers import RegisterLine, RegisterPort
-from .reports import Reports
+from .reports import Lateness, Reports
 from .store import FileStore
 from .system import fine_timer
 from .tcp import TcpPort
@@ -52,6 +52,9 @@ BOARDS: Mapping[type[Channel], tuple[str, str]] = {  # the kind of board on a ch
     HostPort: ("isa", "isa"),
     FlowBus: ("parallel_card", "card"),
 }
+DEAF = (
+    "its UART only receives: no command is answered; with --framing (a bench file: framing = true), ?0 to ?3 read back"
+)
 KEPT_FINDINGS = 1000  # of each chip and part; a server runs for months
 KEPT_STRETCHES = 10_000  # of the past of each axis
 TIDY_S = 5.0
@@ -95,6 +98,8 @@ class Server:
             bench.journal.on_failure.add(self._trouble)
         self.loop = Loop()
         self.reports = Reports(self.loop, self._report)
+        rate = float(pace.rate) if isinstance(pace, Paced) else 1
+        self.lateness = Lateness(pace.lag, rate, lambda text: self._say("server", text))
         self.lines: dict[str, Line] = {}
         self.ports: list[Opened] = []
         self.found = 0  # findings since the beginning
@@ -173,9 +178,11 @@ class Server:
     def _uart(self, chip: Chip) -> SerialPort:
         """The same, and the UART of figure 10.16, which only receives."""
         name = f"{chip.name}_line"
-        self.bench.part("uart", name=f"{chip.name}_uart", to=chip, baud=UART_BAUD)
+        uart = self.bench.part("uart", name=f"{chip.name}_uart", to=chip, baud=UART_BAUD)
         port = self.bench.part("serial_port", name=name, ttl=True, baud=UART_BAUD, bits=8, parity="none", stop=1)
         self.bench.wire(f"{name}.txd", f"{chip.name}_uart.rxd")
+        port.ears = {uart.name: uart}
+        self._say(chip.name, DEAF)
         return port
 
     def _board(self, chip: Chip, over: str | None) -> Board:
@@ -273,6 +280,7 @@ class Server:
         self.ports.clear()
         self.bench.conclude()
         self.reports.close()
+        self.lateness.close()
         self.bench.run(0)  # the journal learns how far time has gone
         for part in self.bench.parts.values():
             part.leave()
@@ -321,7 +329,10 @@ class Server:
         return self.forgotten[chip.name] + sum(axis.count(axis.past[0].start, self.bench.now_ps) for axis in chip.axes)
 
     def _tidy(self) -> None:
-        """Forget the distant past of axes that have moved often."""
+        """Forget the distant past of axes that have moved often; look for lines whose end does not come."""
+        self.lateness.look()
+        for line in self.lines.values():
+            line.look_for_ends()
         for chip in self.bench.chips.values():
             for axis in chip.axes:
                 if len(axis.past) > 2 * KEPT_STRETCHES:

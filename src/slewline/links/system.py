@@ -16,6 +16,7 @@ needed.
 from __future__ import annotations
 
 import os
+import re
 import select
 import selectors
 import signal
@@ -23,6 +24,7 @@ import socket
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from importlib import import_module
 from typing import Any
 
@@ -30,6 +32,7 @@ BINARY = getattr(os, "O_BINARY", 0)  # without it Windows writes CR LF for LF
 CLOSED = select.POLLHUP | select.POLLERR | select.POLLRDHUP if hasattr(select, "POLLRDHUP") else 0
 EXTPROC: int | None = 0o200000 if sys.platform == "linux" else None  # of a pty; the module termios has no name for it
 FINE_MS = 1
+WINDOWS_PORT = re.compile(r"(?:\\\\\.\\)?com[0-9]+:?", re.IGNORECASE)  # COM3, \\.\COM12
 
 Ready = tuple[selectors.SelectorKey, int]
 
@@ -85,6 +88,17 @@ def fine_timer() -> Iterator[None]:
 def multimedia() -> Any:
     """Return the library of Windows that has the timer; None elsewhere."""
     return import_module("ctypes").windll.winmm if sys.platform == "win32" else None
+
+
+# ------------------------------------------------------------------------------------------------------- serial ports
+@cache
+def bauds() -> dict[int, int]:
+    """Return the rates of a terminal, by what stands for them in its settings; nothing on Windows."""
+    try:
+        import termios
+    except ImportError:
+        return {}
+    return {getattr(termios, name): int(name[1:]) for name in dir(termios) if re.fullmatch("B[1-9][0-9]*", name)}
 
 
 # ------------------------------------------------------------------------------------------------------------ signals

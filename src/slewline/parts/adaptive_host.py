@@ -163,6 +163,9 @@ class AdaptiveHost(LineHost, ShadowHost):
             self.was_reset = False
         self.write(data)
 
+    def opened_at(self, baud: int) -> None:
+        """Take notice of a rate that changes nothing: the chip would have found it."""
+
     def ask(self, command: str, timeout: Time = "5 s") -> str | bytes:
         """Send a query such as "? P", and return what the chip answers on the line: text, or bytes in binary mode.
 

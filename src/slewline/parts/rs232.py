@@ -99,7 +99,7 @@ class SerialPort(Worker):
 
     @property
     def disagreement(self) -> str:
-        """In which way this end of the line and the other one are set differently, and what to do; empty: they agree."""
+        """In which way the two ends of the line are set differently, and what to do; empty: they agree."""
         mine = Setting(self.baud, self.word)
         return "; ".join(filter(None, (disagreement(self.name, mine, name, ear) for name, ear in self.ears.items())))
 
@@ -110,6 +110,17 @@ class SerialPort(Worker):
         if text and text not in self.told:
             self.told.add(text)
             self.finding("format", text)
+
+    @from_outside
+    def opened_at(self, baud: int) -> None:
+        """Report a rate that a program has set on a port where it changes nothing, if on a cable it would."""
+        self.input("opened_at", baud)
+        mine = Setting(baud, self.word)
+        for name, ear in self.ears.items():
+            text = disagreement("the program", mine, name, ear)
+            if text and text not in self.told:
+                self.told.add(text)
+                self.finding("format", f"{text}; this port passes characters at any rate, a cable does not")
 
     def rewired(self) -> None:
         """Start to listen."""
@@ -204,7 +215,8 @@ class SerialPort(Worker):
 
     def got(self, data: Data) -> Condition:
         """Return a condition for `bench.run_until`: these bytes have been received, one behind the other."""
-        return GotCondition(self.name, self.received, as_bytes(self.name, data))
+        mute = "" if self.pins["rxd"].net.drivers else " (whose rxd nobody drives: what listens there only receives)"
+        return GotCondition(f"{self.name}{mute}", self.received, as_bytes(self.name, data))
 
 
 class LineHost(SerialPort, Computer):
@@ -261,7 +273,13 @@ class SerialHost(LineHost):
         port = straps_of(chips[0]).port
         bits, parity, stop = port.bits, port.parity, port.stop
         super().__init__(
-            kernel, name, baud=straps_of(chips[0]).baud if baud is None else baud, bits=bits, parity=parity, stop=stop, ttl=False
+            kernel,
+            name,
+            baud=straps_of(chips[0]).baud if baud is None else baud,
+            bits=bits,
+            parity=parity,
+            stop=stop,
+            ttl=False,
         )
         self.join(chips)
         self.port = port
@@ -292,8 +310,8 @@ class SerialHost(LineHost):
         return straps_of(self.chip)
 
     def follow_straps(self) -> SerialLine:
-        """Take the rate that the module is strapped for."""
-        baud = self.fixed_baud or self.straps.baud
+        """Take the rate that the module is strapped for, and has looked at."""
+        baud = self.fixed_baud or self.straps.setting.baud
         if baud != self.baud:
             self.set_line(baud, self.word)
         return self.port

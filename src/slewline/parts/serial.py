@@ -18,7 +18,18 @@ from types import MappingProxyType
 from ..core.inputs import from_outside
 from ..core.kernel import Kernel
 from ..core.option import Option
-from ..core.serial import BAUD, OVERSAMPLING, TTL, Character, Receiver, Word, bit_clock, transmit, word_options
+from ..core.serial import (
+    BAUD,
+    OVERSAMPLING,
+    TTL,
+    Character,
+    Receiver,
+    Setting,
+    Word,
+    bit_clock,
+    transmit,
+    word_options,
+)
 from ..core.timebase import Clock, Time, picoseconds
 from ..core.waits import until
 from .part import Part
@@ -95,8 +106,8 @@ class Uart(Part):
 
     def __init__(self, kernel: Kernel, name: str, *, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
         super().__init__(kernel, name)
-        self.word = Word(bits, parity, stop).checked(name)
-        self.clock = Clock(GENERATOR[baud])
+        self.setting = Setting(baud, Word(bits, parity, stop).checked(name))
+        self.word, self.clock = self.setting.word, Clock(GENERATOR[baud])
         self.add_bus("db", "received data, driven while RDE is low", role="data")
         self.add_pin("rxd", "in", "serial data, TTL level", pull=1, role="serial_in", active=0)
         self.add_pin("rde", "in", "low: received data on the bus", pull=1)
@@ -114,6 +125,15 @@ class Uart(Part):
         self.pin("rdav").net.watch(lambda net: self._set(False) if net.level == 0 else None)
         self.pin("rde").net.watch(lambda _: self._put())
         self.kernel.spawn(self._receive, name=self.name)
+
+    @property
+    def set_by(self) -> str:
+        """What has set rate and format, in words."""
+        return "its options baud, bits, parity, stop"
+
+    def instead(self, baud: int | str) -> str:
+        """Return what would let it listen at another rate; empty: nothing."""
+        return f"the option baud={baud!r}" if baud in GENERATOR else ""
 
     @property
     def idle(self) -> bool:
@@ -147,13 +167,13 @@ class Uart(Part):
                 "pe",
                 character.parity_wrong,
                 "uart-parity",
-                f"wrong parity of {byte:#04x}: the word formats differ, or the line is noisy",
+                f"wrong parity of {byte:#04x}: the UART has {self.setting}; let the host have it, or look for noise",
             ),
             (
                 "fe",
                 character.framing_wrong,
                 "uart-framing",
-                f"no stop bit behind {byte:#04x}: baud rates or word formats differ",
+                f"no stop bit behind {byte:#04x}: the UART has {self.setting}; let the host have it, too",
             ),
             (
                 "oe",

@@ -240,6 +240,8 @@ class Controller(Face):
         at = self.url or f"a host over {self.rig.channel.says}"
         yield f"{self.chip.sheet.part} at {at}, seed {self.seed}, {readable(self.now)}, position {self.position}"
         yield self.chip.waiting
+        if self._idle():
+            self.bench.conclude()
         findings = [str(found) for found in self.bench.findings]
         yield from ["", "faults and findings:", *findings] if findings else []
         if hasattr(self.rig, "line"):

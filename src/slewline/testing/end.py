@@ -103,8 +103,14 @@ class End:
             if self.rig.wait(partial(self._has_more, had), limit if pause is None else min(limit, pause)):
                 continue
             if end is not None or pause is not None:
+                self.rig.do(self._look)
                 return
             self._complain(size)
+
+    def _look(self) -> None:
+        """Nothing has come in time: perhaps a line has no end."""
+        if self.rig.line.quiet():
+            self.rig.bench.conclude()
 
     def _has_more(self, than: int) -> bool:
         return len(self.buffer) > than or self.cancelled or not self.connected
@@ -119,9 +125,10 @@ class End:
     def _complain(self, size: int) -> None:
         """Nothing has come for long: say so, unless somebody may still send something meanwhile."""
         if not isinstance(self.rig.pace, Following) and self.rig.line.quiet():
+            why = "; ".join(filter(None, (self.rig.chip.waiting, self.rig.host.disagreement)))
             raise Timeout(
                 f"{self.where}: read({size}) without timeout got {len(self.buffer)}, and nothing more is coming "
-                f"({'; '.join(filter(None, (self.rig.chip.waiting, self.rig.host.disagreement)))}); give the port a timeout, or, if another thread writes, its URL a rate"
+                f"({why}); give the port a timeout, or, if another thread writes, its URL a rate"
             )
 
     # -------------------------------------------------------------------------------------------------------- writing

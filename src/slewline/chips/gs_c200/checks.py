@@ -16,6 +16,7 @@ from ...language.lint import Check, explored
 from ...language.problems import Severity
 from ...language.statements import Source, Statement
 from .profile import ramp
+from .program import set_first
 from .sheet import POSITIONS, RATE_UNIT
 
 SPEEDS = {"S": "start", "T": "top", "R": "ramp"}
@@ -144,7 +145,7 @@ def unset(source: Source) -> None:
             missing = [letter for letter in SPEEDS if letter not in known]
             if statement.row.motion and missing:
                 found = f"{statement.text} before {', '.join(missing)}: E is refused with E4"
-                remedy = f"set {', '.join(missing)} at the head of the program"
+                remedy = set_first(", ".join(missing))
                 source.report(statement, "unset-speed", "warning", found, section=COMMANDS, remedy=remedy)
                 known |= set(missing)  # said once
             known |= {statement.row.form} & set(SPEEDS)

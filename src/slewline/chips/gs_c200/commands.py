@@ -10,10 +10,12 @@ from collections.abc import Callable
 from functools import partial
 
 from ...core.chip import Chip
-from ...language.dialect import Command
-from ...language.lines import parse
+from ...core.kernel import Task
+from ...language.dialect import Command, Refusal, dialect_of, state_remedy
+from ...language.lines import parse, refusal
 from .eeprom import Eeprom
 from .interpreter import Interpreter
+from .program import set_first
 from .registers import Registers
 from .user_lines import UserLines
 
@@ -40,6 +42,7 @@ class Commands:
         self.registers, self.user, self.interpreter, self.eeprom = registers, user, interpreter, eeprom
         self.program, self.counter = interpreter.program, interpreter.counter
         self.answer_later, self.homing_erases = answer_later, homing_erases
+        self.busy_run: Task | None = None  # the run in which it was told that the module is busy
         others = (row for row in chip.sheet.commands if row.form not in interpreter.handlers)
         self.handlers = interpreter.handlers | {row.form: getattr(self, row.handler) for row in others}
 
@@ -54,11 +57,11 @@ class Commands:
         if self.interpreter.running:
             if isinstance(command, Command) and "r" in command.row.when:
                 return await self.perform(command)
+            self.told_busy(command)
             return "B"
         if not isinstance(command, Command):
-            if command.code == "unknown":
-                return self.mistake("E4", command.text)
-            return self.mistake("E2", command.text)
+            code = "E4" if command.code == "unknown" else "E2"
+            return self.mistake(code, refusal(self.chip.sheet, text, command))
         if ("p" if self.program.entering else "i") in command.row.when:
             return await self.perform(command)
         if self.program.entering and command.row.stored:
@@ -66,8 +69,21 @@ class Commands:
         if self.options.direct and command.row.stored:
             self.interpreter.run(partial(self.interpreter.perform, command))
             return "Y"
-        state = "while programming" if self.program.entering else "outside a program"
-        return self.mistake("E4", f"{text}: not allowed {state}")
+        entering = self.program.entering
+        state = "during program entry" if entering else "outside a program"
+        return self.mistake("E4", f"{text} {state}; {state_remedy(self.chip.sheet, entering)}")
+
+    def told_busy(self, command: Command | Refusal) -> None:
+        """Report once in a run that a host sends a program meanwhile; a question is none of this."""
+        if self.busy_run is self.interpreter.task or not isinstance(command, Command):
+            return
+        row = command.row
+        if row.stored or row.role in ("enter", "leave"):
+            self.busy_run = self.interpreter.task
+            remedy = "wait until F is answered with R, or end it with K or Z"
+            self.chip.finding(
+                "busy", f"{command.text} while a program runs: B is the answer, nothing is done; {remedy}"
+            )
 
     def mistake(self, code: str, text: str) -> str:
         """Report a mistake of the host, or a fault of the EEPROM; return the code, which is the answer."""
@@ -83,8 +99,9 @@ class Commands:
         """Programming: store an instruction, if it fits."""
         if self.program.store(command):
             return "Y"
-        room = f"{len(self.program.memory)} of {self.chip.sheet.buffer_bytes} locations are taken"
-        return self.mistake("E3", f"{command.text} does not fit: {room}")
+        sheet = self.chip.sheet
+        room = f"{len(self.program.memory)} of {sheet.buffer_bytes} locations are taken"
+        return self.mistake("E3", f"{command.text} does not fit: {room}; {dialect_of(sheet).shorter(sheet)}")
 
     # ------------------------------------------------------------------------------------------------- the program
     async def do_program(self) -> None:
@@ -98,7 +115,9 @@ class Commands:
         self.program.entering = False
         missing = self.program.unset_before_motion()
         if not self.program.memory or missing:
-            return self.mistake("E4", f"E with {f'{missing} never set' if missing else 'an empty program'}")
+            if missing:
+                return self.mistake("E4", f"E with {missing} never set; {set_first(missing)}")
+            return self.mistake("E4", f"E with an empty program; {state_remedy(self.chip.sheet, entering=False)}")
         self.registers.overflow = False
         self.interpreter.run(self.interpreter.execute)
         return "Y"
@@ -113,7 +132,7 @@ class Commands:
     async def do_home(self, direction: int) -> str:
         speed = self.program.homing_speed
         if not speed:
-            return self.mistake("E4", "H without a start-stop speed")
+            return self.mistake("E4", f"H without a start-stop speed; {set_first('S')}")
         self.interpreter.run(partial(self._home, direction, speed))
         return "Y"
 

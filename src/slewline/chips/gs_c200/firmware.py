@@ -28,6 +28,7 @@ from .interpreter import Interpreter
 from .motion import Motion
 from .profile import LAWS
 from .program import Program
+from .reception import fault
 from .registers import Registers
 from .sheet import GS_C200, GS_C200S, LOADS_MA, POSITIONS, SUPPLY_VOLTS
 from .steps import StepLines
@@ -180,10 +181,10 @@ class GsC(LineChip):
     def _recall_and_run(self) -> None:
         """The stand-alone start: recall the program, home at its start-stop speed, run it."""
         program = self.stored
-        fault = self.eeprom.recall()
-        if fault:
-            self.finding("E6", fault)
-        if fault or not program.memory:
+        failed = self.eeprom.recall()
+        if failed:
+            self.finding("E6", failed)
+        if failed or not program.memory:
             return
         missing = program.unset_before_motion()
         if program.memory[0] != ord("S") or missing:
@@ -219,9 +220,9 @@ class GsC(LineChip):
         body = self.meant(line)
         if body is None:
             return ()
-        fault = self._reception_fault(line)
-        if fault:
-            return self._framed(self.commands.mistake("E1", f"{line.text!r}: {fault}"), line.checked)
+        command = line.text[bool(self.address) :].decode("latin-1")
+        if wrong := fault(line, command, self.sheet, self.straps, self.longest):
+            return self._framed(self.commands.mistake("E1", f"{line.text!r}: {wrong}"), line.checked)
         answer = await self.commands.answer(body.decode("ascii"))
         if not answer:
             self.late_checked = line.checked
@@ -235,15 +236,6 @@ class GsC(LineChip):
         if self.address and (line.first_faulty or text[:1] != b"%d" % self.address or len(text) == 1):
             return None
         return text[bool(self.address) : len(text) - line.checked]
-
-    def _reception_fault(self, line: Line) -> str:
-        if line.faulty:
-            return "a parity or framing fault"
-        if line.too_long:
-            return f"more than {self.longest} characters"
-        if line.checked and line.text[-1] != checksum(line.text[:-1], self.kept):
-            return f"checksum {line.text[-1]:#04x}, expected {checksum(line.text[:-1], self.kept):#04x}"
-        return ""
 
     def _framed(self, answer: str, checked: bool) -> list[bytes]:
         """Answers as they go over the line, each with its checksum if there is one; none for an empty text."""

@@ -16,6 +16,11 @@ if TYPE_CHECKING:
 SPEEDS = {"S": "start_stop", "T": "top_speed", "R": "ramp"}  # the registers that a motion needs, by command
 
 
+def set_first(missing: str) -> str:
+    """Return the remedy where a motion lacks registers, given as "S, T"."""
+    return f"set {missing} at the head of the program"
+
+
 class Program:
     """The stored program: its bytes, whose codes are the model's own, and its run.
 

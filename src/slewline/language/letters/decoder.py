@@ -117,7 +117,10 @@ class Decoder:
             self._state = self._count
             return
         if byte == LF:
-            self._note("line-feed", "a line feed stands where a command letter belongs and swallows the command")
+            self._note(
+                "line-feed",
+                "a line feed stands where a command letter belongs and swallows the command: send \\r alone",
+            )
         else:
             self._note(
                 "unknown-command",
@@ -139,7 +142,7 @@ class Decoder:
         """A line feed within a line: say once what it tells of the host."""
         if not self._line_feeds:
             self._line_feeds = True
-            self._note("line-end", "the host ends its lines with LF; this part wants CR")
+            self._note("line-end", "the host ends its lines with LF; this part wants CR: send \\r alone, without \\n")
 
     def _in_line(self, byte: int) -> Decoded:
         if byte == CR:

@@ -6,13 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ...core.table import Row, Sheet
-from ..dialect import Command, Dialect, Refusal, slip_remedy, spoken_as
+from ..dialect import Command, Dialect, Refusal, spoken_as
 from ..reader import Reader
 from ..statements import Operand, Source, Statement
-from .grammar import KEPT, SIGN, checksum, framed, parse, places, range_of, spell, usage
+from .grammar import KEPT, checksum, framed, parse, places, range_of, spell, usage
 from .reference import line_in_full, line_table
+from .remedies import alike, refusal, remedy
 
-__all__ = ["KEPT", "Lines", "Refusal", "checksum", "framed", "parse", "places", "range_of", "spell", "usage"]
+__all__ = ["KEPT", "Lines", "Refusal", "checksum", "framed", "parse", "places", "range_of", "refusal", "spell", "usage"]
 
 
 class LineReader(Reader):
@@ -33,26 +34,10 @@ class LineReader(Reader):
         return ()
 
     def refused(self, found: Refusal) -> None:
-        letter = SIGN if self.text[0] in "+-" else self.text[0]
-        alike = [row for row in self.sheet.commands if row.head[0] == letter]
-        unknown, remedy = found.code == "unknown", ""
         code = {"unknown": "unknown-command", "argument": "bad-argument"}.get(found.code, found.code)
-        if word := slip_remedy(self.sheet, self.text):
-            remedy = word
-        elif meant := self.meant():
-            remedy = f"write {meant}: no blanks, and capitals count"
-        elif unknown and alike:
-            remedy = f"with this letter it has {', '.join(map(usage, alike))}"
-        elif unknown and self.text.startswith(self.sheet.foreign):
-            remedy = "a sister part has this command"
-        where = "" if unknown else alike[0].where
-        self.error(found.at, found.end, code, found.found, found.allowed, where, remedy)
-
-    def meant(self) -> str:
-        """The command that the line would be with other capitals, or without blanks."""
-        tight = self.text.replace(" ", "")
-        spellings = (tight, tight.lower(), tight.capitalize())
-        return next((spelling for spelling in spellings if isinstance(parse(self.sheet, spelling), Command)), "")
+        forms = alike(self.sheet, self.text)
+        where = "" if found.code == "unknown" else forms[0].where
+        self.error(found.at, found.end, code, found.found, found.allowed, where, remedy(self.sheet, self.text, found))
 
 
 @dataclass(frozen=True, eq=False)

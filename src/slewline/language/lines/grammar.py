@@ -70,7 +70,8 @@ def parse(sheet: Sheet, text: str) -> Command | Refusal:
         (arg, value), allowed = bad, range_of(bad[0])
         place = places(row, text)[row.args.index(arg)]
         says = f"{text}: {arg.name} {value}, allowed {allowed}"
-        closest = Refusal("range", says, *place, f"{row.name} {arg.name} {value}", allowed)
+        remedy = f"the nearest is {arg.spell(nearest(arg, value))}"
+        closest = Refusal("range", says, *place, f"{row.name} {arg.name} {value}", allowed, remedy)
     if closest is not None:
         return closest
     forms = " or ".join(usage(row) for row, _ in patterns[head])
@@ -103,6 +104,11 @@ def range_of(arg: Arg) -> str:
     if arg.sign == "alone":
         return "+, -"
     return f"{arg.low}..{arg.high}" + ("" if arg.zero else " without 0")
+
+
+def nearest(arg: Arg, value: int) -> int:
+    """Return the number that an argument may be and that is nearest to another one."""
+    return min(max(value, arg.low), arg.high) or 1 - arg.zero
 
 
 def _value(arg: Arg, text: str | None) -> int:

@@ -1,0 +1,63 @@
+"""What to do about a line that is no command: the linter says it before a run, and a module's finding in one."""
+
+from __future__ import annotations
+
+from ...core.channel import SerialLine
+from ...core.table import Row, Sheet
+from ..dialect import Command, Refusal, slip_remedy
+from .grammar import KEPT, SIGN, checksum, parse, usage
+
+LF = "\n"
+
+
+def alike(sheet: Sheet, text: str) -> list[Row]:
+    """Return the commands that begin with the letter of a line."""
+    letter = SIGN if text[:1] in ("+", "-") else text[:1]
+    return [row for row in sheet.commands if row.head[:1] == letter]
+
+
+def remedy(sheet: Sheet, text: str, found: Refusal) -> str:
+    """Return the remedy for a line that was refused; empty: none is known."""
+    unknown = found.code == "unknown"
+    if LF in text:
+        return "lines end with a carriage return alone: leave out the line feed"
+    if word := slip_remedy(sheet, text):
+        return word
+    if meant := respelled(sheet, text):
+        return f"write {meant}: no blanks, and capitals count"
+    if is_command(sheet, text[:-1]) and any(ord(text[-1]) == checksum(text[:-1].encode(), kept) for kept in (0, KEPT)):
+        pin = _pin(sheet)
+        return f"{text[-1]!r} is the checksum of {text[:-1]}: leave it out" + (f", or strap {pin}=1" if pin else "")
+    if text[:1].isdigit() and is_command(sheet, text[1:]):
+        return f"write {text[1:]}: no address belongs in front of it"
+    if unknown and (rows := alike(sheet, text)):
+        return f"with this letter it has {', '.join(map(usage, rows))}"
+    if unknown and text.startswith(sheet.foreign):
+        return "a sister part has this command"
+    return found.remedy
+
+
+def refusal(sheet: Sheet, text: str, found: Refusal) -> str:
+    """Return what is wrong with a line, in a sentence: what was found, what is allowed, what to do."""
+    word = remedy(sheet, text, found)
+    if not word and found.code == "unknown":
+        word = f"its commands begin with {found.allowed}"
+    return f"{found.text}; {word}" if word else found.text
+
+
+def respelled(sheet: Sheet, text: str) -> str:
+    """Return the command that a line would be with other capitals, or without blanks; empty: it would be none."""
+    tight = text.replace(" ", "")
+    return next(
+        (spelling for spelling in (tight, tight.lower(), tight.capitalize()) if is_command(sheet, spelling)), ""
+    )
+
+
+def is_command(sheet: Sheet, text: str) -> bool:
+    """Return whether a line is a command."""
+    return isinstance(parse(sheet, text), Command)
+
+
+def _pin(sheet: Sheet) -> str:
+    port = sheet.channel(SerialLine)
+    return port.checksum_pin if port is not None else ""
