@@ -288,6 +288,7 @@ def chips_command(**options: Any) -> int:
 @click.option("--serial", metavar="DEV", type=FILE, help="On a serial port of this machine: /dev/ttyUSB0, COM3.")
 @click.option("--registers", metavar="HOST:PORT", help="The bus of a chip beside its serial line: on a TCP socket.")
 @click.option("--framing", is_flag=True, help="For a chip on a bus: lines of text, which can also read back.")
+@click.option("--baud", hidden=True)
 @click.option("--rate", metavar="R", help="Virtual seconds per second of the wall clock; 1 by default.")
 @click.option("--lockstep", is_flag=True, help="Time passes only by the bytes of the line, and by `advance`.")
 @click.option("--control", metavar="HOST:PORT", help="JSON lines: pins, time, faults, status; from any language.")

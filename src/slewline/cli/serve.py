@@ -56,6 +56,7 @@ class Serve:
     memory: str | None
     log: str | None
     journal: str | None
+    baud: str | None  # which straps set
     anywhere: bool
     allow_code: bool
     strap: tuple[tuple[str, int], ...]
@@ -96,6 +97,9 @@ class Serve:
         ports = [(kind, where) for kind in PORTS if (where := getattr(self, kind)) is not None]
         if (self.chip is None) == (self.bench is None):
             raise click.UsageError("give a chip, such as gs-c200s, or --bench FILE; and only one of them")
+        if self.baud is not None:
+            says = sheet_of(self.chip).elsewhere("baud", self.baud) if self.chip is not None else ""
+            raise click.UsageError(f"--baud {self.baud}: {says or 'this part has no rate of its own; leave it out'}")
         own = (*ports, self.registers, self.strap, self.option, self.options, self.framing, self.memory)
         if self.bench is not None and any(own):
             raise click.UsageError(
@@ -142,7 +146,7 @@ class Serve:
         sheet = sheet_of(self.chip)
         # nothing strapped is the slowest
         options = joined(read_options(self.options, self.chip), read(sheet.options, self.option))
-        checked(sheet.part, sheet.options, options)
+        checked(sheet.part, sheet.options, options, elsewhere=sheet.elsewhere)
         chip = bench.add(self.chip, straps=sheet.fastest | dict(self.strap), **options)
         put_memory(bench, chip, self.memory)
         return bench

@@ -27,6 +27,10 @@ class Channel:
         """The straps that leave out what a program file does not hold, such as checksums."""
         return {}
 
+    def elsewhere(self, name: str, value: object) -> str:
+        """Return what sets something that is no option, with this value, in words; empty: nothing does."""
+        return ""
+
 
 @dataclass(frozen=True, eq=False)
 class BusHandshake(Channel):
@@ -42,6 +46,11 @@ class HostPort(Channel):
 
     name = "port"
     says = "a port for packets"
+
+
+def ways(pin: str) -> str:
+    """Return how a strap is given in Python and on the command line."""
+    return f'straps={{"{pin}": 0, ...}}, or --strap {pin}=0'
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +80,20 @@ class SerialLine(Channel):
         levels = max(self.bauds, key=lambda levels: self.bauds[levels])
         return dict(zip(self.baud_pins, levels, strict=True))
 
+    def elsewhere(self, name: str, value: object) -> str:
+        """Return which straps set rate and checksums, and that nothing sets the format."""
+        if name in ("baud", "baudrate") and self.baud_pins:
+            given = self.strapping(value)  # type: ignore[arg-type]
+            rates = ", ".join(map(str, sorted(self.bauds.values())))
+            return f"straps set its rate: {given or f'allowed {rates}'}; " + ways(self.baud_pins[0])
+        if name in ("checksum", "checksums") and self.checksum_pin:
+            return f"a strap sets it: {self.checksum_pin}=0 switches checksums off; " + ways(self.checksum_pin)
+        if name in ("bits", "parity", "stop", "bytesize", "stopbits"):
+            return (
+                f"its format is fixed: {self.bits} data bits, {self.parity} parity, {self.stop} stop bits; leave it out"
+            )
+        return ""
+
     def strapping(self, baud: int | str) -> str:
         """Return the straps of a rate, such as "br0=0, br1=0, br2=0"; empty: no strap gives it."""
         levels = next((levels for levels, rate in self.bauds.items() if str(rate) == str(baud)), ())
@@ -99,13 +122,19 @@ class FlowBus(Channel):
     live: bool = True
     in_use: tuple[int, int] = (0, 0)
 
+    @property
+    def answers(self) -> tuple[int, int]:
+        """The mode register, under a mask, with which answers come over this channel."""
+        return self.in_use
+
 
 @dataclass(frozen=True, eq=False)
 class AdaptiveLine(Channel):
     """A serial port that measures the rate of two carriage returns, unless one of `bauds` is fixed by an option.
 
     `flow_pin` is the part's own: low lets the host send, while the mode register, under the mask `in_use[0]`, is one of
-    the numbers behind it; otherwise the pin says something else.
+    the numbers behind it; otherwise the pin says something else.  Answers come over it while the mode register, under
+    the mask `answers[0]`, is `answers[1]`.
     """
 
     name = "serial"
@@ -117,4 +146,5 @@ class AdaptiveLine(Channel):
     stop: int = 1
     flow_pin: str = ""
     in_use: tuple[int, ...] = (0, 0)
+    answers: tuple[int, int] = (0, 0)
     where: str = ""

@@ -248,11 +248,23 @@ def _same(value: Any) -> Any:
     return value
 
 
-def checked(owner: str, rows: Iterable[Option], given: Mapping[str, Any], beside: str = "") -> dict[str, Any]:
+def nowhere(_name: str, _value: object) -> str:
+    """Return nothing: what is no option is set nowhere else, either."""
+    return ""
+
+
+def checked(
+    owner: str,
+    rows: Iterable[Option],
+    given: Mapping[str, Any],
+    beside: str = "",
+    elsewhere: Callable[[str, object], str] = nowhere,
+) -> dict[str, Any]:
     """Return every option of some rows: what is given, checked, and the defaults of the others.
 
     Args:
         beside: what else may be given where these options are, for the message about one that there is not.
+        elsewhere: returns what sets something that is no option, with its value; empty: nothing does.
 
     Raises:
         UsageError: an option that there is not, a value that is not allowed, or one that is missing.
@@ -260,6 +272,8 @@ def checked(owner: str, rows: Iterable[Option], given: Mapping[str, Any], beside
     known = {row.name: row for row in rows}
     for name in given:
         if name not in known:
+            if otherwise := elsewhere(name, given[name]):
+                raise UsageError(f"{owner}: no option {name!r}: {otherwise}")
             allowed = ", ".join(known) or "none"
             within = {row.name: f"{table.name}.{row.name}" for table in known.values() for row in table.table}
             meant = f"; did you mean {within[name]}?" if name in within else hint(name, known)

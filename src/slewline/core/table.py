@@ -433,6 +433,10 @@ class Sheet:
         """The straps that leave out what program files do not hold, of every channel."""
         return {pin: level for channel in self.channels for pin, level in channel.plain.items()}
 
+    def elsewhere(self, name: str, value: object) -> str:
+        """Return what sets something that is no option of the part, such as a baud rate; empty: nothing does."""
+        return next((says for channel in self.channels if (says := channel.elsewhere(name, value))), "")
+
     def channel(self, kind: type[C]) -> C | None:
         """Return the channel of a kind; None: the part has none."""
         return next((channel for channel in self.channels if isinstance(channel, kind)), None)

@@ -182,9 +182,11 @@ class AdaptiveHost(LineHost, ShadowHost):
                 f"{self.name}: an answer to {command!r}",
                 timeout,
             )
-        except Timeout:
+        except Timeout as error:
             self.give_up()
-            raise
+            if not (why := "\n  ".join(filter(None, (self.disagreement, self.why_silent())))):
+                raise
+            raise Timeout(f"{error}\n  {why}") from None
         return query.answered(self.received, since) or ""
 
     async def exchange(self, command: str) -> str | bytes | None:

@@ -269,8 +269,6 @@ class FlowHost(ShadowHost):
         try:
             return self.answer_of(self.query(self.chip.name, command), timeout)
         except Timeout as error:
-            if self.heeds:
+            if not (why := self.why_silent()):
                 raise
-            raise Timeout(
-                f"{error}\n  as far as {self.name} knows, the mode register sends answers elsewhere"
-            ) from None
+            raise Timeout(f"{error}\n  {why}") from None

@@ -148,6 +148,20 @@ class ShadowHost(Computer):
         mask, *values = channel.in_use
         return self.gone.mode & mask in values
 
+    def why_silent(self) -> str:
+        """Return why a query may have no answer, as far as the host can tell, and what to do; empty: it cannot."""
+        channel, sheet, mode = self.channel, self.chip.sheet, self.gone.mode
+        assert isinstance(channel, FlowBus | AdaptiveLine)
+        mask, here = channel.answers
+        bus, busy = sheet.channel(FlowBus), sheet.role("ready")
+        if bus is not None and not bus.live and busy is not None and self.chip.pins[busy.name].level == 0:
+            name, ends = busy.name.upper(), "wait for its end, or end it with RESET"
+            return f"{name} is low: a program runs, and the {sheet.part} takes no command meanwhile: {ends}"
+        if mode & mask == here:
+            return ""
+        sends = f"the mode register is {mode} and sends answers elsewhere"
+        return f"as far as {self.name} knows, {sends}: O {mode & ~mask | here} sends them here"
+
     @from_outside
     def heed(self, on: bool | None) -> None:
         """Go by FPL or CTS from now on (True), or not (False), or as the host's own mode commands have it (None).

@@ -263,5 +263,7 @@ def settings(part: str, query: Mapping[str, str]) -> dict[str, Any]:
     rest = {key: text for key, text in query.items() if key not in inputs}
     known = {row.name for row in rows}
     if unknown := {key: text for key, text in rest.items() if key.partition(".")[0] not in known}:
-        checked(part, sheet.options, unknown)  # which refuses it here: it may be the name of an argument
+        checked(
+            part, sheet.options, unknown, sheet.elsewhere
+        )  # which refuses it here: it may be the name of an argument
     return {"straps": straps, **read(rows, rest.items())}

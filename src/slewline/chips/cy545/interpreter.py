@@ -50,6 +50,7 @@ class Interpreter:
         channel = chip.sheet.channel(FlowBus)
         self.live = channel is not None and channel.live  # immediate commands are taken while a program runs
         self.decoder = Decoder(chip.sheet)
+        self.told_mode = -1  # with which it has been told that answers go elsewhere
         self.handlers: dict[str, Callable[..., Awaitable[None] | None]] = {
             row.form: getattr(instructions, row.handler) for row in chip.sheet.commands
         }
@@ -117,6 +118,7 @@ class Interpreter:
         if command.row.role == "enter" and started:
             await self.enter()
         else:
+            self.tell_elsewhere(command)
             await self.perform(command)
         sides.executing(False)
         if self.program.running and started:
@@ -124,6 +126,16 @@ class Interpreter:
         await sides.release(chip.tick)
         if not self.program.running:
             chip.on_command("")
+
+    def tell_elsewhere(self, command: Spoken) -> None:
+        """Report, once for each mode, that an answer does not go to the serial side, which has asked."""
+        mode, device = self.registers.values["mode"], self.instructions.display.device
+        asked = command.row.form == "?" and self.sides.held is self.sides.serial
+        if asked and device in ("parallel", "hp") and mode != self.told_mode:
+            self.told_mode = mode
+            where = "the parallel port" if device == "parallel" else "the HP display"
+            remedy = f"O {mode & ~sheet.MB_PARALLEL} sends answers to TXD"
+            self.chip.finding("answer-elsewhere", f"{command.text} came on RXD, its answer goes to {where}: {remedy}")
 
     async def start(self) -> None:
         """A command of the host has started a program: on the CY545 BUSY stays low until it has stopped."""

@@ -273,7 +273,7 @@ def _sheet(part: str, title: str, flow: Literal["before", "after"], live: bool) 
         dialect=Verbatim(queries=QUERIES, answer_bytes=ANSWER_BYTES, listing=LISTING, flips=NEGATED),
         channels=(
             FlowBus(ends=flow, live=live, in_use=(MB_PARALLEL | MB_HP, MB_PARALLEL)),
-            AdaptiveLine(bauds=BAUDS, flow_pin="usrb6", in_use=CTS_IN_USE, where=SERIAL),
+            AdaptiveLine(bauds=BAUDS, flow_pin="usrb6", in_use=CTS_IN_USE, answers=(MB_PARALLEL, 0), where=SERIAL),
         ),
         sections=MappingProxyType({"text": "ch.4", "reading": "ch.14", "running": "ch.7"}),
         key="ch. is a chapter of the manual of 1999, p. a page of that of 2002",
