@@ -18,7 +18,7 @@ from slewline.parts.adaptive_host import AdaptiveHost
 from slewline.parts.flow_host import FlowHost
 from slewline.parts.host import Host
 from slewline.parts.packet_host import PacketHost
-from slewline.parts.rs232 import SerialHost
+from slewline.parts.serial_host import SerialHost
 from slewline.record.compare import Comparison
 from slewline.record.waveforms import Waveforms
 

@@ -26,7 +26,7 @@ from slewline.parts.computer import Computer
 from slewline.parts.connection import Connection
 from slewline.parts.host import Host
 from slewline.parts.packet_host import AxisView, PacketHost
-from slewline.parts.rs232 import SerialHost
+from slewline.parts.serial_host import SerialHost
 
 OLD = Path(__file__).parents[1] / "core/journal_of_a_bus_host.jsonl"
 STRAPS = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}  # 9600 baud, no checksums

@@ -36,10 +36,11 @@ from ..parts.panel_parts import JogSwitch, Thumbwheels
 from ..parts.parallel_card import ParallelCard
 from ..parts.part import Part
 from ..parts.prom import Prom
-from ..parts.rs232 import SerialHost, SerialPort
+from ..parts.rs232 import SerialPort
 from ..parts.rs232_line import Rs232Line
 from ..parts.sensors import Switch
 from ..parts.serial import SerialSender, Uart
+from ..parts.serial_host import SerialHost
 from ..parts.welding import Welder, Workpieces
 
 C = TypeVar("C", bound=Chip)

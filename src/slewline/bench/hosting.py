@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ..parts.flow_host import FlowHost
     from ..parts.host import Host
     from ..parts.packet_host import PacketHost
-    from ..parts.rs232 import SerialHost
+    from ..parts.serial_host import SerialHost
 
 HOSTS: Mapping[type[Channel], str] = {  # the method that furnishes the host of a channel
     BusHandshake: "_bus_host",
@@ -185,7 +185,7 @@ class Hosted(Furnished):
         line: Part | None = None,
     ) -> SerialHost:
         """A host on an RS-232 line, wired to every module on it."""
-        from ..parts.rs232 import SerialHost
+        from ..parts.serial_host import SerialHost
 
         for other in self.parts.values():
             taken = [chip.name for chip in chips if isinstance(other, SerialHost) and chip.name in other.chips]
@@ -219,14 +219,17 @@ class Hosted(Furnished):
         self._connect(connector, [chip for chip in chips if chip.sheet.channel(SerialLine) is not None])
 
     def _connect(self, connector: Part, chips: Sequence[Any]) -> None:
-        from ..parts.rs232 import SerialPort, straps_of
+        from ..parts.rs232 import SerialPort
+        from ..parts.serial_host import straps_of
 
         out, rxd = in_role(connector, "computer_out").net, in_role(connector, "computer_in").net
         for chip in chips:
             out.join(in_role(chip, "serial_in").net)
             rxd.join(in_role(chip, "serial_out").net)
         if isinstance(connector, SerialPort):
-            connector.ears = {chip.name: straps_of(connection(chip, chip.sheet.channel(SerialLine))) for chip in chips}
+            connector.far.ears = {
+                chip.name: straps_of(connection(chip, chip.sheet.channel(SerialLine))) for chip in chips
+            }
         addresses = [chip.strapped_address() for chip in chips]
         for address in sorted({own for own in addresses if addresses.count(own) > 1 or (own == 0 and len(chips) > 1)}):
             who = ", ".join(chip.name for chip, own in zip(chips, addresses, strict=True) if own == address)

@@ -17,7 +17,7 @@ from ..parts.computer import Computer
 from ..parts.flow_host import FlowHost
 from ..parts.host import Host, Port
 from ..parts.packet_host import PacketHost
-from ..parts.rs232 import SerialHost
+from ..parts.serial_host import SerialHost
 
 if TYPE_CHECKING:
     from ..core.axis import Axis

@@ -181,7 +181,7 @@ class Server:
         uart = self.bench.part("uart", name=f"{chip.name}_uart", to=chip, baud=UART_BAUD)
         port = self.bench.part("serial_port", name=name, ttl=True, baud=UART_BAUD, bits=8, parity="none", stop=1)
         self.bench.wire(f"{name}.txd", f"{chip.name}_uart.rxd")
-        port.ears = {uart.name: uart}
+        port.far.ears = {uart.name: uart}
         self._say(chip.name, DEAF)
         return port
 

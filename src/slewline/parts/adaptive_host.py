@@ -92,7 +92,7 @@ class AdaptiveHost(LineHost, ShadowHost):
         """Note that the chip begins anew, at this instant."""
         self.shadow.reset()
         self.gone.reset()
-        self.adapted, self.returns, self.compared = False, 0, False
+        self.adapted, self.returns, self.far.compared = False, 0, False
         self._forget()
         self.listens_ps = self.kernel.now + RESET_PS
 
@@ -103,13 +103,13 @@ class AdaptiveHost(LineHost, ShadowHost):
 
     def _forget(self) -> None:
         """The chip has no rate any more, or that of its option."""
-        self.ears.clear()
+        self.far.ears.clear()
         if self.strapped is not None:
             self._found(self.strapped, "fixed by an option")
 
     def _found(self, baud: int | str, set_by: str) -> None:
         """The chip has this rate from now on."""
-        self.ears = {self.chip.name: Found(Setting(baud, self._word), set_by)}
+        self.far.ears = {self.chip.name: Found(Setting(baud, self._word), set_by)}
 
     @property
     def _word(self) -> Word:
@@ -184,7 +184,7 @@ class AdaptiveHost(LineHost, ShadowHost):
             )
         except Timeout as error:
             self.give_up()
-            if not (why := "\n  ".join(filter(None, (self.disagreement, self.why_silent())))):
+            if not (why := "\n  ".join(filter(None, (self.far.disagreement, self.why_silent())))):
                 raise
             raise Timeout(f"{error}\n  {why}") from None
         return query.answered(self.received, since) or ""

@@ -1,4 +1,4 @@
-"""RS-232: the serial connector of a computer, and a host that speaks to modules through one.
+"""RS-232: the serial connector of a computer, and what every host that speaks through one does alike.
 
 computer   txd --------> rxd   module          three wires; mark, the idle state, is the negative voltage,
            rxd <-------- txd                   which is level 0 here
@@ -7,11 +7,10 @@ computer   txd --------> rxd   module          three wires; mark, the idle state
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar
 
-from ..core.bell import Bell
 from ..core.hook import Hook
 from ..core.inputs import from_outside
 from ..core.kernel import Kernel, Task
@@ -22,27 +21,21 @@ from ..core.serial import (
     RS232,
     TTL,
     Character,
-    Ear,
     Receiver,
     Setting,
-    Straps,
     Word,
     bit_clock,
-    disagreement,
     transmit,
     word_options,
 )
-from ..core.waits import first_of, until
-from ..errors import ChecksumError, Timeout, UsageError
-from ..language.dialect import spoken_as
-from ..language.lines import Lines, checksum, framed
+from ..core.waits import until
+from ..errors import UsageError
 from .computer import Computer
+from .far_end import FarEnd
 from .worker import Data, Worker, as_bytes
 
 if TYPE_CHECKING:
-    from ..core.channel import SerialLine
-    from ..core.timebase import Time
-    from .connection import Connection
+    pass
 
 FAULTS = ("parity", "framing", "late")
 LATE_PS = 10**11  # how much later than it could a late character begins
@@ -72,8 +65,7 @@ class SerialPort(Worker):
         super().__init__(kernel, name)
         self.mark = TTL if ttl else RS232
         self.receiver: Receiver | None = None
-        self.ears: dict[str, Ear] = {}  # what listens at the other end, by its name, as far as that is known
-        self.told: set[str] = set()  # in which ways its settings have been found to differ
+        self.far = FarEnd(self)
         self.set_line(baud, Word(bits, parity, stop))
         space = 1 - self.mark
         self.add_pin("txd", "out", "serial data out", initial=self.mark, role="computer_out", active=space)
@@ -87,7 +79,7 @@ class SerialPort(Worker):
     def set_line(self, baud: int | str, word: Word) -> None:
         """Take another rate or format, from the next character on."""
         self.clock, self.word, self.baud = bit_clock(baud, self.name), word.checked(self.name), baud
-        self.compared = False  # with what listens
+        self.far.compared = False
         if self.receiver is not None:
             self.receiver.clock, self.receiver.word = self.clock, self.word
 
@@ -98,29 +90,15 @@ class SerialPort(Worker):
         self.input("change_line", baud, bits, parity, stop)
 
     @property
-    def disagreement(self) -> str:
-        """In which way the two ends of the line are set differently, and what to do; empty: they agree."""
-        mine = Setting(self.baud, self.word)
-        return "; ".join(filter(None, (disagreement(self.name, mine, name, ear) for name, ear in self.ears.items())))
-
-    def compare(self) -> None:
-        """Report a disagreement of the settings, each one once."""
-        self.compared = True
-        text = self.disagreement
-        if text and text not in self.told:
-            self.told.add(text)
-            self.finding("format", text)
+    def setting(self) -> Setting:
+        """Rate and format."""
+        return Setting(self.baud, self.word)
 
     @from_outside
     def opened_at(self, baud: int) -> None:
         """Report a rate that a program has set on a port where it changes nothing, if on a cable it would."""
         self.input("opened_at", baud)
-        mine = Setting(baud, self.word)
-        for name, ear in self.ears.items():
-            text = disagreement("the program", mine, name, ear)
-            if text and text not in self.told:
-                self.told.add(text)
-                self.finding("format", f"{text}; this port passes characters at any rate, a cable does not")
+        self.far.opened_at(baud)
 
     def rewired(self) -> None:
         """Start to listen."""
@@ -178,8 +156,10 @@ class SerialPort(Worker):
             if fault == "late":
                 await until(self.kernel, self.kernel.now + LATE_PS)
             await self.before_burst()
-            if not self.compared:
-                self.compare()
+            if not self.far.compared:
+                self.far.compare()
+            if self.far.addressed:
+                self.far.look_at_addresses(data)
             await transmit(driver, self.clock, self.word, data, self.mark, fault)
             self.after_burst(data)
             self.outgoing.popleft()
@@ -252,204 +232,3 @@ class LineHost(SerialPort, Computer):
             self.sender.kill()
         self.outgoing.clear()
         self.drivers["txd"].drive(self.mark)
-
-
-class SerialHost(LineHost):
-    """A host computer on the serial line of one module, or of several that share it.
-
-    It follows the straps of the module: rate, checksum, address.  `ask` sends a command and returns the answer.
-
-    Args:
-        baud: another rate than the module's.
-    """
-
-    for_users: ClassVar[tuple[str, ...]] = (
-        "answers",
-        "straps",
-        "space",
-    )
-
-    def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], *, baud: int | None = None) -> None:
-        port = straps_of(chips[0]).port
-        bits, parity, stop = port.bits, port.parity, port.stop
-        super().__init__(
-            kernel,
-            name,
-            baud=straps_of(chips[0]).baud if baud is None else baud,
-            bits=bits,
-            parity=parity,
-            stop=stop,
-            ttl=False,
-        )
-        self.join(chips)
-        self.port = port
-        self.ears = {chip.name: straps_of(chip) for chip in chips}
-        self.fixed_baud: int | str | None = baud
-        self.up_ps = max(chip.up_ps for chip in chips)  # since when all modules are switched on
-        self.answers: list[str] = []
-        self.line = bytearray()
-        self.line_end = Bell(kernel, f"{name}.(line end)")
-
-    def switched_on(self) -> None:
-        """Note that a module has been switched on, at this instant: it looks at its straps."""
-        self.up_ps, self.compared = self.kernel.now, False
-
-    def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
-        """Take another rate or format, whatever the module is strapped for."""
-        super().change_line(baud, bits, parity, stop)
-        self.fixed_baud = baud
-
-    async def before_sending(self) -> None:
-        """Wait until the modules can listen."""
-        await until(self.kernel, self.up_ps + POWER_UP_PS)
-
-    # --------------------------------------------------------------------------------------------- what straps say
-    @property
-    def straps(self) -> Straps:
-        """The straps of the module that it speaks to."""
-        return straps_of(self.chip)
-
-    def follow_straps(self) -> SerialLine:
-        """Take the rate that the module is strapped for, and has looked at."""
-        baud = self.fixed_baud or self.straps.setting.baud
-        if baud != self.baud:
-            self.set_line(baud, self.word)
-        return self.port
-
-    # ------------------------------------------------------------------------------------------------------ sending
-    def send(self, data: str | bytes) -> None:
-        """Queue characters as they are, without address and checksum; they go out one behind the other.
-
-        Raises:
-            UsageError: text that is not ASCII, or neither text nor bytes.
-        """
-        self.write(data)
-
-    def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters, at the rate that the module is strapped for; they go out one behind the other."""
-        self.follow_straps()
-        super().write(data, fault)
-
-    def framed(self, command: str) -> bytes:
-        """Return a command as it goes over the wire: address, checksum and carriage return added."""
-        if not isinstance(command, str) or not command.isascii():
-            raise UsageError(f"{self.name}: command {command!r}; expected text such as 'V1'")
-        if "\r" in command:
-            raise UsageError(f"{self.name}: command {command!r}; one at a time, the carriage return is added")
-        straps = self.straps
-        return framed(f"{straps.address or ''}{command}", straps.checked, straps.kept)
-
-    def ask(self, command: str, timeout: Time = "5 s") -> str:
-        r"""Send a command, wait for the answer, and return it without checksum and carriage return.
-
-        A program that is listed comes as its lines, "\r" between them.
-
-        Raises:
-            ChecksumError: the answer has a wrong checksum, or a character of it came with a fault.
-            Timeout: no answer; the message says who waits for what.
-        """
-        self.answers.clear()
-        self.line.clear()
-        before = self.faulty
-        self.send(self.framed(command))
-        self._let_pass(lambda: self._answered(command), f"an answer to {command!r}", timeout)
-        if self.faulty != before:
-            raise ChecksumError(f"{self.name}: parity or framing fault in the answer to {command!r}: {self.answers!r}")
-        return "\r".join(self.stripped(line) for line in self.answers)
-
-    def spoken(self, command: str) -> bytes:
-        """Return a command as it goes over the wire, and speak as the module is strapped from now on."""
-        self.fixed_baud = None
-        self.set_line(self.baud, Word(self.port.bits, self.port.parity, self.port.stop))
-        self.follow_straps()
-        return self.framed(command)
-
-    def lent(self) -> Callable[[], object]:
-        """Return what restores rate and format, and who has chosen the rate."""
-        restore, fixed = super().lent(), self.fixed_baud
-
-        def restored() -> None:
-            self.fixed_baud = fixed
-            restore()
-
-        return restored
-
-    def ends(self, command: str, data: bytes) -> bool:
-        """Return whether these characters may end the answer to a command."""
-        return data.endswith(b"\r")
-
-    def answer_in(self, command: str, data: bytes) -> str:
-        """Return the answer to a command, of these characters.
-
-        Raises:
-            ChecksumError: a checksum does not fit.
-        """
-        return "\r".join(self.stripped(line) for line in data.decode("latin-1").split("\r")[:-1])
-
-    async def exchange(self, command: str | bytes) -> list[str]:
-        """Send a command in a task; return its answers: none, if the line is silent for longer than any answer takes.
-
-        Args:
-            command: text is framed; bytes go out as they are.
-        """
-        self.answers.clear()
-        self.line.clear()
-        with self.kernel.outside.nested():  # in the script that asks
-            self.send(command if isinstance(command, bytes) else self.framed(command))
-        while not self._answered(command if isinstance(command, str) else ""):
-            limit = self.kernel.now + self.backlog * self.clock.ps(self.word.ticks) + SILENCE_PS
-            if await first_of(self.kernel, limit, (self.line_end.net, None)) is None:
-                break
-        return [self.stripped(line) for line in self.answers]
-
-    def _answered(self, command: str) -> bool:
-        if not self.answers:
-            return False
-        sheet = self.chip.sheet
-        row = sheet.commands.by_form.get(command)
-        if row is None or row.role != "list":
-            return True
-        last = self.answers[-1][:-1] if self.straps.checked else self.answers[-1]
-        return last in spoken_as(sheet, Lines).answers  # a line of the program is no answer
-
-    def _let_pass(self, met: Callable[[], bool], what: str, timeout: Time) -> None:
-        try:
-            self.kernel.outside.wait(met, f"{self.name}: {what}", timeout)
-        except Timeout as error:
-            self.give_up()
-            if not self.disagreement:
-                raise
-            raise Timeout(f"{error}\n  {self.disagreement}") from None
-
-    def rest(self) -> None:
-        """Forget what is queued and what has come in part, and put the line to mark."""
-        super().rest()
-        self.line.clear()
-        self.answers.clear()
-
-    def stripped(self, line: str) -> str:
-        """Return an answer without its checksum."""
-        straps = self.straps
-        if not straps.checked or not line:
-            return line
-        text, found = line[:-1], ord(line[-1])
-        expected = checksum(text.encode("latin-1"), straps.kept)
-        if found != expected:
-            raise ChecksumError(f"{self.name}: {line!r} ends in {found:#04x}; its checksum is {expected:#04x}")
-        return text
-
-    def take(self, character: Character) -> None:
-        """Receive a character; a carriage return ends an answer."""
-        super().take(character)
-        if character.byte == 0x0D:
-            self.answers.append(self.line.decode("latin-1"))
-            self.line.clear()
-            self.line_end.ring()
-        else:
-            self.line.append(character.byte)
-
-
-def straps_of(chip: Connection) -> Straps:
-    """Return the straps of a module; the bench hands a host on a line only modules."""
-    assert chip.straps is not None
-    return chip.straps

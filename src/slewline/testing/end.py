@@ -125,7 +125,7 @@ class End:
     def _complain(self, size: int) -> None:
         """Nothing has come for long: say so, unless somebody may still send something meanwhile."""
         if not isinstance(self.rig.pace, Following) and self.rig.line.quiet():
-            why = "; ".join(filter(None, (self.rig.chip.waiting, self.rig.host.disagreement)))
+            why = "; ".join(filter(None, (self.rig.chip.waiting, self.rig.host.far.disagreement)))
             raise Timeout(
                 f"{self.where}: read({size}) without timeout got {len(self.buffer)}, and nothing more is coming "
                 f"({why}); give the port a timeout, or, if another thread writes, its URL a rate"

@@ -31,7 +31,7 @@ from ..links.log import Log
 from ..links.pace import Lockstep, Pace, Paced, Wait
 from ..links.store import FileStore
 from ..parts.adaptive_host import AdaptiveHost
-from ..parts.rs232 import SerialHost
+from ..parts.serial_host import SerialHost
 
 Result = TypeVar("Result")
 SCHEME = "slewline"
