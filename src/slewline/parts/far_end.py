@@ -51,14 +51,16 @@ class FarEnd:
     def compare(self) -> None:
         """Report a disagreement of the settings, each one once; look who has which address."""
         self.compared = True
-        self._tell("format", self.disagreement)
+        if self._is_new(text := self.disagreement):
+            self.near.finding("format", text)
         found = {str(ear.address): name for name, ear in self.ears.items() if isinstance(ear, Straps)}
         self.addressed = {} if "0" in found else found
 
     def opened_at(self, baud: int) -> None:
         """Report a rate that a program has set on a port where it changes nothing, if on a cable it would."""
         text = self._differs("the program", self.near.setting._replace(baud=baud))
-        self._tell("format", text and f"{text}; this port passes characters at any rate, a cable does not")
+        if self._is_new(text):
+            self.near.finding("format", f"{text}; this port passes characters at any rate, a cable does not")
 
     def look_at_addresses(self, data: bytes) -> None:
         """Report lines that are for none of the modules, once for each way in which they begin."""
@@ -66,10 +68,12 @@ class FarEnd:
             if self.begins and byte not in (RETURN, LF) and chr(byte) not in self.addressed:
                 here = ", ".join(f"{address} ({name})" for address, name in sorted(self.addressed.items()))
                 text = f"a line begins with {chr(byte)!r}, which is no address of a module here: nobody answers"
-                self._tell("address", f"{text}; begin it with {here}, or strap another address")
+                if self._is_new(text):
+                    self.near.finding("address", f"{text}; begin it with {here}, or strap another address")
             self.begins = byte == RETURN
 
-    def _tell(self, code: str, text: str) -> None:
-        if text and text not in self.told:
-            self.told.add(text)
-            self.near.finding(code, text)
+    def _is_new(self, text: str) -> bool:
+        """Return whether something is to be told, and has not been; it counts as told from now on."""
+        new = bool(text) and text not in self.told
+        self.told.add(text)
+        return new

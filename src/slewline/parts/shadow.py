@@ -41,6 +41,7 @@ class Shadow:
         self.decoder.reset()
         self.entry: Entry | None = None
         self.mode = self.default
+        self.started = ""  # the command that has started a program, which may run
 
     @property
     def ascii(self) -> bool:
@@ -65,6 +66,8 @@ class Shadow:
         if found.row.role == "enter":
             (leave,) = self.sheet.leave
             self.entry = Entry(leave, self.ascii)
+        elif found.row.role == "run":
+            self.started = found.text
         elif found.row.name == MODE and not found.switched:
             self.mode = found.values[0]
         elif found.row.name == RESET:
@@ -153,10 +156,12 @@ class ShadowHost(Computer):
         channel, sheet, mode = self.channel, self.chip.sheet, self.gone.mode
         assert isinstance(channel, FlowBus | AdaptiveLine)
         mask, here = channel.answers
-        bus, busy = sheet.channel(FlowBus), sheet.role("ready")
-        if bus is not None and not bus.live and busy is not None and self.chip.pins[busy.name].level == 0:
-            name, ends = busy.name.upper(), "wait for its end, or end it with RESET"
-            return f"{name} is low: a program runs, and the {sheet.part} takes no command meanwhile: {ends}"
+        bus = sheet.channel(FlowBus)
+        if bus is not None and not bus.live and self.gone.started:
+            begun = f"{self.gone.started} has started a program"
+            return (
+                f"{begun}, and the {sheet.part} takes no command while one runs: wait for its end, or end it with RESET"
+            )
         if mode & mask == here:
             return ""
         sends = f"the mode register is {mode} and sends answers elsewhere"

@@ -60,8 +60,8 @@ class Commands:
             self.told_busy(command)
             return "B"
         if not isinstance(command, Command):
-            code = "E4" if command.code == "unknown" else "E2"
-            return self.mistake(code, refusal(self.chip.sheet, text, command))
+            says = refusal(self.chip.sheet, text, command)
+            return self.mistake("E4", says) if command.code == "unknown" else self.mistake("E2", says)
         if ("p" if self.program.entering else "i") in command.row.when:
             return await self.perform(command)
         if self.program.entering and command.row.stored:
@@ -116,7 +116,8 @@ class Commands:
         missing = self.program.unset_before_motion()
         if not self.program.memory or missing:
             if missing:
-                return self.mistake("E4", f"E with {missing} never set; {set_first(missing)}")
+                named = ", ".join(missing)
+                return self.mistake("E4", f"E with {named} never set; {set_first(named)}")
             return self.mistake("E4", f"E with an empty program; {state_remedy(self.chip.sheet, entering=False)}")
         self.registers.overflow = False
         self.interpreter.run(self.interpreter.execute)
