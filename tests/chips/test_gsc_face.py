@@ -121,7 +121,9 @@ def test_a_host_that_speaks_another_rate_is_told_so():
     host = bench.host(x)
     assert host.ask("V1") == "V0"
     host.change_line(4800, 7, "odd", 2)
-    with pytest.raises(Timeout, match=r"host has 4800 7O2, and gs_c200 listens at 110 7O2 \(br0=1, br1=1, br2=1\): let"):
+    with pytest.raises(
+        Timeout, match=r"host has 4800 7O2, and gs_c200 listens at 110 7O2 \(br0=1, br1=1, br2=1\): let"
+    ):
         host.ask("F")
     assert host.baud == 4800
 

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+import slewline
 from slewline.core.chip import Finding
-from slewline.links.reports import PERIOD_S, Reports
+from slewline.links.pace import Lag, Paced
+from slewline.links.reports import CAUSES, PERIOD_S, Lateness, Reports, cause_of
+from slewline.links.server import Server
 
 ONE = ("gs-c200s", "--strap", "chs=0", "--lockstep", "--tcp", "127.0.0.1:0")
 
@@ -59,7 +62,86 @@ def test_what_is_left_is_told_at_the_end(stand):
     reports, _, told = stand
     found(reports, "E1", "E1", "E2")
     reports.close()
-    assert told == ["x: E1: text", "x: E2: text", "x: E1: 1 more of these"]
+    assert told == ["x: E1: text", "x: E2: text", "x: E1: 1 more like this: text"]
+
+
+def said(reports, *texts, code="E4"):
+    for text in texts:
+        reports.found(Finding(0, "x", code, text))
+
+
+def test_two_causes_of_a_code_do_not_hide_each_other(stand):
+    reports, minutes, told = stand
+    case = "{!r} is no command of the gs-c200s; write {}: no blanks, and capitals count"
+    said(reports, case.format("v1", "V1"), case.format("po", "Po"), "+100 outside a program; begin with Po")
+    assert [text.partition("; ")[2][:10] for text in told] == ["write V1: ", "write Po: ", "begin with"]
+    said(
+        reports, case.format("v1", "V1"), "+20 outside a program; begin with Po", "+3 outside a program; begin with Po"
+    )
+    assert len(told) == 3
+    minutes.pass_()
+    assert told[3:] == [
+        "x: E4: 1 more like this: 'v1' is no command of the gs-c200s",
+        "x: E4: 2 more like this: +100 outside a program",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("one", "two"),
+    [
+        ("b'V1': checksum '1' (0x31), expected 'V' (0x56)", r"b'\'x\\': checksum ')' (0x29), expected 'Q' (0x51)"),
+        ("S5000: speed 5000, allowed 1..1000", "S0: speed 0, allowed 1..1000"),
+        ("a count of -3", "a count of 17"),
+    ],
+)
+def test_numbers_and_what_the_host_has_sent_make_no_other_cause(one, two):
+    assert cause_of(Finding(0, "x", "E1", one)) == cause_of(Finding(9, "x", "E1", two))
+
+
+def test_a_flood_of_causes_is_counted_behind_the_first_ones(stand):
+    reports, minutes, told = stand
+    said(reports, *(f"cause {'abcdefghijklmnopqrst'[n] * 3}" for n in range(20)))
+    said(reports, "of its own", code="E1")
+    assert len(told) == CAUSES + 1
+    minutes.pass_()
+    assert told[CAUSES + 1 :] == [f"x: E4: {20 - CAUSES} more of other causes"]
+
+
+# -------------------------------------------------------------------------------------------------- behind the clock
+def test_falling_behind_is_told_when_it_begins_and_when_it_is_over():
+    told, lag = [], Lag()
+    lateness = Lateness(lag, 1, told.append)
+    lateness.look()
+    assert told == []
+    lag.lost_ns += 2_000_000_000
+    lateness.look()
+    (first,) = told
+    assert first.startswith("virtual time falls behind the wall clock (2.0 s lost so far): ")
+    assert first.endswith("is too much for --rate 1; a lower one keeps up, and --lockstep needs none")
+    for lost in (1_500_000_000, 0, 1_000_000_000, 0, 0):  # a look without a loss is not the end
+        lag.lost_ns += lost
+        lateness.look()
+    assert told[1:] == ["virtual time follows the wall clock again; 4.5 s lost of it"]
+    lateness.look()
+    lateness.close()
+    assert len(told) == 2
+    lag.lost_ns += 10**9
+    lateness.close()
+    assert told[3:] == ["virtual time was behind the wall clock to the end; 1.0 s lost"]
+
+
+def test_a_server_that_falls_behind_tells_it_on_the_terminal_and_in_the_transcript(tmp_path):
+    told, bench = [], slewline.Bench()
+    bench.add("gs-c200s")
+    server = Server(bench, Paced(bench), tmp_path / "log", tell=told.append)
+    server.pace.lag.lost_ns = 3_000_000_000
+    server._tidy()
+    server.close()
+    assert [text.partition(" (")[0] for text in told] == [
+        "virtual time falls behind the wall clock",
+        "virtual time was behind the wall clock to the end; 3.0 s lost",
+    ]
+    assert "server ! virtual time falls behind the wall clock" in (tmp_path / "log").read_text()
 
 
 def test_the_command_tells_findings_on_standard_error(serve, client):
@@ -69,7 +151,10 @@ def test_the_command_tells_findings_on_standard_error(serve, client):
         assert host.ask(b"HELLO\r") == b"E2\r"
     first = server.errors()
     assert first.startswith("slewline: gs_c200s: E2: ") and "HELLO" in first
-    assert server.end() == (0, "slewline: gs_c200s: E2: 2 more of these\n")
+    assert server.end() == (
+        0,
+        "slewline: gs_c200s: E2: 2 more like this: 'HELLO' does not fit H[<+/->]\n",
+    )
 
 
 def test_a_transcript_on_standard_error_has_the_findings_and_nobody_tells_them_twice(serve, client):

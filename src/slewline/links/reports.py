@@ -18,7 +18,7 @@ CAUSES = 12
 SHOWN = 80  # characters of a text that comes again
 CALM_LOOKS = 2  # without a loss: it is over
 OTHERS = "others"
-_VARIES = re.compile(r"""b?'(?:[^'\\]|\\.)*'|"[^"]*"|[+-]?\b(?:0x)?[0-9][0-9a-fA-F]*\b""")
+_VARIES = re.compile(r"""b?'(?:[^'\\]|\\.)*'|"[^"]*"|[+-]?(?:0x[0-9a-fA-F]+|[0-9]+)""")
 
 Key = tuple[str, str, str]  # source, code, cause
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ...core.channel import SerialLine
 from ...core.table import Row, Sheet
 from ..dialect import Command, Refusal, slip_remedy
-from .grammar import KEPT, SIGN, checksum, parse, usage
+from .grammar import KEPT, SIGN, checksum, parse, range_of, usage
 
 LF = "\n"
 
@@ -34,7 +34,16 @@ def remedy(sheet: Sheet, text: str, found: Refusal) -> str:
         return f"with this letter it has {', '.join(map(usage, rows))}"
     if unknown and text.startswith(sheet.foreign):
         return "a sister part has this command"
-    return found.remedy
+    return found.remedy or ("" if unknown else arguments(sheet, text))
+
+
+def arguments(sheet: Sheet, text: str) -> str:
+    """Return what stands behind the head of a line, where it is a command with other arguments."""
+    heads = [row.head for row in sheet.commands if text.startswith(row.head)]
+    head = max(heads, key=len, default=SIGN)
+    args = {arg.name: range_of(arg) for row in sheet.commands if row.head == head for arg in row.args}
+    given = ", ".join(f"{name} {allowed}" for name, allowed in args.items())
+    return f"give {given}" if given else f"{head} stands alone"
 
 
 def refusal(sheet: Sheet, text: str, found: Refusal) -> str:
