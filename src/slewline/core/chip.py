@@ -113,7 +113,9 @@ class Chip(OneAxis, HasInputs):
         **options: Any,
     ) -> None:
         self.kernel, self.name, self.bare = kernel, name, bare
-        self.options = SimpleNamespace(**checked(name, self.sheet.options, options, self._beside(), self.sheet.elsewhere))
+        self.options = SimpleNamespace(
+            **checked(name, self.sheet.options, options, self._beside(), self.sheet.elsewhere)
+        )
         self.crystal_hz = crystal_hz or self.sheet.crystal_hz
         self.clock = Clock(self.crystal_hz)
         self.tick = 0  # the chip's own count; every sleep adds to it, so nothing drifts
