@@ -119,8 +119,8 @@ def typed(shell: Shell, kind: str, code: str) -> None:
     elif kind == "session":
         code, _, wanted = code.partition("\0")
         (shell.folder / "typed.py").write_text(code)
-        shown, status = shell.type("python typed.py")
-        assert (status, differs(wanted, f"{shown}")) == ("0", None)
+        shown, status = shell.type("python typed.py 2> typed.err")  # where a server reports what goes wrong
+        assert (status, differs(wanted, shown)) == ("0", None)
     else:
         for call in re.split(r"^\$ ", code, flags=re.MULTILINE)[1:]:
             command, _, wanted = call.partition("\n")
