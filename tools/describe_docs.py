@@ -322,7 +322,8 @@ def parts_page() -> str:
     table_of_kinds = table(("kind", "what it is", "pins", "chips that it attaches to"), kinds)
     roles = table(("role", "a pin that"), ((f"`{role}`", says) for role, says in ROLES.items()))
     return (
-        f"{NOTE}# Parts: motors, drivers, switches, encoders, hosts\n\n{text}\n{table_of_kinds}\n\n## Options\n{''.join(chapters)}\n"
+        f"{NOTE}# Parts: motors, drivers, switches, encoders, hosts\n\n{text}\n{table_of_kinds}\n\n"
+        f"## Options\n{''.join(chapters)}\n"
         "## Roles\n\nWhat pins of chips and parts are for; the tables of pins on the pages of the chips have them.\n\n"
         f"{roles}\n"
     )

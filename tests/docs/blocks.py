@@ -100,8 +100,8 @@ def called(words: list[str]) -> str:
         return ""
     if words[:2] == ["py", "tools/setup.py"]:  # make, where there is none
         return called(["make", *words[2:]])
-    if words in ([".", ".venv/bin/activate"], [".venv/Scripts/activate"]) or words[:2] == ["pip", "install"]:
-        return ""  # done in earnest by tests/system/test_door.py
+    if words[0] in (".", ".venv/Scripts/activate", "mkdir", "cd") or words[:2] == ["pip", "install"]:
+        return ""  # done in earnest by tests/docs/test_newcomer.py
     if words[0] == "pytest":
         # Without the plugins that only happen to be installed here: loading them takes longer than the tests.
         alone = os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
