@@ -489,7 +489,7 @@ def test_what_is_laid_in_the_place_of_the_neighbour_at_the_last_moment_is_not_op
     disk, victim = disk_with(OLD), File(OLD)
 
     def lay(number, call):
-        if call == "open" and disk.calls[-2] == "unlink":
+        if disk.calls[-2:] == ["unlink", "open"]:
             disk.names[PATH.with_name(".x.eeprom.part")] = victim
 
     disk.trouble = lay

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-import tomllib
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Any
 import click
 
 from ..bench.text import read_text
+from ..bench.toml import read_toml
 from ..chips import CATALOGUE, sheet_of
 from ..core.option import checked
 from ..core.table import Sheet
@@ -66,10 +66,7 @@ def read_options(path: str | None, part: str) -> dict[str, Any]:
     """
     if path is None:
         return {}
-    try:
-        found = tomllib.loads(read_text(path))
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise BenchFileError(f"{path}: not TOML: {error}") from None
+    found = read_toml(path, read_text(path))
     if "chip" in found:
         raise BenchFileError(f"{path}: a bench file; allowed options of a chip, such as rate = 80, a line each")
     sheet = sheet_of(part)
