@@ -325,9 +325,9 @@ def test_a_record_that_the_disk_garbles_or_takes_byte_by_byte():
 
 
 # ----------------------------------------------------------------------------------------- a module on such a memory
-def module(disk):
+def module(disk, journal=None):
     """A server of a module whose memory is on the disk, and what asks it."""
-    bench = slewline.Bench(stores=lambda name: FileStore(PATH, disk))
+    bench = slewline.Bench(stores=lambda name: FileStore(PATH, disk), journal=journal)
     x = bench.add("gs-c200s", "x", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0}, eeprom_time=0)
     told = []
     server = Server(bench, Lockstep(bench), tell=told.append)
@@ -383,6 +383,69 @@ def test_a_save_that_fails_at_any_operation_loses_nothing_and_the_reason_is_told
         assert FileStore(PATH, disk).read() in (b"A\1", b"A\2")
         assert ask("M", "X", "Q") == ["Y", "Y", "A2", "END"]
     server.close()
+
+
+@pytest.mark.parametrize("number", range(1, operations() + 1))
+def test_a_save_that_fails_is_in_the_journal_and_fails_again_in_a_replay(tmp_path, number):
+    disk = disk_with(b"A9\1")
+    server, ask, _ = module(disk, tmp_path / "j")
+    server.bench.record()
+    ask(*SAVED)
+    begin = len(disk.calls)
+
+    def trouble(count, call):
+        if count - begin == number:
+            raise OSError(errno.EIO, "input/output error")
+
+    disk.trouble = trouble
+    failed = "E6" in ask("Po", "A2", "Px", "M", "X", "Q")
+    disk.trouble = lambda count, call: None
+    del disk.names[PATH]  # somebody takes the memory away
+    ask("X", "M", "X", "Q")
+    server.close()
+    bench, x = server.bench, server.bench.chips["x"]
+    again = slewline.replay(tmp_path / "j", until=bench.now_ps, prepare=lambda bench: bench.record())
+    assert again.findings == bench.findings
+    assert failed is ('"error":' in (tmp_path / "j").read_text())
+    assert '"content":[]' in (tmp_path / "j").read_text()
+    assert again.chips["x"].program == x.program
+    for pin in ("txd", "rdy"):
+        edges, before = again.edges(f"x.{pin}"), bench.edges(f"x.{pin}")
+        since = edges[0] >= before[0][0]  # the server made its line before anything was recorded
+        assert [list(each[since]) for each in edges] == [list(each) for each in before]
+
+
+def test_a_store_without_append_has_its_faults_in_the_journal(tmp_path):
+    class Weak:
+        """Non-volatile memory that takes no byte more once it is full."""
+
+        def __init__(self):
+            self.data, self.writes = b"", 0
+
+        def read(self):
+            return self.data
+
+        def write(self, data):
+            self.writes += 1
+            if 3 <= self.writes <= 5:
+                raise OSError("worn out")
+            self.data = data
+
+    def put(bench):
+        memory = bench.parts["memory"]
+        for at in (5, 6, 5000, 7):
+            memory.load(bytes([at & 0xFF]), at)
+            bench.run("20 ms")
+
+    bench = slewline.Bench(journal=tmp_path / "j")
+    bench.part("eeprom", "memory", store=Weak())
+    put(bench)
+    bench.run("1 s")
+    again = slewline.replay(tmp_path / "j")
+    assert "worn out" in (tmp_path / "j").read_text()
+    assert again.findings == bench.findings
+    assert again.parts["memory"].content == bench.parts["memory"].content
+    assert again.parts["memory"].store.read() == bench.parts["memory"].store.read()
 
 
 def test_the_same_trouble_is_told_once():
