@@ -33,7 +33,8 @@ from rows import Row, shown
 
 HERE = Path(__file__).resolve().parent.parent
 WORSE = 1.10
-REFERENCE = "f9fcc801fa28c52c76862fce3c0a9b6c0fb9824a"  # before the CY545; rows that it measured in another way, or lacks, are not compared
+# before the CY545; what it lacks, or names otherwise, is not compared
+REFERENCE = "f9fcc801fa28c52c76862fce3c0a9b6c0fb9824a"
 MATTER = ("exchanging", "serving", "packets", "moves", "registers", "dialogue")
 CHILD = """
 import json, os, sys
