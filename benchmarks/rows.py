@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from time import process_time
 from typing import TypeVar
 
+from caches import forget
+
 T = TypeVar("T")
 
 
@@ -40,9 +42,13 @@ def timed(action: Callable[[], T]) -> tuple[float, T]:
 
 
 def best(action: Callable[[], object], rounds: int = 7) -> float:
-    """The least seconds of an action, of some runs after one that warms up."""
+    """The least seconds of an action, of some runs after one that loads what it needs; nothing is remembered of it."""
     action()
-    return min(timed(action)[0] for _ in range(rounds))
+    times = []
+    for _ in range(rounds):
+        forget()
+        times.append(timed(action)[0])
+    return min(times)
 
 
 def best_of(prepare: Callable[[], Callable[[], T]], rounds: int = 5) -> tuple[float, T]:
@@ -50,6 +56,7 @@ def best_of(prepare: Callable[[], Callable[[], T]], rounds: int = 5) -> tuple[fl
     times = []
     for _ in range(rounds):
         action = prepare()
+        forget()
         gc.collect()
         wall, result = timed(action)
         times.append(wall)

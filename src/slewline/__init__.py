@@ -12,11 +12,10 @@ print(x.position)
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from .lazy import lazily
 from .version import __version__ as __version__
 
+TYPE_CHECKING = False  # without loading `typing`: an interrupt before the command line begins is a traceback
 if TYPE_CHECKING:
     from .bench import Bench, load, replay
     from .bench.images import read_image, write_image

@@ -6,13 +6,21 @@ a finding.  Each class also inherits the built-in that it resembles, so callers 
 Whatever comes from outside, a name, a line, a message, may stand in what is told, so its length has an end.
 """
 
+import re
+
 LONGEST_FINDING, LONGEST_LINE = 400, 2000  # characters of the text of a finding, and of a line of an error
+
+CUT = re.compile(r" \.\.\. \((\d+) characters in all\) \.\.\. ")
 
 
 def shortened(text: str, most: int) -> str:
     """Return a text; of one with more than so many characters begin and end, and how many there are."""
+    if len(text) <= most:
+        return text
     half = most // 2
-    return text if len(text) <= most else f"{text[:half]} ... ({len(text)} characters in all) ... {text[-half:]}"
+    out = text[half:-half]
+    count = len(CUT.sub("", text)) + sum(int(number) - 2 * half for number in CUT.findall(out))  # of one cut before
+    return f"{text[:half]} ... ({count} characters in all) ... {text[-half:]}"
 
 
 class SlewlineError(Exception):
@@ -93,7 +101,7 @@ class Timeout(SlewlineError, TimeoutError):
 
 
 class Endless(SlewlineError, RuntimeError):
-    """A million rounds in one instant: tasks that answer each other without letting time pass."""
+    """A hundred thousand rounds in one instant: tasks that answer each other without letting time pass."""
 
 
 class ChecksumError(SlewlineError, ValueError):

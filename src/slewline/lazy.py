@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from importlib import import_module
-from typing import Any
+TYPE_CHECKING = False  # without loading `typing`
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+    from typing import Any
 
 
 def lazily(
@@ -23,6 +24,8 @@ def lazily(
         if name not in where:
             remedy = "" if name.startswith("_") else instead(name)
             raise AttributeError(f"module {module['__name__']!r} has no attribute {name!r}{remedy}")
+        from importlib import import_module
+
         module[name] = value = getattr(import_module(f"slewline.{where[name]}"), name)
         return value
 

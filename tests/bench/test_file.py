@@ -6,6 +6,7 @@ import gc
 import os
 import re
 import socket
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ import pytest
 import slewline
 from slewline.bench import file as file_module
 from slewline.bench.file import BenchFile, load_bench
+from slewline.bench.toml import read_toml
 
 X = '[[chip]]\npart = "cy525"\nname = "x"\n'
 Y = '[[chip]]\npart = "cy525"\nname = "y"\n'
@@ -157,7 +159,18 @@ def test_prepare_is_called_before_the_scripts_are_queued(tmp_path):
 # ------------------------------------------------------------------------------------------------------------- mistakes
 BAD = [
     ("[[chip]\n", "bench.toml: not TOML: Expected ']]'"),
-    ("a = " + "[" * 5000, "bench.toml: not TOML"),
+    ("a = " + "[" * 5000, "bench.toml: not TOML that can be read: brackets in brackets, too deep"),
+    ("a = 2024-02-30", "bench.toml: not TOML: "),
+    ("\n" + "a." * 100_000 + "a = 1", "bench.toml, line 2: a key of more than 32 parts"),
+    ("[" + "a . " * 100_000 + "a]", "bench.toml, line 1: a key of more than 32 parts"),
+    ("[" + '"a".' * 100_000 + "'a']", "bench.toml, line 1: a key of more than 32 parts"),
+    ("x = { " + "a.\t" * 32 + "a = 1 }", "bench.toml, line 1: a key of more than 32 parts"),
+    ("[bench]\nseed = " + "9" * 5000, "bench.toml, line 2: a number of more than 100 digits"),
+    ("[bench]\nseed = 0x" + "f" * 5000, "bench.toml, line 2: a number of more than 100 digits"),
+    ('s = """\n' + '\\"a.' * 100_000, "bench.toml: not TOML: Unterminated string"),
+    ("'" * 3 + "a." * 100_000, "bench.toml: not TOML: "),
+    ('"' + '\\"' * 100_000, "bench.toml: not TOML: "),
+    (X + Y.replace('"y"', '"x"') + "#" + "a." * 100, "line 4: [[chip]] 2: the bench has a 'x' already"),
     ("part = 3", "bench.toml: [part]: found 3; write [[part]], with two brackets"),
     ('[chip]\npart = "cy525"', "line 1: [chip]: found a single table; write [[chip]], with two brackets"),
     (
@@ -223,6 +236,36 @@ def test_mistakes_are_told_with_file_line_and_key(bench_of, tmp_path, text, says
     assert str(raised.value).startswith(str(tmp_path / "bench.toml"))
     assert says in str(raised.value)
     assert len(str(raised.value)) < 700
+
+
+def test_dots_and_digits_in_text_and_comments_mean_nothing():
+    texts = ["a." * 100, "9" * 200, '"""' + "a." * 100, "# " + "a." * 100, "it's " + "a." * 100]
+    quotes = {"a": '"', "b": "'", "c": '"' * 3, "d": "'" * 3}
+    lines = [f"{key}{n} = {quote}{texts[n]}{quote}" for key, quote in quotes.items() for n in (0, 1)]
+    lines += [f"z1 = '{texts[2]}'", f'z2 = "{texts[3]}"', f'z3 = "{texts[4]}"', texts[3], "x." * 31 + "x = 1"]
+    found = read_toml("here", "\n".join(lines))
+    assert list(found.values())[-4:-1] == [texts[2], texts[3], texts[4]]
+    assert found == tomllib.loads("\n".join(lines))
+
+
+def test_a_message_keeps_place_and_remedy_and_tells_how_much_is_left_out(bench_of, tmp_path):
+    texts = []
+    for length in (100, 100_000):
+        with pytest.raises(slewline.errors.BenchFileError) as raised:
+            bench_of(X.replace("cy525", "a" * length))
+        texts.append(str(raised.value))
+    short, cut = texts
+    assert cut.startswith(f"{tmp_path / 'bench.toml'}, line 1: [[chip]] 1: no chip 'aaa")
+    assert "aaa'; there are: cy525, " in cut and len(cut) < 2100
+    assert f" ... ({len(short) + 99_900} characters in all) ... " in cut, "though it was cut before the place was known"
+
+
+@pytest.mark.parametrize("what", ["host", "wire"])
+def test_a_wire_has_so_many_pins_and_no_more(bench_of, what):
+    tables = {"host": "[[host]]\n", "wire": '[[part]]\nkind = "inverter"\n[[wire]]\nfrom = "x.slew"\nto = "{}.in1"\n'}
+    names = ["inverter", *(f"inverter_{n}" for n in range(2, 600))]
+    with pytest.raises(slewline.errors.BenchFileError, match=r"pins on one wire; allowed 500"):
+        bench_of(X, *(tables[what].format(name) for name in names))
 
 
 def test_the_file_of_a_script_is_named_with_its_line(bench_of, tmp_path):

@@ -131,6 +131,55 @@ def test_a_full_disk_behind_the_standard_output(five):
     assert (ran.returncode, ran.stderr) == (1, "slewline: output: No space left on device\n")
 
 
+@pytest.mark.parametrize("module", ["click", "slewline.cli.commands", "slewline.errors"])
+def test_interrupts_while_modules_are_loaded_are_told_and_no_traceback(module):
+    code = f"""
+import signal, sys
+
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        if name == {module!r}:
+            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
+
+sys.meta_path.insert(0, Finder())
+from slewline.cli.main import main
+main()
+"""
+    ran = subprocess.run([sys.executable, "-c", code, "--version"], check=False, capture_output=True, text=True)
+    assert (ran.returncode, ran.stdout, ran.stderr) == (1, "", "slewline: interrupted; no file was written\n")
+
+
+@pytest.mark.parametrize("at", ["before", "behind"])
+def test_an_interrupt_beside_the_command_is_no_traceback(at):
+    code = f"""
+import signal, sys
+from slewline.cli import main
+
+def invoke(arguments, invoke=main.invoke):
+    if {at!r} == "behind":
+        invoke(arguments)
+    signal.raise_signal(signal.SIGINT)
+
+main.invoke = invoke
+main.main()
+"""
+    ran = subprocess.run([sys.executable, "-c", code, "--version"], check=False, capture_output=True, text=True)
+    assert (ran.returncode, ran.stderr) == (1, "slewline: interrupted; no file was written\n")
+
+
+def test_an_interrupt_when_all_is_done_changes_nothing():
+    code = """
+import atexit, signal
+from slewline.cli.main import main
+
+atexit.register(signal.raise_signal, signal.SIGINT)
+main()
+"""
+    ran = subprocess.run([sys.executable, "-c", code, "--version"], check=False, capture_output=True, text=True)
+    assert (ran.returncode, ran.stderr) == (0, "")
+
+
 def test_an_interrupt_leaves_no_file(call, five, folder, monkeypatch):
     def interrupt(bench, _timeout):
         bench.run("1 ms")

@@ -95,6 +95,16 @@ def test_another_folder(call):
     assert sorted(path.name for path in Path("here/and there").iterdir()) == FILES
 
 
+@pytest.mark.parametrize("name", FILES)
+def test_a_link_in_the_place_of_a_file_is_not_followed(call, name):
+    Path("here").mkdir()
+    Path("here", name).symlink_to("../victim")
+    ran = call("demo", "--output", "here")
+    assert ran.status == 2 and f"{name}: is a symbolic link, which is not followed here; remove it" in ran.err
+    assert not Path("victim").exists()
+    assert [path.name for path in Path("here").iterdir()] == [name]
+
+
 def test_the_program_is_the_one_of_the_manual_with_other_numbers(call):
     stored = assemble((HERE / PROGRAM).read_text(), SHEET).stored
     assert len(stored) == 20

@@ -69,6 +69,17 @@ def test_another_file_is_not_overwritten(call):
     assert os.listdir("drill") == ["looped.toml"] and Path("drill/looped.toml").read_text() == "mine"
 
 
+@pytest.mark.parametrize("same", [True, False])
+def test_a_link_in_the_place_of_an_example_is_not_followed(call, same):
+    Path("drill").mkdir()
+    Path("victim").write_bytes((EXAMPLES / "drill/looped.toml").read_bytes() if same else b"")
+    Path("drill/looped.toml").symlink_to("../victim")
+    before = Path("victim").stat()
+    ran = call("examples", "drill")
+    assert ran.status == 2 and "is there already, and differs" in ran.err
+    assert os.listdir("drill") == ["looped.toml"] and Path("victim").stat() == before
+
+
 def test_an_unknown_example_is_told_with_the_nearest(call):
     ran = call("examples", "hand_of")
     assert (ran.status, ran.err) == (

@@ -8,13 +8,14 @@ import os
 import re
 import subprocess
 import sys
-from itertools import pairwise
+from itertools import count, pairwise
 from pathlib import Path
 
 import pytest
 
 import slewline
 from slewline.cli.main import invoke
+from slewline.record import whole_file
 
 KEYS = ["chip", "crystal_hz", "time_ps", "ended", "position", "registers", "pins", "program", "steps"]
 KEYS += ["received", "findings"]
@@ -451,6 +452,30 @@ def test_a_journal_replaces_only_a_journal_and_says_so(call, five):
     refused = call("run", five, "--journal", "j")
     assert refused.status == 2 and "is no journal" in refused.err
     assert Path("j").read_text() == "my notes\n"
+
+
+def test_links_in_the_place_of_temporary_files_are_not_followed(call, five, monkeypatch):
+    """Names of temporary files can be guessed."""
+    monkeypatch.setattr(whole_file, "_NUMBERS", count(1))
+    for ahead in range(1, 6):
+        Path(f".slewline-{os.getpid()}-{ahead}.part").symlink_to("victim")
+    assert call("run", five, "--journal", "j", "--vcd", "x.vcd", "-q").status == 0
+    assert Path("j").is_file() and Path("x.vcd").is_file()
+    assert not Path("victim").exists()
+
+
+@pytest.mark.parametrize("name", ["x.gtkw", "x.sucl"])
+def test_a_link_in_the_place_of_a_layout_is_not_followed(call, five, name):
+    Path(name).symlink_to("victim")
+    ran = call("run", five, "--vcd", "x.vcd", "--layout")
+    assert ran.status == 2 and f"{name}: is a symbolic link, which is not followed here" in ran.err
+    assert not Path("victim").exists() and not Path("x.vcd").exists()
+
+
+def test_a_link_that_the_user_names_stays(call, five):
+    Path("x.vcd").symlink_to("elsewhere.vcd")
+    assert call("run", five, "--vcd", "x.vcd", "-q").status == 0
+    assert Path("x.vcd").is_symlink() and Path("elsewhere.vcd").read_text().startswith("$")
 
 
 def test_a_bench_file_reads_outside_its_folder_only_with_anywhere(call, write, folder):

@@ -94,7 +94,10 @@ def as_made(link):
     return found.st_mode, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
 
 
-@pytest.mark.parametrize("kind", ["file", "directory", "link", "dangling", "terminal"])
+ELSEWHERE = ["/dev/null", "/nowhere", "/dev/pts/../../nowhere", "/dev/pts/99999/x", "/dev/pts/", "/dev/pts/99999\n"]
+
+
+@pytest.mark.parametrize("kind", ["file", "directory", "terminal", *ELSEWHERE])
 def test_what_is_no_old_link_of_ours_stays(lockstep, link, kind):
     if kind == "file":
         link.write_text("precious")
@@ -104,7 +107,7 @@ def test_what_is_no_old_link_of_ours_stays(lockstep, link, kind):
         other = os.openpty()
         link.symlink_to(os.ttyname(other[1]))
     else:
-        link.symlink_to("/dev/null" if kind == "link" else "/nowhere")
+        link.symlink_to(kind)
     server, line = lockstep()
     before = as_made(link)
     with pytest.raises(UsageError, match="no old link of ours"):

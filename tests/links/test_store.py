@@ -19,10 +19,11 @@ import pytest
 import slewline
 from slewline.core.store import Memory
 from slewline.errors import StoreError, UsageError
+from slewline.links import store as store_module
 from slewline.links.pace import Lockstep
 from slewline.links.server import Server
 from slewline.links.status import status
-from slewline.links.store import HEADER, MAGIC, RECORD, FileStore
+from slewline.links.store import HEADER, MAGIC, RECORD, FileStore, packed
 
 OLD, NEW = b"S10 T100 R50 +5", b"S10 T100 R50 G500000" * 4
 PATH = Path("/state/x.eeprom")
@@ -63,6 +64,8 @@ class Disk:
         if path == PATH.parent:
             file = None
         elif flags & os.O_CREAT:
+            if flags & os.O_EXCL and path in self.names:
+                raise FileExistsError(errno.EEXIST, "file exists")
             file = self.names.setdefault(path, File())
             file.data = b"" if flags & os.O_TRUNC else file.data
             self.states.append(dict(self.names))
@@ -322,9 +325,9 @@ def test_a_record_that_the_disk_garbles_or_takes_byte_by_byte():
 
 
 # ----------------------------------------------------------------------------------------- a module on such a memory
-def module(disk):
+def module(disk, journal=None):
     """A server of a module whose memory is on the disk, and what asks it."""
-    bench = slewline.Bench(stores=lambda name: FileStore(PATH, disk))
+    bench = slewline.Bench(stores=lambda name: FileStore(PATH, disk), journal=journal)
     x = bench.add("gs-c200s", "x", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0}, eeprom_time=0)
     told = []
     server = Server(bench, Lockstep(bench), tell=told.append)
@@ -380,6 +383,69 @@ def test_a_save_that_fails_at_any_operation_loses_nothing_and_the_reason_is_told
         assert FileStore(PATH, disk).read() in (b"A\1", b"A\2")
         assert ask("M", "X", "Q") == ["Y", "Y", "A2", "END"]
     server.close()
+
+
+@pytest.mark.parametrize("number", range(1, operations() + 1))
+def test_a_save_that_fails_is_in_the_journal_and_fails_again_in_a_replay(tmp_path, number):
+    disk = disk_with(b"A9\1")
+    server, ask, _ = module(disk, tmp_path / "j")
+    server.bench.record()
+    ask(*SAVED)
+    begin = len(disk.calls)
+
+    def trouble(count, call):
+        if count - begin == number:
+            raise OSError(errno.EIO, "input/output error")
+
+    disk.trouble = trouble
+    failed = "E6" in ask("Po", "A2", "Px", "M", "X", "Q")
+    disk.trouble = lambda count, call: None
+    del disk.names[PATH]  # somebody takes the memory away
+    ask("X", "M", "X", "Q")
+    server.close()
+    bench, x = server.bench, server.bench.chips["x"]
+    again = slewline.replay(tmp_path / "j", until=bench.now_ps, prepare=lambda bench: bench.record())
+    assert again.findings == bench.findings
+    assert failed is ('"error":' in (tmp_path / "j").read_text())
+    assert '"content":[]' in (tmp_path / "j").read_text()
+    assert again.chips["x"].program == x.program
+    for pin in ("txd", "rdy"):
+        edges, before = again.edges(f"x.{pin}"), bench.edges(f"x.{pin}")
+        since = edges[0] >= before[0][0]  # the server made its line before anything was recorded
+        assert [list(each[since]) for each in edges] == [list(each) for each in before]
+
+
+def test_a_store_without_append_has_its_faults_in_the_journal(tmp_path):
+    class Weak:
+        """Non-volatile memory that takes no byte more once it is full."""
+
+        def __init__(self):
+            self.data, self.writes = b"", 0
+
+        def read(self):
+            return self.data
+
+        def write(self, data):
+            self.writes += 1
+            if 3 <= self.writes <= 5:
+                raise OSError("worn out")
+            self.data = data
+
+    def put(bench):
+        memory = bench.parts["memory"]
+        for at in (5, 6, 5000, 7):
+            memory.load(bytes([at & 0xFF]), at)
+            bench.run("20 ms")
+
+    bench = slewline.Bench(journal=tmp_path / "j")
+    bench.part("eeprom", "memory", store=Weak())
+    put(bench)
+    bench.run("1 s")
+    again = slewline.replay(tmp_path / "j")
+    assert "worn out" in (tmp_path / "j").read_text()
+    assert again.findings == bench.findings
+    assert again.parts["memory"].content == bench.parts["memory"].content
+    assert again.parts["memory"].store.read() == bench.parts["memory"].store.read()
 
 
 def test_the_same_trouble_is_told_once():
@@ -450,14 +516,93 @@ def test_it_can_be_caught_as_the_error_of_the_system_that_it_is(tmp_path):
 
 
 @pytest.mark.posix
-@pytest.mark.parametrize("name", ["x.eeprom", ".x.eeprom.part"])
-def test_what_is_no_regular_file_is_refused_and_not_waited_for(tmp_path, name):
+def test_what_is_no_regular_file_is_refused_and_not_waited_for(tmp_path):
     """To open a FIFO is to wait for its other end."""
-    os.mkfifo(tmp_path / name)
+    os.mkfifo(tmp_path / "x.eeprom")
     store = FileStore(tmp_path / "x.eeprom")
     for call in (store.read, lambda: store.write(NEW)):
         with pytest.raises(StoreError, match="is no regular file"):
             call()
+
+
+@pytest.mark.posix
+def test_a_fifo_in_the_place_of_the_neighbour_gives_way(tmp_path):
+    os.mkfifo(tmp_path / ".x.eeprom.part")
+    FileStore(tmp_path / "x.eeprom").write(NEW)
+    assert [path.name for path in tmp_path.iterdir()] == ["x.eeprom"]
+
+
+@pytest.mark.posix
+@pytest.mark.parametrize("call", [FileStore.write, FileStore.append])
+@pytest.mark.parametrize("there", [True, False])
+def test_a_link_in_the_place_of_the_neighbour_is_not_followed(tmp_path, call, there):
+    victim = tmp_path / "victim"
+    if there:
+        victim.write_bytes(OLD)
+    (tmp_path / ".x.eeprom.part").symlink_to(victim)
+    store = FileStore(tmp_path / "x.eeprom")
+    call(store, NEW)
+    assert store.read() == NEW
+    assert not store.path.is_symlink()
+    assert victim.exists() is there
+    assert not there or victim.read_bytes() == OLD
+
+
+def test_what_is_laid_in_the_place_of_the_neighbour_at_the_last_moment_is_not_opened():
+    disk, victim = disk_with(OLD), File(OLD)
+
+    def lay(number, call):
+        if disk.calls[-2:] == ["unlink", "open"]:
+            disk.names[PATH.with_name(".x.eeprom.part")] = victim
+
+    disk.trouble = lay
+    with pytest.raises(StoreError, match="file exists"):
+        FileStore(PATH, disk).write(NEW)
+    assert (victim.data, disk.names[PATH].data) == (OLD, packed(OLD))
+
+
+@pytest.mark.posix
+def test_a_link_in_the_place_of_the_memory_is_refused(tmp_path):
+    other = FileStore(tmp_path / "other")
+    other.write(OLD)
+    (tmp_path / "x.eeprom").symlink_to(other.path)
+    store = FileStore(tmp_path / "x.eeprom")
+    for call in (store.read, lambda: store.write(NEW), lambda: store.append(NEW)):
+        with pytest.raises(StoreError, match=r"is a symbolic link; name the file itself"):
+            call()
+    assert other.read() == OLD
+
+
+@pytest.mark.posix
+def test_a_link_that_comes_between_two_records_is_not_followed(tmp_path):
+    store, other = FileStore(tmp_path / "x.eeprom"), tmp_path / "other"
+    store.append(OLD)
+    store.path.rename(other)
+    before = other.read_bytes()
+    store.path.symlink_to(other)
+    with pytest.raises(StoreError):
+        store.append(NEW)
+    assert other.read_bytes() == before
+
+
+def test_a_file_too_long_for_a_memory_is_not_read(tmp_path):
+    store = FileStore(tmp_path / "x.eeprom")
+    store.append(OLD)
+    os.truncate(store.path, 10_000_000_000)
+    with pytest.raises(StoreError, match="more than 16777216 bytes, which no memory has"):
+        store.read()
+
+
+def test_records_do_not_make_a_file_that_cannot_be_read(tmp_path, monkeypatch):
+    monkeypatch.setattr(store_module, "LARGEST", 5000)
+    store = FileStore(tmp_path / "x.eeprom")
+    for at in range(100):
+        store.append(bytes([at]) * 2000, 0)
+    assert store.path.stat().st_size <= 5000
+    assert FileStore(store.path).read() == bytes([99]) * 2000
+    with pytest.raises(StoreError, match="more than 5000 bytes"):
+        store.append(bytes(5000), 0)
+    assert FileStore(store.path).read() == bytes([99]) * 2000
 
 
 # ------------------------------------------------------------------------------------------------- added to real files

@@ -9,6 +9,7 @@ import pytest
 
 from slewline.core.axis import Steps
 from slewline.errors import NotRecorded, UsageError
+from slewline.record import whole_file
 from slewline.record.export_csv import save_edges, save_steps
 from slewline.record.export_npz import edge_columns, save_npz
 from slewline.record.whole_file import WholeFile
@@ -144,6 +145,25 @@ def test_link_stays_a_link(tmp_path):
         file.write(b"new")
     assert (tmp_path / "link").is_symlink()
     assert (tmp_path / "real").read_text() == "new"
+
+
+def test_own_name_is_no_link(tmp_path):
+    (tmp_path / "real").write_text("old")
+    (tmp_path / "link").symlink_to("real")
+    with pytest.raises(UsageError, match=r"link: is a symbolic link, which is not followed here; remove it"):
+        WholeFile(tmp_path / "link", own=True)
+    assert (tmp_path / "real").read_text() == "old"
+
+
+def test_link_in_the_place_of_the_neighbour_is_left_alone(tmp_path, monkeypatch):
+    monkeypatch.setattr(whole_file, "_NUMBERS", iter([1, 2]))
+    planted = tmp_path / f".slewline-{os.getpid()}-1.part"
+    planted.symlink_to(tmp_path / "victim")
+    with WholeFile(tmp_path / "a") as file:
+        file.write(b"new")
+    assert (tmp_path / "a").read_bytes() == b"new"
+    assert planted.is_symlink()
+    assert not (tmp_path / "victim").exists()
 
 
 def test_file_has_the_usual_rights(tmp_path):

@@ -681,3 +681,23 @@ def test_trace_for_a_picture(parse):
     assert small.trace("slew", shift=5).times_ps[0] == 5005
     with pytest.raises(UsageError, match="speed is a real variable"):
         small.trace("speed")
+
+
+@pytest.mark.parametrize(
+    ("begin", "says"),
+    [
+        (b"", r"no \$enddefinitions in 4194304 bytes; is it a VCD file\?"),
+        (
+            b"$timescale 1 ns $end\n$var wire 1 ! a $end\n$enddefinitions $end\n#0\n1!\n",
+            r"line 6: .*: goes on for more than 4194304 bytes; is it a VCD file\?",
+        ),
+    ],
+)
+def test_a_sparse_file_is_not_read_to_its_end(tmp_path, monkeypatch, begin, says):
+    monkeypatch.setattr(module, "LONGEST", 1 << 22)
+    monkeypatch.setattr(module, "WORD", 1 << 22)
+    path = tmp_path / "x.vcd"
+    path.write_bytes(begin)
+    os.truncate(path, 1 << 26)
+    with pytest.raises(WaveformError, match=says):
+        slewline.read_vcd(path)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 import json
+import os
+import re
 import sys
 from pathlib import Path
 
@@ -12,6 +14,7 @@ import serial
 
 import slewline
 import slewline.testing  # pySerial knows slewline:// from now on
+from slewline.bench import entries
 from slewline.build import Part, from_outside
 from slewline.chips import PARTS, chip_class
 from slewline.core.inputs import input_of
@@ -84,7 +87,7 @@ def mark(tmp_path, monkeypatch):
 def test_a_journal_calls_no_method_but_inputs(part, verb, args):
     with pytest.raises(BenchFileError, match=r"journal j.jsonl, line 5: ") as error:
         replayed(ADD, HOST, MOTOR, told(part, verb, *args))
-    assert "is no input; allowed " in str(error.value) or "unhashable" in str(error.value)
+    assert "is no input; allowed " in str(error.value) or "input: verb: found " in str(error.value)
 
 
 def test_an_attribute_of_a_bench_is_no_part():
@@ -281,3 +284,83 @@ def test_a_state_file_is_no_code_whatever_it_holds(content):
         FileStore(state).read()
     state.write_bytes(packed(content))  # and where it is one, it is what it is
     assert FileStore(state).read() == content
+
+
+DRIVE, POWER = {"do": "drive", "t": 5, "pin": "x.abort", "level": 0}, {"do": "power", "t": 0, "chip": "x", "on": True}
+WIRE = {"do": "wire", "t": 0, "a": "x.slew", "b": "x.abort", "invert": False}
+RUN, SAID = {"do": "run", "t": 9, "to": 9}, called("pc", "send", "x", "41")
+KINDS_OF_ENTRY = [HEAD, ADD, HOST, MOTOR, POWER, WIRE, SAID, DRIVE, DRIVE | {"round": 1}, RUN, told("x", "reset")]
+KEPT = {"do", "to", "behaviour"}  # of a motor it may be left out, and so may the behaviour
+
+
+@pytest.mark.parametrize(
+    "value", [None, "gone", [], {}, 1.5, True, -1, 10**30, "x" * 100_000], ids=lambda v: str(v)[:6]
+)
+@pytest.mark.parametrize("number", range(len(KINDS_OF_ENTRY)))
+def test_an_entry_of_no_sense_is_told_with_its_line(number, value):
+    """Each field of each entry, missing or of another type: a message of ours, or a run."""
+    entry = KINDS_OF_ENTRY[number]
+    for name in entry.keys() - KEPT:
+        changed = entry | {name: value} if value != "gone" else {key: entry[key] for key in entry if key != name}
+        before = [each for each in (HEAD, ADD, HOST) if each["do"] != entry["do"]]
+        lines = [changed, *before[1:]] if entry is HEAD else [*before, changed]
+        lines.append(RUN | {"t": 10**9, "to": 10**9})
+        Path("j.jsonl").write_text("\n".join(map(json.dumps, lines)) + "\n")
+        try:
+            slewline.replay("j.jsonl")
+        except BenchFileError as error:
+            assert str(error).startswith("journal j.jsonl")
+            assert name == "args" or "Error(" not in str(error), "it is told in our words"
+            assert len(str(error)) < 1600
+        else:
+            assert name in ("slewline", "round", "name", "args", "verb") or value in (None, True, {}, []), changed
+
+
+@pytest.mark.parametrize(
+    ("entry", "says"),
+    [
+        ({"do": "drive", "t": 0, "round": 1, "pin": "x.abort"}, "line 3: drive: needs level, 0, 1 or null"),
+        (DRIVE | {"level": 2}, "line 3: drive: level: found 2; allowed 0, 1 or null"),
+        (DRIVE | {"level": True}, "line 3: drive: level: found true; allowed 0, 1 or null"),
+        (DRIVE | {"t": -1}, "line 3: drive: t: found -1; allowed picoseconds, 0 to 9223372036854775807"),
+        (DRIVE | {"t": 1.5}, "line 3: drive: t: found 1.5; allowed picoseconds"),
+        (DRIVE | {"t": 5, "round": 1, "pin": "x.bell"}, "line 3: x (cy525) has no pin 'bell'; its pins"),
+        (POWER | {"chip": "y"}, "line 3: the bench has no 'y'; there are: x"),
+        (ADD | {"t": 0, "crystal_hz": "fast"}, 'line 3: add: crystal_hz: found "fast"; allowed a whole number or null'),
+        ({"do": "dance", "t": 0}, "line 3: unknown entry 'dance'; allowed journal, add, part, host"),
+    ],
+)
+def test_an_entry_is_told_with_what_it_needs(entry, says):
+    with pytest.raises(BenchFileError, match=re.escape(f"journal j.jsonl, {says}")):
+        replayed(ADD, entry)
+
+
+def test_a_journal_entry_of_the_past_is_told():
+    with pytest.raises(BenchFileError, match="line 4: run: t 3 is before 5, that of the entry above"):
+        replayed(ADD, DRIVE, RUN | {"t": 3})
+
+
+@pytest.mark.parametrize("seed", ["gone", "a", None, [], 0.5])
+def test_the_first_entry_has_a_seed(seed):
+    head = {key: HEAD[key] for key in HEAD if key != "seed"} | ({} if seed == "gone" else {"seed": seed})
+    Path("j.jsonl").write_text(json.dumps(head) + "\n")
+    with pytest.raises(
+        BenchFileError, match=r"journal j.jsonl, line 1: journal: (needs seed, a|seed: found .*; allowed a)"
+    ):
+        slewline.replay("j.jsonl")
+
+
+@pytest.mark.parametrize("first", [b"", json.dumps(HEAD).encode() + b"\n"])
+def test_an_endless_line_of_a_journal_is_not_read(monkeypatch, first):
+    monkeypatch.setattr(entries, "LONGEST", 1 << 16)
+    Path("j.jsonl").write_bytes(first)
+    os.truncate("j.jsonl", 1 << 24)
+    with pytest.raises(BenchFileError, match=rf"j.jsonl, line {1 + bool(first)}: not a journal entry: \\x00\\x00"):
+        slewline.replay("j.jsonl")
+
+
+@pytest.mark.parametrize("line", ["[" * 100_000, '{"do": "run", "t": ' + "9" * 5000 + "}", "9" * 5000])
+def test_a_line_that_no_reader_takes_is_no_journal_entry(line):
+    Path("j.jsonl").write_text(json.dumps(HEAD) + "\n" + line + "\n")
+    with pytest.raises(BenchFileError, match=r"j.jsonl, line 2: not a journal entry: "):
+        slewline.replay("j.jsonl")

@@ -51,7 +51,6 @@ module, whose import would run its code, unless that is allowed (`allow_code`).
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from os import PathLike
@@ -71,13 +70,13 @@ from .script import check_script, read_script, run_script
 from .stage import Script
 from .tables import Place, Tables, ValidationError, convert, keys_of
 from .text import read_text
+from .toml import read_toml
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
     from ..parts.computer import Computer
     from ..parts.part import Part
 
-UNQUOTED = re.compile(r"\s*([\w.-]+)\s*=\s*([A-Za-z./][^\"'\[\]{}#=]*?)\s*(?:#.*)?")  # key = cy525
 PORTS = ("tcp", "pty", "rfc2217", "serial")
 TIMES = 'a time such as "25 us"; text, because a number with a point would be rounded'
 ALLOWED = {  # by key, or by type
@@ -129,28 +128,13 @@ class BenchFile:
     def __init__(self, path: str | PathLike[str], anywhere: bool = False, allow_code: bool = False) -> None:
         self.path, self.anywhere, self.allow_code = Path(path), anywhere, allow_code
         self.text = read_text(path)
-        try:
-            self.data = tomllib.loads(self.text)
-        except (tomllib.TOMLDecodeError, RecursionError) as error:
-            raise BenchFileError(f"{path}: not TOML: {error}{self.unquoted(error)}") from None
+        self.data = read_toml(path, self.text)
         try:
             self.tables = convert(self.data, Tables)
         except ValidationError as error:
             raise self.explained(str(error)) from None
 
     # -------------------------------------------------------------------------------------------------- what is wrong
-    def unquoted(self, error: Exception) -> str:
-        """Return the remedy where a value that is no TOML looks like text without quotes; "" where it does not."""
-        at = re.search(r"at line (\d+)", str(error))
-        lines = self.text.splitlines()
-        line = lines[int(at[1]) - 1] if at and int(at[1]) <= len(lines) else ""
-        found = UNQUOTED.fullmatch(line)
-        if found is None:
-            return ""
-        value = {"True": "true", "False": "false"}.get(found[2], f'"{found[2]}"')
-        text = "true and false have small letters" if found[2] in ("True", "False") else "put text in quotes"
-        return f"; {text}: {found[1]} = {value}"
-
     def error(self, place: Place, says: str) -> BenchFileError:
         """Return an error with file, line and key."""
         line = self.line_of(place)

@@ -15,6 +15,7 @@ from ..core.kernel import Kernel
 from ..core.near import hint
 from ..core.net import Bus, Net
 from ..core.pin import Terminal
+from ..core.store import Witnessed
 from ..core.timebase import Time, hertz, readable
 from ..errors import UnknownName, UsageError, WiringError
 from ..parts import CATALOGUE as PARTS
@@ -102,10 +103,10 @@ class Furnished(Drawing):
         hz = None if crystal is None else crystal_for(cls.sheet, crystal)
         if self.stores is not None and cls.sheet.keeps:
             options.setdefault("store", self.stores(name))
+        kept = self._witnessed(name, options)
         with self.outside.nested():  # it may switch its supply on
             chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
         if self.outside.on_input or self.outside.write:
-            kept = {"store": list(options["store"].read())} if options.get("store") is not None else {}
             self.outside.tell(
                 "add",
                 part=CHIPS.name_of(cls),
@@ -114,7 +115,7 @@ class Furnished(Drawing):
                 crystal_hz=hz,
                 straps=dict(straps or {}),
                 bare=bare,
-                options=options | kept,
+                options=options | kept(),
             )
         self.chips[name] = chip
         self._adopt(chip)
@@ -157,17 +158,17 @@ class Furnished(Drawing):
             options.setdefault("store", self.stores(name))
         if "image" in options:
             options["image"] = image_given(name, options["image"])
+        kept = self._witnessed(name, options) if cls.keeps else dict
         part = make_part(cls, self.kernel, name, options, **self._mounted(kind, cls.sits, name, on))
         pairs = [] if neighbour is None else joints(kind, part, neighbour)
         lists = (bytes, bytearray, set, frozenset)
-        store = options.get("store") if cls.keeps and (self.outside.on_input or self.outside.write) else None
-        kept = {} if store is None else {"store": list(store.read())}
+        plain = {key: list(value) if isinstance(value, lists) else value for key, value in options.items()}
         self.outside.tell(
             "part",
             kind=kind,
             name=name,
             to=neighbour and neighbour.name,
-            options={key: list(value) if isinstance(value, lists) else value for key, value in options.items()} | kept,
+            options=plain | kept(),
             **{} if on is None else {"on": on if isinstance(on, str) else on.name},
         )
         self.place(part)
@@ -179,6 +180,20 @@ class Furnished(Drawing):
             part.attached(own.row.name, as_needed(theirs.row))
         self.kernel.settle()
         return part
+
+    def _witnessed(self, name: str, options: dict[str, Any]) -> Callable[[], dict[str, Any]]:
+        """What returns the content of a store among options, for those who hear of inputs; a journal hears its faults.
+
+        It is asked when the owner of the store is ready.
+        """
+        store = options.get("store")
+        if store is None or not (self.outside.on_input or self.outside.write):
+            return dict
+        if self.journal is not None:
+            journal = self.journal
+            options["store"] = store = Witnessed(store, lambda **what: journal.write("store", {"of": name} | what))
+            return lambda: {"store": list(store.begin())}
+        return lambda: {"store": list(store.read())}
 
     def _mounted(self, kind: str, sits: str, name: str, on: Part | str | None) -> dict[str, Shaft]:
         """The shaft that a new part sits on, as an argument of its constructor; none, if it sits on none."""

@@ -8,6 +8,11 @@
 is before its changes commit; the rest is done after the instant.  Lines are written as they happen, so a journal of a
 run that was killed is good up to its last whole line.
 
+    {"do": "store", "t": 15000000000, "of": "x", "call": 3, "error": "x.eeprom: cannot write the memory: ..."}
+
+What a store outside has refused, or made of its content, is in it as well: `call` says at which of its calls since its
+owner was put on the bench, and a replay does the same there (`core/store.py`).  `entries.py` says what each entry has.
+
 `part` and, of a part, `kind` are names that find the class again: ours, those of entry points, or module:Class.
 
 A run is repeated to the bit only by the laws that made it: `behaviour` is the column of that name in the sheet of the

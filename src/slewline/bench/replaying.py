@@ -6,24 +6,24 @@ names no module, whose import would run its code, unless that is allowed (`allow
 
 from __future__ import annotations
 
-import json
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from functools import partial
 from os import PathLike
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..chips import chip_class
 from ..core.inputs import input_of
-from ..core.store import Memory
+from ..core.store import Recalled
 from ..core.timebase import Time, moment
-from ..errors import BenchFileError, OtherLaws, TornJournal, UsageError
+from ..errors import BenchFileError, OtherLaws, SlewlineError, UnknownName, UsageError
 from ..parts import part_class
 from ..parts.computer import Computer
 from ..parts.host import Host
 from ..version import __version__
 from .bench import Bench
-from .journal import VERSION
-from .text import read_file
+from .entries import Entries
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
@@ -33,66 +33,47 @@ STRANGE = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) 
 CALLS = ("change_rate", "live", "read_position", "run_program", "verify")  # of a host on a bus, in journals of 0.1.0
 
 
-def entries(path: str | PathLike[str]) -> list[dict[str, Any]]:
-    """Return the entries of a journal file; a last line that was cut off is left out, with the warning TornJournal.
+class Survey(NamedTuple):
+    """What must be known of a journal before anything is done."""
 
-    Raises:
-        BenchFileError: not readable, or not a journal.
-    """
-    try:
-        lines = read_file(path, None).decode("ascii").split("\n")
-    except (BenchFileError, UnicodeDecodeError) as error:
-        raise BenchFileError(f"journal {error if isinstance(error, BenchFileError) else f'{path}: no text'}") from None
-    found = []
-    for number, line in enumerate(lines, 1):
-        if not line:
-            continue
-        try:
-            entry = json.loads(line)
-            entry["do"], entry["t"]
-        except (ValueError, KeyError, TypeError):
-            if number == len(lines):
-                torn = f"journal {path}, line {number}: cut off; the replay ends before it"
-                warnings.warn(torn, TornJournal, stacklevel=3)
-                break
-            raise BenchFileError(f"journal {path}, line {number}: not a journal entry: {line[:60]}") from None
-        found.append(entry)
-    if not found or found[0]["do"] != "journal" or found[0].get("version") != VERSION:
-        raise BenchFileError(f"journal {path}: does not begin as a journal of version {VERSION}")
-    return found
-
-
-class Named(NamedTuple):
-    """The classes that a journal names."""
-
-    chips: dict[str, type[Chip]]
+    seed: int
+    maker: str
+    end: int  # the instant of the last entry, ps
+    chips: dict[str, type[Chip]]  # the classes that it names
     parts: dict[str, type[Part]]
+    behaviours: dict[str, int]  # of its chips, by part
+    faults: dict[str, dict[int, dict[str, Any]]]  # of its stores, by owner and call
 
 
-def named(path: str | PathLike[str], found: Iterable[dict[str, Any]], allow_code: bool) -> Named:
-    """Return the classes of all chips and parts in a journal, before anything is done.
+def survey(found: Entries, allow_code: bool) -> Survey:
+    """Read a journal once; nothing is done.
 
     Raises:
-        BenchFileError: one is not there, or is named as module:Class and that is not allowed; with its line.
+        BenchFileError: a chip or part is not there, or is named as module:Class and that is not allowed; with its line.
     """
-    classes = Named({}, {})
-    for number, entry in enumerate(found, 1):
+    known = Survey(0, "", 0, {}, {}, {}, {})
+    for number, entry in found:
+        do = entry["do"]
         try:
-            if entry["do"] == "add":
-                classes.chips[entry["part"]] = chip_class(entry["part"], allow_code=allow_code)
-            elif entry["do"] == "part":
-                classes.parts[entry["kind"]] = part_class(entry["kind"], allow_code=allow_code)
-        except (KeyError, TypeError, UsageError) as error:
-            raise BenchFileError(f"journal {path}, line {number}: {error}") from error
-    return classes
+            if do == "journal":
+                known = known._replace(seed=entry["seed"], maker=entry.get("slewline", "up to 0.1.0"))
+            elif do == "add":
+                known.chips[entry["part"]] = chip_class(entry["part"], allow_code=allow_code)
+                known.behaviours[entry["part"]] = entry.get("behaviour", 1)
+            elif do == "part":
+                known.parts[entry["kind"]] = part_class(entry["kind"], allow_code=allow_code)
+            elif do == "store":
+                known.faults.setdefault(entry["of"], {})[entry["call"]] = entry
+        except (UnknownName, UsageError) as error:
+            raise found.error(number, str(error)) from error
+    return known._replace(end=entry["t"])
 
 
-def differing(found: Iterable[dict[str, Any]], classes: Named) -> str:
+def differing(known: Survey) -> str:
     """Return in words which parts of a journal behaved by other laws than here; "": none."""
-    added = {entry["part"]: entry.get("behaviour", 1) for entry in found if entry["do"] == "add"}
-    here = {part: cls.sheet.behaviour for part, cls in classes.chips.items()}
-    different = [part for part in here if here[part] != added[part]]
-    return ", ".join(f"{part} had behaviour {added[part]} and has {here[part]}" for part in different)
+    here = {part: cls.sheet.behaviour for part, cls in known.chips.items()}
+    different = [(part, known.behaviours[part]) for part in here if here[part] != known.behaviours[part]]
+    return ", ".join(f"{part} had behaviour {had} and has {here[part]}" for part, had in different)
 
 
 def replay(
@@ -119,45 +100,70 @@ def replay(
         BenchFileError: not a journal, or one whose parts behaved by other laws, are not there or not allowed.
         TimeError: `until` is no instant.
     """
-    found = entries(path)
-    stop = found[-1]["t"] if until is None else moment(until)
-    classes = named(path, found, allow_code)
-    _check_laws(path, found, classes, other_laws)
-    bench = Bench(seed=found[0]["seed"], shuffle=shuffle)
-    early: dict[int, list[dict[str, Any]]] = {}  # what is done in the first round of an instant, in its order
-    for number, entry in enumerate(found[1:], 2):
-        try:
-            if entry["t"] > stop:
-                break
-            if prepare is not None and (entry["do"] == "run" or entry["t"] > 0):
-                prepare(bench)
-                prepare = None
-            if entry.get("round") == 1:
-                at = entry["t"]
-                if at not in early:
-                    early[at] = []
-                    bench.at(f"{at} ps", lambda at=at: apply_all(bench, early[at], classes))  # type: ignore[misc]
-                early[at].append(entry)
-            else:
-                if entry["t"] > bench.now_ps:
-                    bench.run_to(f"{entry['t']} ps")
-                apply(bench, entry, classes)
-        except STRANGE as error:
-            raise BenchFileError(f"journal {path}, line {number}: {error}") from error
+    found = Entries(path)
+    with closing(found.file):
+        known = survey(found, allow_code)
+        stop = known.end if until is None else moment(until)
+        _check_laws(path, known, other_laws)
+        return _played(found, known, Bench(seed=known.seed, shuffle=shuffle), stop, prepare)
+
+
+def _played(found: Entries, known: Survey, bench: Bench, stop: int, prepare: Callable[[Bench], object] | None) -> Bench:
+    """Let a bench do what a journal says, up to an instant."""
+    early: dict[int, list[tuple[int, dict[str, Any]]]] = {}  # what is done in the first round of an instant, in order
+
+    def do(number: int, entry: dict[str, Any]) -> None:
+        with _told(found, number, entry["do"]):
+            apply(bench, entry, known)
+
+    def begin(instant: int) -> None:
+        for number, entry in early.pop(instant):
+            do(number, entry)
+
+    number = 0
+    for number, entry in found:
+        at = entry["t"]
+        if at > stop:
+            break
+        if prepare is not None and (entry["do"] == "run" or at > 0):
+            prepare(bench)
+            prepare = None
+        if entry.get("round") == 1 and entry["do"] != "store":
+            if at not in early:
+                early[at] = []
+                bench.at(f"{at} ps", partial(begin, at))
+            early[at].append((number, entry))
+        else:
+            if at > bench.now_ps:
+                with _told(found, number, "the run before it"):
+                    bench.run_to(f"{at} ps")
+            do(number, entry)
     if prepare is not None:
         prepare(bench)
-    bench.run_to(f"{stop} ps")  # an input that stands last takes effect
-    bench.catch_up()
+    with _told(found, number, "the run behind it"):
+        bench.run_to(f"{stop} ps")  # an input that stands last takes effect
+        bench.catch_up()
     return bench
 
 
-def _check_laws(path: str | PathLike[str], found: list[dict[str, Any]], classes: Named, allowed: bool) -> None:
+@contextmanager
+def _told(found: Entries, number: int, what: str) -> Iterator[None]:
+    """Tell with file and line what comes of an entry that makes no sense."""
+    try:
+        yield
+    except BenchFileError:
+        raise  # it has been told
+    except STRANGE as error:
+        says = str(error) if isinstance(error, SlewlineError) else f"{what}: cannot be done: {error!r}"
+        raise found.error(number, says) from error
+
+
+def _check_laws(path: str | PathLike[str], known: Survey, allowed: bool) -> None:
     """Refuse a journal that was made by other laws, or warn of it."""
-    different = differing(found, classes)
+    different = differing(known)
     if not different:
         return
-    maker = found[0].get("slewline", "up to 0.1.0")
-    made = f"journal {path}: made by slewline {maker}, this is {__version__}: {different}"
+    made = f"journal {path}: made by slewline {known.maker}, this is {__version__}: {different}"
     if not allowed:
         raise BenchFileError(
             f"{made}; the run would be another one: replay it with that version, "
@@ -166,44 +172,42 @@ def _check_laws(path: str | PathLike[str], found: list[dict[str, Any]], classes:
     warnings.warn(f"{made}; the run may be another one", OtherLaws, stacklevel=3)
 
 
-def apply_all(bench: Bench, found: Iterable[dict[str, Any]], classes: Named) -> None:
-    """Do again what entries say, one after the other."""
-    for entry in found:
-        apply(bench, entry, classes)
-
-
-def apply(bench: Bench, entry: dict[str, Any], classes: Named) -> None:
+def apply(bench: Bench, entry: dict[str, Any], known: Survey) -> None:
     """Do again what an entry says."""
     do = entry["do"]
-    if do == "add":
-        options = recalled(entry["options"])
-        cls = classes.chips[entry["part"]]
-        bench.add(cls, entry["name"], entry["crystal_hz"], entry["straps"], entry["bare"], **options)
+    named: Callable[[str], Any] = bench.__getitem__
+    if do in ("add", "part"):
+        name, options = entry["name"], dict(entry["options"])
+        memory = options.get("store")
+        if memory is not None:
+            options["store"] = memory = Recalled(bytes(memory), known.faults.get(name, {}))
+        if do == "add":
+            cls = known.chips[entry["part"]]
+            bench.add(cls, name, entry["crystal_hz"], entry["straps"], entry["bare"], **options)
+        else:
+            bench.part(known.parts[entry["kind"]], name, entry.get("to"), entry.get("on"), **options)
+        if memory is not None:
+            memory.begin()
     elif do == "host":
-        chips = [bench.chips[name] for name in entry["chips"]]
-        line = bench.parts[entry["line"]] if entry.get("line") else None
         bench.host(
-            *chips,
+            *map(named, entry["chips"]),
             name=entry["name"],
             delay=f"{entry['delay_ps']} ps",
             baud=entry.get("baud"),
-            line=line,
+            line=named(entry["line"]) if entry.get("line") else None,
             over=entry.get("over"),
         )
     elif do == "connect":
-        bench.connect(bench.parts[entry["part"]], [bench.chips[name] for name in entry["chips"]])
-    elif do == "part":
-        options = recalled(entry["options"])
-        bench.part(classes.parts[entry["kind"]], entry["name"], entry.get("to"), entry.get("on"), **options)
+        bench.connect(named(entry["part"]), [*map(named, entry["chips"])])
     elif do == "input":
-        input_of(bench[entry["part"]], entry["verb"])(*entry["args"])
+        input_of(named(entry["part"]), entry["verb"])(*entry["args"])
     elif do == "wire":
         bench.wire(entry["a"], entry["b"], entry["invert"])
     elif do == "drive":
         terminal = bench.pin(entry["pin"])
         terminal.release() if entry["level"] is None else terminal.drive(entry["level"])
     elif do == "power":
-        bench.chips[entry["chip"]].power(entry["on"])
+        named(entry["chip"]).power(entry["on"])
     elif do == "run":
         if entry["to"] >= bench.now_ps:
             bench.run_to(f"{entry['to']} ps")
@@ -211,21 +215,13 @@ def apply(bench: Bench, entry: dict[str, Any], classes: Named) -> None:
         bench.conclude()
     elif "host" in entry:
         tell(bench, entry["host"], do, entry["args"])
-    else:
-        raise BenchFileError(f"unknown entry {do!r}")
-
-
-def recalled(options: dict[str, Any]) -> dict[str, Any]:
-    """Return options as they were given: of a store, its content at that time in the memory of this run."""
-    store = options.get("store")
-    return options if store is None else options | {"store": Memory(bytes(store))}
 
 
 def tell(bench: Bench, name: str, do: str, args: list[Any]) -> None:
     """Tell a host again what it was told: a script, or, as up to 0.1.0, everything else."""
     host: Any = bench[name]
     if not isinstance(host, Computer):
-        raise BenchFileError(f"{name} is no host")
+        raise UsageError(f"{name} is no host")
     if do == "send":
         chip, data = args
         host.to(chip).send(bytes.fromhex(data))
@@ -234,7 +230,7 @@ def tell(bench: Bench, name: str, do: str, args: list[Any]) -> None:
     elif do == "call":
         verb, chip, *more = args
         if not isinstance(host, Host) or verb not in CALLS:
-            raise BenchFileError(f"{name}: {verb!r} is no call; allowed {', '.join(CALLS)}")
+            raise UsageError(f"{name}: {verb!r} is no call; allowed {', '.join(CALLS)}")
         with bench.outside.queued():  # the journal itself says how time passed
             getattr(host.to(chip), verb)(*more)
     elif do == "script":
@@ -242,5 +238,3 @@ def tell(bench: Bench, name: str, do: str, args: list[Any]) -> None:
 
         chip, text, where = args
         run_script(bench, host.to(chip), text, where)
-    else:
-        raise BenchFileError(f"unknown entry {do!r}")

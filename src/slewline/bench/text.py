@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
+from typing import BinaryIO
 
 from ..errors import BenchFileError
 
@@ -20,28 +23,41 @@ KINDS = {  # what stands in the place of a file
 }
 
 
-def read_file(path: str | PathLike[str], most: int | None = MOST_BYTES) -> bytes:
+def read_file(path: str | PathLike[str]) -> bytes:
     """Return the bytes of a regular file that a user named.
-
-    Args:
-        most: bytes that it may have; None: any number.
 
     Raises:
         BenchFileError: there is no such file, it is no regular file, or it is too long.
     """
-    try:
+    with refusals(path), opened(path) as file:
+        data = file.read(MOST_BYTES + 1)
+    if len(data) > MOST_BYTES:
+        raise BenchFileError(f"{path}: more than {MOST_BYTES} bytes; is it the right file?")
+    return data
+
+
+def opened(path: str | PathLike[str]) -> BinaryIO:
+    """Open a regular file that a user named, to read its bytes.
+
+    Raises:
+        BenchFileError: there is no such file, or it is no regular file.
+    """
+    with refusals(path):
         kind = stat.S_IFMT(Path(path).stat().st_mode)
         if kind != stat.S_IFREG:
             raise BenchFileError(f"{path}: is {KINDS.get(kind, 'no file')}; give a regular file")
-        with open(path, "rb") as file:
-            data = file.read(-1 if most is None else most + 1)
-        if most is not None and len(data) > most:
-            raise BenchFileError(f"{path}: more than {most} bytes; is it the right file?")
+        return open(path, "rb")
+
+
+@contextmanager
+def refusals(path: str | PathLike[str]) -> Iterator[None]:
+    """Say what the system refuses as an error of ours."""
+    try:
+        yield
+    except BenchFileError:
+        raise
     except (OSError, ValueError) as error:
-        if isinstance(error, BenchFileError):
-            raise
         raise BenchFileError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    return data
 
 
 def read_text(path: str | PathLike[str], data: bytes | None = None) -> str:

@@ -45,12 +45,13 @@ def demo(output: str) -> int:
 
     folder = made(output)
     outputs = Outputs([])
-    pictures = [outputs.claim(str(folder / f"weld{ending}")) for ending in (".svg", ".png")]
-    waveform = outputs.claim(str(folder / "weld.vcd"))
-    assert waveform is not None
-    layouts = [outputs.claim(str(layout)) for layout in layout_paths(waveform)]
-    for name in (MACHINE, PROGRAM):
-        outputs.write_bytes(str(folder / name), (HERE / name).read_bytes())
+    waveform = folder / "weld.vcd"
+    pictures, layouts = [folder / "weld.svg", folder / "weld.png"], layout_paths(waveform)
+    copies = [folder / name for name in (MACHINE, PROGRAM)]
+    for path in (*pictures, waveform, *layouts, *copies):
+        outputs.claim(str(path), own=True)
+    for copy in copies:
+        outputs.write_bytes(str(copy), (HERE / copy.name).read_bytes())
 
     bench = load_bench(folder / MACHINE)
     bench.record()
@@ -61,11 +62,11 @@ def demo(output: str) -> int:
 
     bench.run(AROUND_PS)
     for picture in pictures:
-        outputs.save(picture, lambda path: bench.plot(path, TITLE, PINS, start=show.started - AROUND_PS))
-    outputs.save(waveform, lambda path: bench.save_vcd(path, timescale=TIMESCALE, values=True, layout=True))
+        outputs.save(str(picture), lambda path: bench.plot(path, TITLE, PINS, start=show.started - AROUND_PS))
+    outputs.save(str(waveform), lambda path: bench.save_vcd(path, timescale=TIMESCALE, values=True, layout=True))
     outputs.written += [str(layout) for layout in layouts]
-    for path, text in zip(outputs.written, SAYS, strict=True):
-        click.echo(f"{path:<{len(str(folder)) + 12}}  {text}")
+    for name, text in zip(outputs.written, SAYS, strict=True):
+        click.echo(f"{name:<{len(str(folder)) + 12}}  {text}")
     click.echo(f"\nChange the machine or the program, then: {called_as()} run {word(folder / MACHINE)}")
     return 0
 

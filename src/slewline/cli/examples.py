@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -10,6 +11,7 @@ import click
 
 from ..core.near import hint
 from ..errors import UsageError
+from ..record.whole_file import WholeFile
 from .demo import made
 
 PACKAGE = Path(__file__).parents[1]
@@ -66,11 +68,13 @@ def copied(root: Path, found: Iterable[Path], output: str) -> Iterator[Path]:
     """
     places = {path: made(output) / path.relative_to(root) for path in found}
     for path, place in places.items():
-        if place.exists() and (not place.is_file() or place.read_bytes() != path.read_bytes()):
+        known = not place.is_symlink() and place.is_file() and place.read_bytes() == path.read_bytes()
+        if os.path.lexists(place) and not known:
             raise UsageError(f"{place}: is there already, and differs; give another folder with --output")
     for path, place in places.items():
         made(str(place.parent))
-        place.write_bytes(path.read_bytes())
+        with WholeFile(place, own=True) as file:
+            file.write(path.read_bytes())
         yield place
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-import tomllib
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Any
 import click
 
 from ..bench.text import read_text
+from ..bench.toml import read_toml
 from ..chips import CATALOGUE, sheet_of
 from ..core.option import checked
 from ..core.table import Sheet
@@ -66,10 +66,7 @@ def read_options(path: str | None, part: str) -> dict[str, Any]:
     """
     if path is None:
         return {}
-    try:
-        found = tomllib.loads(read_text(path))
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise BenchFileError(f"{path}: not TOML: {error}") from None
+    found = read_toml(path, read_text(path))
     if "chip" in found:
         raise BenchFileError(f"{path}: a bench file; allowed options of a chip, such as rate = 80, a line each")
     sheet = sheet_of(part)
@@ -106,8 +103,13 @@ class Outputs:
         self.written: list[str] = []
         self._part: tuple[str, Path] | None = None
 
-    def claim(self, path: str | None, endings: tuple[str, ...] = (), bare: bool = False) -> str | None:
+    def claim(
+        self, path: str | None, endings: tuple[str, ...] = (), bare: bool = False, own: bool = False
+    ) -> str | None:
         """Check that a file can be written, under a name that has one of these endings; `bare`: or none.
+
+        Args:
+            own: the name was made here, not by the user.
 
         Raises:
             UsageError: it cannot; or it is an input, or claimed already.
@@ -121,7 +123,7 @@ class Outputs:
         real = os.path.realpath(path)
         if real in self.taken:
             raise UsageError(f"{path}: this command uses that file already; give every file a name of its own")
-        WholeFile(path).discard()
+        WholeFile(path, own).discard()
         if os.path.exists(real) and not os.access(real, os.W_OK):
             raise UsageError(f"{path}: is write-protected")
         self.taken.add(real)
@@ -151,13 +153,17 @@ class Outputs:
     # --------------------------------------------------------------------------------------------------- the journal
     def partial(self, path: str | None) -> str | None:
         """Return a name for a file that grows during a run, until `keep` puts it in place."""
+        from ..record.whole_file import neighbour
+
         if path is None:
             return None
         real = Path(os.path.realpath(path))
         if real.exists() and not real.is_file():
             return path  # a pipe or a device
-        self._part = path, real.with_name(f".{real.name}.{os.getpid()}.part")
-        return str(self._part[1])
+        part, file = neighbour(real)
+        file.close()
+        self._part = path, part
+        return str(part)
 
     def keep(self) -> None:
         """Put the growing file in place."""

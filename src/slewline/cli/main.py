@@ -6,28 +6,58 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
-from collections.abc import Sequence
 
-from ..errors import Endless, ProgramError, SlewlineError, Timeout
-from ..extras import needs
-from ..version import __version__
 from . import FOUND, WRONG_USE
+
+TYPE_CHECKING = False  # nothing is loaded here that can be loaded later: see `main`
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from typing import NoReturn
+
+INTERRUPTED = "interrupted; no file was written"
 
 
 def main() -> None:
     """Run the command line, as the console script `slewline` does, and exit with its status."""
-    sys.exit(invoke(sys.argv[1:]))
+    if default := signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _interrupted)  # an exception would show what is being loaded
+    try:
+        from ..errors import SlewlineError  # noqa: F401
+        from .commands import cli  # noqa: F401
+    except ModuleNotFoundError:  # which `invoke` tells
+        pass
+    try:
+        if default:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+        status = invoke(sys.argv[1:])
+    except KeyboardInterrupt:  # before the command began, or behind it
+        _interrupted()
+    if default:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # Python takes its time to end
+    sys.exit(status)
+
+
+def _interrupted(*_: object) -> NoReturn:
+    try:
+        os.write(2, f"slewline: {INTERRUPTED}\n".encode())
+    finally:
+        os._exit(FOUND)
 
 
 def invoke(arguments: Sequence[str]) -> int:
     """Run a command line; returns the exit status.  Nothing is raised but what is our own mistake."""
+    from ..extras import needs
+
     try:
         from .commands import cli
     except ModuleNotFoundError as error:
         if error.name != "click":
             raise
         if list(arguments) == ["--version"]:
+            from ..version import __version__
+
             sys.stdout.write(f"slewline, version {__version__}\n")
             return 0
         sys.stderr.write(f"slewline: {needs('the command line needs', 'cli')}\n")
@@ -53,6 +83,9 @@ def _let_go() -> None:
 def _called(cli: object, arguments: Sequence[str]) -> int:
     import click
 
+    from ..errors import Endless, ProgramError, SlewlineError, Timeout
+    from ..extras import needs
+
     assert isinstance(cli, click.Command)
     try:
         # None: colours where there is a terminal (https://no-color.org)
@@ -62,7 +95,7 @@ def _called(cli: object, arguments: Sequence[str]) -> int:
         error.show()
         return error.exit_code
     except click.Abort:
-        click.echo("slewline: interrupted; no file was written", err=True)
+        click.echo(f"slewline: {INTERRUPTED}", err=True)
         return FOUND
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != "rich":

@@ -92,7 +92,7 @@ class Run:
             outputs.claim(self.steps, STEPS, bare=True)
             outputs.claim(self.vcd, VCD, bare=True)
             for path in self.layouts:
-                outputs.claim(path)
+                outputs.claim(path, own=True)
             outputs.claim(self.plot, SUFFIXES)
             say_replaced(self.journal)
             try:

@@ -230,7 +230,7 @@ def state_directory(path: str | None) -> Iterator[Stores | None]:
     directory = Path(path)
     try:
         directory.mkdir(parents=True, exist_ok=True)
-        lock = os.open(directory / ".lock", os.O_RDWR | os.O_CREAT, 0o666)
+        lock = os.open(directory / ".lock", os.O_RDWR | os.O_CREAT | system.NO_LINK, 0o666)
     except OSError as error:
         raise UsageError(f"--state {path}: {error.strerror}; give a directory that can be written") from None
     if not system.lock(lock):

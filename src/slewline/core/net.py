@@ -17,12 +17,15 @@ from collections.abc import Callable, Iterable
 from heapq import heappush
 from typing import Any
 
+from ..errors import WiringError
 from .hook import Hook
 from .kernel import Kernel, Task
 from .views import Rested, Wired
 from .wave import Level, Promise, Wave, floats, promised
 
 __all__ = ["Bus", "Driver", "Level", "Net", "Promise", "Wave"]
+
+MOST_PINS = 500  # of one wire: with each one more, all of them are asked what they show
 
 
 class Driver:
@@ -37,6 +40,7 @@ class Driver:
         self.next: Level | Promise = None
         self.pending = False
         self.source: object = None  # the part that runs ahead of time and decides on this output, if it does
+        net.check_room(1)
         net.drivers.append(self)
         net.sort_drivers()
 
@@ -347,6 +351,7 @@ class Net:
         if one is two:
             return
         joined = (*(one.joined or (one,)), *(two.joined or (two,)))
+        one.check_room(max(len(two.drivers), len(joined) - len(one.drivers)))
         for net in joined:
             for sampler in net.samplers:
                 sampler()
@@ -365,6 +370,11 @@ class Net:
             net.token += 1
         one.sort_drivers()
         one.kernel.pending.append(Joint(one))
+
+    def check_room(self, more: int) -> None:
+        """Refuse more pins than a wire may have, before anything is changed."""
+        if len(self.drivers) + more > MOST_PINS:
+            raise WiringError(f"{self.name}: {len(self.drivers) + more} pins on one wire; allowed {MOST_PINS}")
 
     def __repr__(self) -> str:
         return f"<Net {self.name}={self.level}>"

@@ -7,10 +7,13 @@ append:             |new| at 17                some of them, or more behind the 
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol, TypeVar
 
-from ..errors import UsageError
+from ..errors import StoreError, UsageError
 from .option import Option
+
+T = TypeVar("T")
 
 
 class Store(Protocol):
@@ -64,6 +67,106 @@ class Memory:
             UsageError: there would be a hole before `at`.
         """
         put(self._content, data, at)
+
+
+class Witnessed:
+    """A store whose faults a journal hears of: calls that it refuses, and another content than it was given.
+
+    Calls are numbered from `begin` on; in a replay `Recalled` does at the same calls what this one did.
+
+    Args:
+        tell: told the number of a call, and the text of its error or the content found.
+    """
+
+    def __init__(self, store: Store, tell: Callable[..., object]) -> None:
+        self.store, self._tell = store, tell
+        self._known = Memory()  # what the store of a replay holds
+        self._calls: int | None = None
+
+    def begin(self) -> bytes:
+        """Return the content, and begin to number the calls."""
+        self._known.write(self.store.read())
+        self._calls = 0
+        return self._known.data
+
+    def read(self) -> bytes:
+        """Return the content, as the store does."""
+        data = self._told(self.store.read)
+        if self._calls and data != self._known.data:
+            self._tell(call=self._calls, content=list(data))
+        self._known.write(data)
+        return data
+
+    def write(self, data: bytes) -> None:
+        """Make this the content, as the store does."""
+        self._told(lambda: self.store.write(data))
+        self._known.write(data)
+
+    def append(self, data: bytes, at: int | None = None) -> None:
+        """Put some bytes into the content, as the store does; one that cannot gets all of it."""
+        append = getattr(self.store, "append", None)
+        if append is not None:
+            self._told(lambda: append(data, at))
+            self._known.append(data, at)
+        else:
+            whole = bytearray(self._known.data)
+            put(whole, data, at)
+            self.write(bytes(whole))
+
+    def _told(self, call: Callable[[], T]) -> T:
+        if self._calls is not None:
+            self._calls += 1
+        try:
+            return call()
+        except OSError as error:
+            if self._calls:
+                self._tell(call=self._calls, error=str(error))
+            raise
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.store, name)
+
+
+class Recalled(Memory):
+    """The memory of a replay, with the faults of the store that it stands for (see `Witnessed`).
+
+    Args:
+        faults: by the number of the call: its `error`, or the `content` that was found.
+    """
+
+    def __init__(self, data: bytes, faults: Mapping[int, Mapping[str, Any]]) -> None:
+        super().__init__(data)
+        self._faults = faults
+        self._calls: int | None = None
+
+    def begin(self) -> None:
+        """Begin to number the calls."""
+        self._calls = 0
+
+    def read(self) -> bytes:
+        """Return the content."""
+        self._call()
+        return super().read()
+
+    def write(self, data: bytes) -> None:
+        """Make this the content."""
+        self._call()
+        super().write(data)
+
+    def append(self, data: bytes, at: int | None = None) -> None:
+        """Put some bytes into the content from `at` on, by default behind its end."""
+        self._call()
+        super().append(data, at)
+
+    def _call(self) -> None:
+        if self._calls is None:
+            return
+        self._calls += 1
+        fault = self._faults.get(self._calls, {})
+        if "error" in fault:
+            raise StoreError(fault["error"])
+        if "content" in fault:
+            self._content = bytearray(fault["content"])
 
 
 def put(content: bytearray, data: bytes, at: int | None = None) -> int:

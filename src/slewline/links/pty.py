@@ -19,6 +19,7 @@ On macOS there is no EXTPROC of this kind: a pseudo-terminal there is for hosts 
 from __future__ import annotations
 
 import os
+import re
 import stat
 import struct
 from collections.abc import Callable
@@ -32,7 +33,7 @@ from .line import Line
 from .loop import Loop
 from .stream import Stream
 
-DEVICES = ("/dev/pts/", "/dev/ttys")  # of Linux, of macOS
+DEVICE = re.compile(r"/dev/(?:pts/|ttys)[0-9]+")  # of Linux, of macOS
 CFLAG, LFLAG, ISPEED, OSPEED = 2, 3, 4, 5  # places in what tcgetattr returns
 SETTLE_S = 0.0005
 WAYS = "let it ask for 8N1, or serve with --tcp (socket://) or --rfc2217 (rfc2217://)"
@@ -180,7 +181,7 @@ class PtyPort:
 
     def _stale(self, target: str) -> bool:
         """Was the link left behind by a server that has been killed?  Its device is gone, or is the one we have."""
-        return target.startswith(DEVICES) and (target == self.name or not os.path.exists(target))
+        return DEVICE.fullmatch(target) is not None and (target == self.name or not os.path.exists(target))
 
     def close(self) -> None:
         """Remove the link, and hang up."""

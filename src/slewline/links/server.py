@@ -33,7 +33,6 @@ from .loop import Loop
 from .pace import Pace, Paced
 from .registers import RegisterLine, RegisterPort
 from .reports import Lateness, Reports
-from .store import FileStore
 from .system import fine_timer
 from .tcp import TcpPort
 
@@ -107,8 +106,8 @@ class Server:
         self.over = False
         bench.on_finding.add(self._finding)
         for owner in (*bench.chips.values(), *bench.parts.values()):
-            if isinstance(store := getattr(owner, "store", None), FileStore):
-                store.on_failure.add(self._trouble)
+            if (on_failure := getattr(getattr(owner, "store", None), "on_failure", None)) is not None:
+                on_failure.add(self._trouble)
 
     # ---------------------------------------------------------------------------------------------------- furnishing
     def line(self, *chips: Chip, framing: bool = False, over: str | None = None) -> Line:

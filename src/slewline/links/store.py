@@ -32,7 +32,7 @@ from zlib import crc32
 from ..core.hook import Hook
 from ..core.store import put
 from ..errors import StoreError
-from .system import BINARY, directory
+from .system import BINARY, NO_LINK, directory
 
 MAGIC, JOURNAL = b"slewline memory 1\n", b"slewline memory 2\n"
 HEADER = Struct(f">{len(MAGIC)}sII")
@@ -40,13 +40,15 @@ RECORD, PLACE, CHECK = Struct(">III"), Struct(">II"), Struct(">I")
 GARBLED = "the disk returns something else than was written; use another one"
 CHUNK = 1 << 16
 LEAST_JOURNAL, MOST_TIMES = 1 << 14, 4  # bytes; so many times longer than the content
+LARGEST = 1 << 24  # bytes of a file: fifty times what a memory of 64K with its records takes
 
 
 class FileStore:
     """A memory in a file, replaced whole or not at all; of a large one, what changes is appended.
 
     The neighbour has a fixed name, so that a process which is killed again and again leaves one such file, not many.
-    Two stores must not share a file.
+    Two stores must not share a file.  Symbolic links are not followed: what stands under the name of the neighbour is
+    removed, never opened, and one in place of the file is refused.
 
     Args:
         path: the file; it need not exist, its directory must.
@@ -102,9 +104,9 @@ class FileStore:
         """Put a record behind the others, or write the file anew."""
         assert self._content is not None
         record = place + CHECK.pack(crc32(place + data)) + data
-        longest = max(LEAST_JOURNAL, MOST_TIMES * len(self._content))
+        longest = min(self._base + max(LEAST_JOURNAL, MOST_TIMES * len(self._content)), LARGEST)
         end, self._end = self._end, 0
-        if end and end + len(record) - self._base <= longest and self._appended(record, end):
+        if end and end + len(record) <= longest and self._appended(record, end):
             self._end = end + len(record)
         else:
             whole = packed(self._content, JOURNAL)
@@ -135,7 +137,9 @@ class FileStore:
         with directory(self.path.parent, self.system) as made_safe:
             self._found()
             try:
-                with self._opened(self._part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC) as file:
+                with suppress(FileNotFoundError):
+                    self.system.unlink(self._part)
+                with self._opened(self._part, os.O_WRONLY | os.O_CREAT | os.O_EXCL) as file:
                     self._put(file, content)
                 if self._load(self._part) != content:
                     raise StoreError(f"{self.path}: {GARBLED}")
@@ -148,9 +152,10 @@ class FileStore:
 
     def _found(self) -> bytes:
         """The file as it is; empty when there is none."""
-        for path in (self.path, self._part):
-            if path.exists() and not (path.is_file() or path.is_dir()):  # to open a FIFO is to wait for its other end
-                raise StoreError(f"{path}: is no regular file; name another one, or remove it")
+        if self.path.is_symlink():
+            raise StoreError(f"{self.path}: is a symbolic link; name the file itself, or remove the link")
+        if self.path.exists() and not (self.path.is_file() or self.path.is_dir()):  # to open a FIFO is to wait
+            raise StoreError(f"{self.path}: is no regular file; name another one, or remove it")
         try:
             found = self._load(self.path)
         except FileNotFoundError:
@@ -185,14 +190,17 @@ class FileStore:
             return self._rest(file)
 
     def _rest(self, file: int) -> bytes:
-        found = []
+        found = bytearray()
         while chunk := self.system.read(file, CHUNK):
-            found.append(chunk)
-        return b"".join(found)
+            found += chunk
+            if len(found) > LARGEST:
+                why = f"more than {LARGEST} bytes, which no memory has; name another file, or remove this one"
+                raise StoreError(f"{self.path}: {why}")
+        return bytes(found)
 
     @contextmanager
     def _opened(self, path: Path, flags: int) -> Iterator[int]:
-        file = self.system.open(path, flags | BINARY, 0o666)
+        file = self.system.open(path, flags | BINARY | NO_LINK, 0o666)
         try:
             yield file
         finally:

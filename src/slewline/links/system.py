@@ -10,6 +10,7 @@ needed.
     pty                 with packet mode        without: 8N1 only       none
     who has closed      poll, POLLRDHUP         what has come is read ahead, up to its end
     lock of a file      flock                   flock                   msvcrt.locking
+    a link for a file   O_NOFOLLOW              O_NOFOLLOW              looked for before it is opened
     a name is safe      fsync of the directory  fsync of the directory  when NTFS gets to it
 """
 
@@ -29,6 +30,7 @@ from importlib import import_module
 from typing import Any
 
 BINARY = getattr(os, "O_BINARY", 0)  # without it Windows writes CR LF for LF
+NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # opening a symbolic link fails
 CLOSED = select.POLLHUP | select.POLLERR | select.POLLRDHUP if hasattr(select, "POLLRDHUP") else 0
 EXTPROC: int | None = 0o200000 if sys.platform == "linux" else None  # of a pty; the module termios has no name for it
 FINE_MS = 1

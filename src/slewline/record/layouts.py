@@ -70,7 +70,7 @@ def save_layouts(path: str | Path, variables: Sequence[Variable], view: View) ->
         (surfer, surfer_lines(variables, view)),
     )
     for layout, lines in lines_of:
-        with WholeFile(layout) as file:
+        with WholeFile(layout, own=True) as file:
             file.write("".join(f"{line}\n" for line in lines).encode())
 
 

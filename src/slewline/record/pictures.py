@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import sys
+from html import escape  # that of xml.sax loads what can fetch a document from the net
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from xml.sax.saxutils import escape
 
 from ..errors import UsageError
 from .style import DPI, styled
@@ -71,4 +71,4 @@ def show(figure: Figure) -> None:
 def _told(svg: bytes, description: str) -> bytes:
     """An SVG that a screen reader takes for one picture, with its description."""
     svg = svg.replace(b"<svg ", b'<svg role="img" ', 1)
-    return svg.replace(b"</title>", b"</title>\n <desc>" + escape(description).encode() + b"</desc>", 1)
+    return svg.replace(b"</title>", b"</title>\n <desc>" + escape(description, quote=False).encode() + b"</desc>", 1)

@@ -18,6 +18,7 @@ from .vcd_header import Header, Place, read_header
 from .waveforms import Waveforms
 
 BLOCK = 1 << 20  # bytes: what the words of a block take beside it fits into a processor's cache
+LONGEST, WORD = 1 << 28, 1 << 24  # bytes of declarations, of millions of variables; of a word, of a wide vector
 CUT_OFF = "it was cut off; read_vcd(..., torn=True) reads what stands before"
 FORMATS = {  # how files begin that are often taken for a VCD file
     b"\x1f\x8b": "compressed (gzip); unpack it with gunzip",
@@ -71,6 +72,8 @@ def _read(path: str, file: BufferedReader, unit: int | None, torn: bool) -> tupl
         end = max(block.rfind(b"\n"), block.rfind(b" ") if more else -1) + 1  # what stands behind may go on
         taken = changes.feed(Place(path, block[:end], lines)) if end else 0
         lines, rest = lines + block.count(b"\n", 0, taken), block[taken:]
+        if len(rest) > WORD:
+            raise Place(path, rest[:BLOCK], lines).error(0, f"goes on for more than {WORD} bytes; is it a VCD file?")
     if rest.strip() and not torn:
         raise Place(path, rest, lines).error(
             len(rest) - len(rest.lstrip()),
@@ -94,6 +97,8 @@ def _head(path: str, file: BufferedReader) -> bytes:
     while _DEFINED.search(head, seen) is None and (more := file.read(BLOCK)):
         seen = max(len(head) - 100, 0)
         head += more
+        if len(head) > LONGEST:
+            raise WaveformError(f"{path}: no $enddefinitions in {LONGEST} bytes; is it a VCD file?")
     return bytes(head)
 
 

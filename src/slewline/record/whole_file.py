@@ -2,6 +2,9 @@
 
 Bytes go to a hidden neighbour of the file, which takes its name when all is written.  What is no regular file (a
 pipe, /dev/stdout) cannot be replaced and is written as it is.
+
+A symbolic link that the user named stays, and the file behind it is written.  Where the name is slewline's own, a link
+is what somebody else has laid there: the neighbour is a new file or none, and any other is refused (`own`).
 """
 
 from __future__ import annotations
@@ -48,22 +51,29 @@ class WholeFile:
 
     As a context manager it commits, or discards when the block raises.
 
+    Args:
+        own: the name was made here, not by the user: a symbolic link of that name is refused.
+
     Raises:
         UsageError: the path is a directory, or cannot be written.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, own: bool = False) -> None:
         self.path = Path(path)
         self._part: Path | None = None
         with self.refusals():
+            if own and self.path.is_symlink():
+                raise UsageError(f"{path}: is a symbolic link, which is not followed here; remove it")
             self._target = Path(os.path.realpath(path))  # behind a symbolic link, which stays
             if self._target.is_dir():
                 raise UsageError(f"{path}: is a directory; give the name of a file in it")
             if not self._target.parent.is_dir():
                 raise UsageError(f"{path}: there is no directory {str(self.path.parent)!r}")
+            self.handle: BufferedWriter
             if self._target.is_file() or not self._target.exists():
-                self._part = self._target.with_name(f".slewline-{os.getpid()}-{next(_NUMBERS)}.part")
-            self.handle: BufferedWriter = open(self._part or self._target, "wb")  # noqa: SIM115
+                self._part, self.handle = neighbour(self._target)
+            else:
+                self.handle = open(self._target, "wb")  # noqa: SIM115
         self._end = weakref.finalize(self, _abandon, self.handle, self._part)
 
     def write(self, data: bytes | memoryview) -> None:
@@ -104,6 +114,14 @@ class WholeFile:
                 self.commit()
         finally:
             self.discard()
+
+
+def neighbour(target: Path) -> tuple[Path, BufferedWriter]:
+    """Return a new hidden file beside another one, and its name; nothing that is there already is opened."""
+    while True:
+        part = target.with_name(f".slewline-{os.getpid()}-{next(_NUMBERS)}.part")
+        with suppress(FileExistsError):  # of a process that was killed, or a link that somebody laid there
+            return part, open(part, "xb")
 
 
 def _abandon(handle: BufferedWriter, part: Path | None) -> None:
