@@ -241,6 +241,8 @@ class Recording:
 
         nets = self._chosen(pins)
         first, last = self._window_of(nets, start, stop)
+        if values and start is None:
+            first = max([first, *(axis.motor.since for _, _, axis in self._chip_axes())])
         options = self._vcd_options(path, nets, buses, values, layout)
         stream = write_vcd(path, nets, self.recorder, first, last, timescale, **options)
         if layout:
@@ -295,12 +297,12 @@ class Recording:
 
         Raises:
             UsageError: the path cannot be written.
+            NotRecorded: the past of an axis is no longer kept that far back.
         """
         from ..record.export_csv import save_steps
 
         self.catch_up()
-        first, last = self._window(start, stop)
-        save_steps(path, [(chip.name, n, axis.steps(first, last)) for chip, n, axis in self._chip_axes()])
+        save_steps(path, [(chip.name, n, axis.steps(start, stop)) for chip, n, axis in self._chip_axes()])
 
     def _named(self) -> str:
         """The chips and their parts: the title of a picture that has none of its own."""

@@ -61,10 +61,11 @@ class OneAxis:
         return self.motor.travel
 
     def steps(self, start: Time | None = None, stop: Time | None = None) -> Steps:
-        """Return the steps at start <= t <= stop; from the beginning, and up to now, by default.
+        """Return the steps at start <= t <= stop; as far back as the past is kept, and up to now, by default.
 
         Raises:
             TimeError: `start` or `stop` is no time.
+            NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
         """
         return self.motor.steps(*self._window(start, stop))
 
@@ -76,6 +77,7 @@ class OneAxis:
 
         Raises:
             UsageError: an instant is still to come.
+            NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
         """
         instants = self._past(times)
         return self.motor.position_at(instants) if isinstance(instants, int) else self.motor.positions_at(instants)
@@ -93,6 +95,7 @@ class OneAxis:
 
         Raises:
             UsageError: an instant is still to come.
+            NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
         """
         instants = self._past(times)
         return self.motor.velocity_at(instants) if isinstance(instants, int) else self.motor.velocities_at(instants)
@@ -171,7 +174,7 @@ class OneAxis:
 
     def _window(self, start: Time | None, stop: Time | None) -> tuple[int, int]:
         now = self.kernel.now
-        return 0 if start is None else moment(start), now if stop is None else min(moment(stop), now)
+        return self.motor.since if start is None else moment(start), now if stop is None else min(moment(stop), now)
 
     def parameters(self) -> Parameters:
         """Return what a plot names, as it was in force in the latest motion; empty before there was one.

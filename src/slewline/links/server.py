@@ -11,7 +11,6 @@ the next event or the next byte.  `call` brings a function from another thread i
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from os import PathLike
@@ -54,7 +53,6 @@ BOARDS: Mapping[type[Channel], tuple[str, str]] = {  # the kind of board on a ch
 }
 KEPT_FINDINGS = 1000  # of each chip and part; a server runs for months
 KEPT_STRETCHES = 10_000  # of the past of each axis
-TIDY_S = 5.0
 
 
 class Opened(Protocol):
@@ -98,7 +96,6 @@ class Server:
         self.lines: dict[str, Line] = {}
         self.ports: list[Opened] = []
         self.found = 0  # findings since the beginning
-        self.forgotten: Counter[str] = Counter()  # steps of chips, as far as their past is no longer kept
         self.over = False
         bench.on_finding.add(self._finding)
         for owner in (*bench.chips.values(), *bench.parts.values()):
@@ -248,7 +245,9 @@ class Server:
         """Serve until `stop`; everything is closed then."""
         self.bench.run(0)
         self.pace.start()
-        self.loop.after(TIDY_S, self._tidy)
+        for chip in self.bench.chips.values():
+            for number, motor in enumerate(chip.axes, 1):
+                motor.kept.limit(chip.axis(number).name, stretches=KEPT_STRETCHES)
         try:
             with fine_timer():
                 while not self.over:
@@ -318,17 +317,7 @@ class Server:
 
     def steps_of(self, chip: Chip) -> int:
         """Return how many steps a chip has made since the beginning, on all axes."""
-        return self.forgotten[chip.name] + sum(axis.count(axis.past[0].start, self.bench.now_ps) for axis in chip.axes)
-
-    def _tidy(self) -> None:
-        """Forget the distant past of axes that have moved often."""
-        for chip in self.bench.chips.values():
-            for axis in chip.axes:
-                if len(axis.past) > 2 * KEPT_STRETCHES:
-                    first, before = axis.past[0].start, axis.past[-KEPT_STRETCHES].start
-                    self.forgotten[chip.name] += axis.count(first, before - 1)
-                    axis.forget(before)
-        self.loop.after(TIDY_S, self._tidy)
+        return sum(axis.made for axis in chip.axes)
 
 
 def strapped_line(chip: Chip) -> tuple[int, int, str, int]:
