@@ -180,6 +180,16 @@ def test_the_target_is_rounded_down(sign: str) -> None:
     assert [look.pos for look in rig.trace(12)] == rounded
 
 
+@pytest.mark.fact("PMD-UND-TRGT-ROUND", "PMD-UND-PULSE-PHASE")
+@pytest.mark.parametrize(("sign", "cycles", "target", "made"), [("", 10, 2, 2), ("-", 10, -3, -2), ("-", 12, -3, -3)])
+def test_at_rest_at_a_fraction_behind_a_way_down_the_target_is_one_below_the_steps(sign, cycles, target, made) -> None:
+    rig = mover("mc1151a")
+    n = rig.begin("SET_PRFL_VEL", "SET_VEL 0x4000", f"SET_ACC {sign}0x4000")
+    rig.heeds(n + cycles, "STOP", "UPDATE")
+    rig.next(9)
+    assert (rig.shows("trgt_pos"), rig.x.position) == (target, made)
+
+
 @pytest.mark.fact("PMD-CMD-GET_TRGT_POS-2")
 def test_what_is_read_in_motion_is_the_target_of_the_cycle_and_at_most_a_step_off_the_pulses() -> None:
     rig, begun = running()

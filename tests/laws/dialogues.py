@@ -175,8 +175,13 @@ class Played:
         edges = {pin: self.bench.edges(f"{self.chip.name}.{pin}") for pin in self.outputs}
         return {pin: (times.tolist(), levels.tolist()) for pin, (times, levels) in edges.items()}
 
+    @property
+    def finds(self) -> bool:
+        """Does the twin tell findings?"""
+        return str(self.chip.sheet.part) == "cy525"
+
     def state(self) -> dict[str, Any]:
-        """Registers, travel, every step, every change of velocity, and what is told of the motions."""
+        """Registers, travel, every step, every change of velocity, what is told of the motions, and findings."""
         steps = self.chip.steps()
         return {
             **self.chip.registers,
@@ -184,6 +189,7 @@ class Played:
             "steps": (steps.times_ps.tolist(), steps.directions.tolist(), steps.positions.tolist()),
             "velocities": [part.tolist() for part in self.chip.motor.velocities(0, self.bench.now_ps)],
             "heard": self.heard,
+            "findings": [(found.time_ps, found.code) for found in self.chip.findings if self.finds],
             **told(self.chip),
         }
 

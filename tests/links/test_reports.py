@@ -135,7 +135,7 @@ def test_a_server_that_falls_behind_tells_it_on_the_terminal_and_in_the_transcri
     bench.add("gs-c200s")
     server = Server(bench, Paced(bench), tmp_path / "log", tell=told.append)
     server.pace.lag.lost_ns = 3_000_000_000
-    server._tidy()
+    server._look_around()
     server.close()
     assert [text.partition(" (")[0] for text in told] == [
         "virtual time falls behind the wall clock",

@@ -40,9 +40,12 @@ class Bench(Hosted, TimingDiagrams):
         journal: a file that takes every input from outside, to be replayed with `slewline.replay`.
         shuffle: run the tasks of a round in random order (from this seed): results must not change.
         stores: called with the name of a chip, returns its non-volatile memory; by default it is lost with the bench.
+        keep: forget where the axes have been before that, for endless runs; None keeps everything.  Of pins,
+            `record(keep=)` says it.
 
     Raises:
         BenchFileError: the journal cannot be written, or something else than a journal stands there.
+        TimeError: `keep` is no duration.
     """
 
     for_users: ClassVar[tuple[str, ...]] = (

@@ -268,14 +268,17 @@ class Drawing(Recording):
 
     def _motion(self, axes: Sequence[OneAxis]) -> tuple[int, int] | None:
         """The first and the last instant (ps) at which one of the axes moves; None: none does."""
-        spans = [span for axis in axes if (span := moving_from_to(axis, 0, self.kernel.now)) is not None]
+        spans = [span for axis in axes if (span := moving_from_to(axis, axis.motor.since, self.kernel.now)) is not None]
         return (min(begin for begin, _ in spans), max(end for _, end in spans)) if spans else None
 
     def _loaded(self, axes: Any, before: int) -> int:
-        """When a position register was loaded last before an instant (ps): what it held until then is not shown."""
-        return max(
-            (since for axis in self._axes(axes) for since, _ in axis.motor.offsets if since <= before), default=0
-        )
+        """When a position register was loaded last before an instant (ps): what it held until then is not shown.
+
+        Nor is what is no longer kept.
+        """
+        motors = [axis.motor for axis in self._axes(axes)]
+        loads = [since for motor in motors for since, _ in motor.offsets if since <= before]
+        return max([0, *loads, *(motor.since for motor in motors)])
 
     def _activity(self, pins: Sequence[str | Trace] | None) -> tuple[int, int] | None:
         """From the first to the last edge of the pins that are shown, command or finding; None: there is none."""
@@ -357,7 +360,7 @@ class Drawing(Recording):
 
         motions = axis.motions(first, last)
         if any(axis.motor.played(first + 1, motions[0].time_ps if motions else last)):  # the one before was under way
-            motions = [motion for motion in axis.motions(0, first) if motion.time_ps < first][-1:] + motions
+            motions = [motion for motion in axis.motions(None, first) if motion.time_ps < first][-1:] + motions
         ideals = ((motion, motion.ideal) for motion in motions) if ideal else ()
         return Track(
             self._name_of(axis),

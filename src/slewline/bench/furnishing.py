@@ -16,7 +16,7 @@ from ..core.near import hint
 from ..core.net import Bus, Net
 from ..core.pin import Terminal
 from ..core.store import Witnessed
-from ..core.timebase import Time, hertz, readable
+from ..core.timebase import Time, hertz, picoseconds, readable
 from ..errors import UnknownName, UsageError, WiringError
 from ..parts import CATALOGUE as PARTS
 from ..parts import make_part, part_class
@@ -46,9 +46,11 @@ class Furnished(Drawing):
         journal: str | PathLike[str] | None = None,
         shuffle: int | None = None,
         stores: Callable[[str], Any] | None = None,
+        keep: Time | None = None,
     ) -> None:
         super().__init__(Kernel(None if shuffle is None else Random(shuffle)))
         self.stores = stores
+        self.keep_ps = None if keep is None else picoseconds(keep)
         self.seed = seed
         self.random = Random(seed)
         self.chips = {}
@@ -118,6 +120,9 @@ class Furnished(Drawing):
                 options=options | kept(),
             )
         self.chips[name] = chip
+        for number in range(1, len(chip.axes) + 1) if self.keep_ps is not None else ():
+            axis = chip.axis(number)
+            axis.motor.kept.limit(axis.name, self.keep_ps)
         self._adopt(chip)
         self.kernel.settle()
         return chip

@@ -242,6 +242,8 @@ class Recording(Face):
 
         nets = self._chosen(pins)
         first, last = self._window_of(nets, start, stop)
+        if values and start is None:
+            first = max([first, *(axis.motor.since for _, _, axis in self._chip_axes())])
         options = self._vcd_options(path, nets, buses, values, layout)
         stream = write_vcd(path, nets, self.recorder, first, last, timescale, **options)
         if layout:
@@ -300,13 +302,13 @@ class Recording(Face):
 
         Raises:
             UsageError: a name with another ending, or a path that cannot be written.
+            NotRecorded: the past of an axis is no longer kept that far back.
         """
         from ..record.whole_file import check_suffix
 
         check_suffix(path, STEPS, bare=True)
         self.catch_up()
-        first, last = self._window(start, stop)
-        steps = [(chip.name, n, axis.steps(first, last)) for chip, n, axis in self._chip_axes()]
+        steps = [(chip.name, n, axis.steps(start, stop)) for chip, n, axis in self._chip_axes()]
         if str(path).lower().endswith(NPZ):
             from ..record.export_npz import save_npz, step_columns
 
@@ -333,7 +335,7 @@ class Recording(Face):
         self.catch_up()
         nets = self._chosen(pins) if pins is not None or self.recorded else {}
         first, last = self._window_of(nets, start, stop)
-        steps = [(chip.name, n, axis.steps(first, last)) for chip, n, axis in self._chip_axes()]
+        steps = [(chip.name, n, axis.steps(start, stop)) for chip, n, axis in self._chip_axes()]
         save_npz(path, {**edge_columns(nets, self.recorder, first, last), **step_columns(steps)})
 
     def _named(self) -> str:

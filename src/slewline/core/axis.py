@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple, overload
 
 from ..errors import UsageError
 from .hook import Hook
+from .kept import Kept
 from .kernel import Kernel
 from .motions import Mark, Motions, MotionStart
 from .plan import Plan
@@ -125,6 +126,8 @@ class Axis:
         self.offsets = [(0, self.offset)]
         self.on_change: Hook[[]] = Hook()  # another train is followed, or the register was loaded
         self.on_forget: Hook[[int]] = Hook()  # the past before an instant is dropped
+        self.kept = Kept()
+        self.forgotten = 0  # steps of the past that is not kept
         self.log = Motions(kernel, self.stands, self.halt)  # what a chip tells of its motions
 
     @property
@@ -177,6 +180,9 @@ class Axis:
         """
         counts = sign if counted else 0
         self.past.append(Stretch(self.kernel.now, self.travel, self.counted, sign, counts, playing, plan, step))
+        if len(self.past) > self.kept.full:
+            self.forget(self.kept.bound(self.past, self.kernel.now))
+            self.kept.dropped(len(self.past))
         if self.on_change.listeners:
             self.on_change()
 
@@ -210,9 +216,31 @@ class Axis:
         step = begun + missing - 1
         return train.clock.ps(train.begin(step)) if step < train.steps else None
 
+    @property
+    def since(self) -> int:
+        """The instant from which on the past is kept, in ps."""
+        first = self.past[0].start
+        return first if self.kept.ps is None else max(first, self.kernel.seen - self.kept.ps)
+
+    def check_kept(self, start: int) -> None:
+        """Check that the past is kept from an instant on (ps).
+
+        Raises:
+            NotRecorded: it is not.
+        """
+        if start < self.since:
+            raise self.kept.refusal(start, self.since)
+
+    @property
+    def made(self) -> int:
+        """How many steps the motor has made since time 0."""
+        return self.forgotten + self.count(self.past[0].start, self.kernel.now)
+
     def forget(self, before: int) -> None:
         """Drop the past before an instant (ps)."""
         keep = next((i for i in range(len(self.past) - 1, 0, -1) if self.past[i].start <= before), 0)
+        if keep:
+            self.forgotten += self.count(self.past[0].start, self.past[keep].start - 1)
         del self.past[:keep]
         in_force = bisect_right(self.offsets, self.past[0].start, key=itemgetter(0)) - 1
         del self.offsets[: max(in_force, 0)]
@@ -221,10 +249,12 @@ class Axis:
 
     def motions(self, start: int, stop: int) -> list[MotionStart]:
         """Return the motions that begin at start <= t <= stop, in ps."""
+        self.check_kept(start)
         return self.log.starts(start, stop)
 
     def marks(self, start: int, stop: int) -> list[Mark]:
         """Return what has happened to the axis at start <= t <= stop, in ps, besides motions that begin."""
+        self.check_kept(start)
         return self.log.marks(start, stop)
 
     def phases(self, start: int, stop: int) -> list[tuple[int, int, str]]:
@@ -233,6 +263,7 @@ class Axis:
         Returns:
             Begin and end in ps, and the name; neighbours of one name are one.
         """
+        self.check_kept(start)
         found: list[tuple[int, int, str]] = []
         first = max(bisect_left(self.past, start, key=_start) - 1, 0)
         for stretch in self.past[first : bisect_right(self.past, stop, key=_start)]:
@@ -280,6 +311,7 @@ class Axis:
         """Return the steps at start <= t <= stop (ps)."""
         import numpy as np
 
+        self.check_kept(start)
         times = self.times(start, stop)
         directions, positions = np.empty(len(times), np.int8), np.empty(len(times), np.int64)
         at = 0
@@ -295,6 +327,7 @@ class Axis:
 
     def position_at(self, ps: int) -> int:
         """Return the position register at one instant of the past (ps)."""
+        self.check_kept(ps)
         stretch = self.past[max(bisect_right(self.past, ps, key=_start) - 1, 0)]
         count = stretch.count + (stretch.counts * stretch.playing.begun(ps) if stretch.playing is not None else 0)
         since = max(bisect_right(self.offsets, ps, key=lambda offset: offset[0]) - 1, 0)
@@ -308,6 +341,8 @@ class Axis:
             raise UsageError(
                 f"instants of the past are int64 picoseconds up to {self.kernel.now}, not {at.dtype} or later ones"
             )
+        if self.since and at.size:
+            self.check_kept(int(at.min()))
         return at
 
     def positions_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
@@ -373,6 +408,7 @@ class Axis:
         Returns:
             For each: from which instant on, before which one (ps), direction, and train.
         """
+        self.check_kept(start)
         found: list[tuple[int, int, int, Playing]] = []
         end = stop + 1
         for number in range(bisect_right(self.past, stop, key=_start) - 1, -1, -1):

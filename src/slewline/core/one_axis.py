@@ -73,10 +73,11 @@ class OneAxis(Face):
         return self.motor.travel
 
     def steps(self, start: Time | None = None, stop: Time | None = None) -> Steps:
-        """Return the steps at start <= t <= stop; from the beginning, and up to now, by default.
+        """Return the steps at start <= t <= stop; as far back as the past is kept, and up to now, by default.
 
         Raises:
             TimeError: `start` or `stop` is no time.
+            NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
         """
         return self.motor.steps(*self._window(start, stop))
 
@@ -88,6 +89,7 @@ class OneAxis(Face):
 
         Raises:
             UsageError: an instant is still to come.
+            NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
         """
         instants = self._past(times)
         return self.motor.position_at(instants) if isinstance(instants, int) else self.motor.positions_at(instants)
@@ -105,6 +107,7 @@ class OneAxis(Face):
 
         Raises:
             UsageError: an instant is still to come.
+            NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
         """
         instants = self._past(times)
         return self.motor.velocity_at(instants) if isinstance(instants, int) else self.motor.velocities_at(instants)
@@ -182,7 +185,7 @@ class OneAxis(Face):
         return deviation(self.motor, motion.ideal)
 
     def _window(self, start: Time | None, stop: Time | None) -> tuple[int, int]:
-        return window(start, stop, self.kernel.now)
+        return window(start, stop, self.kernel.now, self.motor.since)
 
     def parameters(self) -> Parameters:
         """Return what a plot names, as it was in force in the latest motion; empty before there was one.

@@ -125,13 +125,13 @@ def moments(times: Time | Sequence[Time] | NDArray[np.int64]) -> int | NDArray[n
     return found if found.dtype.kind in "iu" else np.array([moment(time) for time in times], np.int64)
 
 
-def window(start: Time | None, stop: Time | None, now: int) -> tuple[int, int]:
-    """Return a window of the past in picoseconds: from the beginning and up to `now` (ps), where nothing else is said.
+def window(start: Time | None, stop: Time | None, now: int, since: int = 0) -> tuple[int, int]:
+    """Return a window of the past in picoseconds: from `since` and up to `now` (ps), where nothing else is said.
 
     Raises:
         TimeError: no times, or a window that ends before it begins.
     """
-    first, last = 0 if start is None else moment(start), now if stop is None else moment(stop)
+    first, last = since if start is None else moment(start), now if stop is None else moment(stop)
     if stop is not None and first > last:
         raise TimeError(
             f"from {readable(first)} to {readable(last)}: the window ends before it begins; give start, then stop"

@@ -337,7 +337,7 @@ class Requests:
     def do_steps(self, request: Data) -> Data:
         """Reply with the steps of an axis."""
         axis = self.axis(request)
-        start, stop = request.get("start", 0), request.get("stop", self.bench.now_ps)
+        start, stop = request.get("start", axis.motor.since), request.get("stop", self.bench.now_ps)
         count = axis.motor.count(moment(start), min(moment(stop), self.bench.now_ps))
         if count > MOST_STEPS:
             raise UsageError(f"steps: {count} of them; ask for windows of at most {MOST_STEPS}")

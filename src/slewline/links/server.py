@@ -11,7 +11,6 @@ the next event or the next byte.  `call` brings a function from another thread i
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from os import PathLike
@@ -56,7 +55,7 @@ DEAF = (
 )
 KEPT_FINDINGS = 1000  # of each chip and part; a server runs for months
 KEPT_STRETCHES = 10_000  # of the past of each axis
-TIDY_S = 5.0
+LOOK_S = 5.0
 
 
 class Opened(Protocol):
@@ -102,9 +101,11 @@ class Server:
         self.lines: dict[str, Line] = {}
         self.ports: list[Opened] = []
         self.found = 0  # findings since the beginning
-        self.forgotten: Counter[str] = Counter()  # steps of chips, as far as their past is no longer kept
         self.over = False
         bench.on_finding.add(self._finding)
+        for chip in bench.chips.values():
+            for number, motor in enumerate(chip.axes, 1):
+                motor.kept.limit(chip.axis(number).name, stretches=KEPT_STRETCHES)
         for owner in (*bench.chips.values(), *bench.parts.values()):
             if (on_failure := getattr(getattr(owner, "store", None), "on_failure", None)) is not None:
                 on_failure.add(self._trouble)
@@ -254,7 +255,7 @@ class Server:
         """Serve until `stop`; everything is closed then."""
         self.bench.run(0)
         self.pace.start()
-        self.loop.after(TIDY_S, self._tidy)
+        self.loop.after(LOOK_S, self._look_around)
         try:
             with fine_timer():
                 while not self.over:
@@ -325,20 +326,14 @@ class Server:
 
     def steps_of(self, chip: Chip) -> int:
         """Return how many steps a chip has made since the beginning, on all axes."""
-        return self.forgotten[chip.name] + sum(axis.count(axis.past[0].start, self.bench.now_ps) for axis in chip.axes)
+        return sum(axis.made for axis in chip.axes)
 
-    def _tidy(self) -> None:
-        """Forget the distant past of axes that have moved often; look for lines whose end does not come."""
+    def _look_around(self) -> None:
+        """Look whether the bench falls behind, and for lines whose end does not come."""
         self.lateness.look()
         for line in self.lines.values():
             line.look_for_ends()
-        for chip in self.bench.chips.values():
-            for axis in chip.axes:
-                if len(axis.past) > 2 * KEPT_STRETCHES:
-                    first, before = axis.past[0].start, axis.past[-KEPT_STRETCHES].start
-                    self.forgotten[chip.name] += axis.count(first, before - 1)
-                    axis.forget(before)
-        self.loop.after(TIDY_S, self._tidy)
+        self.loop.after(LOOK_S, self._look_around)
 
 
 def strapped_line(chip: Chip) -> tuple[int, int, str, int]:

@@ -349,7 +349,8 @@ class Host(Computer):
         """Read a verify group: bytes as the chip delivers them (group 0: five digits, or two bytes in binary mode).
 
         Args:
-            group: 0 position, 1 program, 2 status, 3 parameters (Table VI).
+            group: 0 position, 1 program, 2 status, 3 parameters (Table VI).  Of a program that is 48 bytes, as the
+                table has it, of up to 60; `x.program` has all of them.
             number: how many bytes; all of the group by default.
             live: read between two instructions of a running program, through PROG/LIVE (s.3 V); None: if one runs.
 

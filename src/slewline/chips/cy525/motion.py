@@ -37,7 +37,6 @@ class Motion(motion.Motion):
         self.continuous, self.aborted = self.registers.continuous, False
         self.crawling = False  # ABORT was released: on to the target
         self.served = self.pending = self.told_held = False
-        self.request_changes = self.request.changes  # by the latest look
         self.made = made(self.chip.crystal_hz, values, number, self.law)
         return self.made.parameters
 
@@ -57,6 +56,7 @@ class Motion(motion.Motion):
         """The plan of this motion; a continuous one slews without end if it comes to slewing at all (s.7)."""
         chip = self.chip
         values = self.registers.values
+        self.request_changes = self.request.changes  # by the latest look
         plan = profile.move(self.number, self.first, self.top, values["slope"], values["divisor"], self.law)
         if self.continuous:
             if any(leg.name == "slew" for leg in plan.legs):

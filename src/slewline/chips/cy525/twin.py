@@ -33,6 +33,21 @@ class Stepwise(twin.Stepwise):
     endless = continuous = False  # slewing follows the plan without end; it does even when aborted
 
     # ------------------------------------------------------------------------------------------ before the first step
+    async def move(self, number: int, sign: int, text: str) -> None:
+        """A motion from its command to the moment when READY may return."""
+        self.ordered_steps, self.by_command = number, text == "G"
+        await super().move(number, sign, text)
+
+    async def play(self) -> None:
+        """Step after step; the first one begins now, and shows what H was worth."""
+        if self.asked_endless:
+            if not self.endless:
+                self.chip.finding("halt-without-effect", "too few steps to slew")
+            elif not self.abort_enabled:
+                self.chip.finding("abort-low-at-start", "only RESET ends this motion")
+        self.changes = self.request.changes
+        await super().play()
+
     def parameters(self, number: int) -> Callable[[], Parameters]:
         """Return what tells the parameters of a motion that begins now, when somebody asks."""
         self.motion_made = made(self.chip.crystal_hz, self.registers.values, number, self.law)
@@ -42,6 +57,8 @@ class Stepwise(twin.Stepwise):
         """I/O REQUEST must have been high; then ABORT says whether it counts for this motion."""
         await self.chip.polled(self.request, 1, 1)
         self.abort_enabled = self.abort.level == 1
+        if not self.ordered_steps and self.by_command:
+            self.chip.finding("no-steps", "N is 0")
 
     def expected(self) -> Callable[[], Ideal]:
         """What makes the ideal of this motion, whose first step begins now."""
@@ -56,6 +73,8 @@ class Stepwise(twin.Stepwise):
     def prepare(self) -> None:
         """The plan of an undisturbed motion."""
         number, self.abort_used, self.served = self.number, False, False
+        self.ramped_over = self.held_told = False
+        self.asked_endless = self.registers.continuous
         self.first = min(self.registers.values["firstrate"], sheet.RATE_TOP)
         self.top = max(min(self.registers.values["rate"], sheet.RATE_TOP), self.first)  # R below F: the whole move at F
         up = self.way_up(self.first, self.top, number)
@@ -92,7 +111,10 @@ class Stepwise(twin.Stepwise):
     # ------------------------------------------------------------------------------------------------------- one step
     def stretched(self, step: Step) -> int:
         """I/O SELECT while stepping: a read-out, which lengthens a step of a ramp."""
-        if not (self.select.level == 1 and self.request.level == 1):
+        if self.select.level == 0:
+            return 0
+        if self.request.level == 0:
+            self.chip.finding("request-and-select", "no read-out while I/O REQUEST is low")
             return 0
         self.read_out((self.axis.position + self.sign) % 65536)
         return self.ticks["readout_stretch"] if step.kind in (UP, DOWN) else 0
@@ -116,25 +138,51 @@ class Stepwise(twin.Stepwise):
         if self.coming() is None:
             return False
         # 2. ABORT, once per motion
-        if self.abort_enabled and not self.abort_used and self.abort.level == 0:
+        aborts = self.abort_enabled and not self.abort_used and self.abort.level == 0
+        if aborts:
             self.abort_used = True
             self.departs("command", "ABORT")
             if just.kind == CRAWL or not self.turned_down(just):
+                self.asked_to_halt()
                 return False
         coming = self.coming()
         assert coming is not None
         # 3. the bottom of the ramp of an abort
-        if self.abort_used and just.kind == DOWN and coming.kind != DOWN and self.abort.level == 0:
-            return False
+        if self.abort_used and just.kind == DOWN and coming.kind != DOWN:
+            if self.abort.level == 0:
+                if aborts:
+                    self.asked_to_halt()
+                return False
+            if self.continuous:
+                self.chip.finding("abort-released", "it goes on to its target")
         # 4. a rate request
         if not self.continuous:
             if self.request.level == 0:
                 self.departs("command", "I/O REQUEST")
-            return bool(self.request.level == 1)
+            return not self.asked_to_halt()
+        return aborts or await self.requested(just, coming)
+
+    def asked_to_halt(self) -> bool:
+        """I/O REQUEST low in a normal motion, which halts it: is it?"""
+        if self.continuous or self.request.level == 1:
+            return False
+        self.chip.finding("fly-rate-outside-continuous", "a normal motion takes no rates")
+        return True
+
+    async def requested(self, just: Step, coming: Step) -> bool:
+        """I/O REQUEST in a continuous motion; false: the motion ended in the zero-rate state."""
+        changes, self.changes = self.request.changes - self.changes, self.request.changes
         if self.request.level == 1:
-            self.served = False
-        elif self.endless and not self.served and SLEW in (just.kind, coming.kind):
-            self.served = True
+            if self.ramped_over or changes > 1:
+                self.chip.finding("request-withdrawn", "a request that nobody has seen")
+            self.served = self.ramped_over = self.held_told = False
+        elif coming.kind != SLEW and not self.served:
+            self.ramped_over = True
+        elif coming.kind == SLEW and self.served and not self.held_told:
+            self.held_told = True
+            self.chip.finding("request-held", "a request counts once")
+        if self.request.level == 0 and self.endless and not self.served and SLEW in (just.kind, coming.kind):
+            self.served, self.ramped_over = True, False
             return await self.rate_request()
         return True
 
@@ -147,6 +195,8 @@ class Stepwise(twin.Stepwise):
         remaining = self.number - self.made
         if self.continuous:  # the target comes round every 65536 steps
             remaining = remaining % 65536 or 65536
+            if remaining < len(down):
+                self.chip.finding("target-in-ramp", "the target lies on the way down")
         down = down[:remaining]
         self.plan = deque(down + [step_of(CRAWL, self.first)] * (remaining - len(down)))
         self.endless = False
@@ -157,6 +207,8 @@ class Stepwise(twin.Stepwise):
         """The byte on the bus, acknowledged by INSTROBE."""
         chip, now, over = self.chip, self.chip.tick, self.chip.tick + self.ticks["strobe_width"]
         self.port.instrobe.play(Wave(1, (chip.clock.ps(now), chip.clock.ps(over)), (0, 1)))
+        if chip.bus.byte > sheet.RATE_TOP:
+            chip.finding("range", "a rate above 127")
         rate = min(chip.bus.byte, sheet.RATE_TOP)
         self.departs("command", f"R {rate}")
         return rate
@@ -197,7 +249,9 @@ class Stepwise(twin.Stepwise):
             for level in (1, 0):  # high again first, then low
                 if await chip.polled(self.request, level, every, *ends) is not self.request:
                     return False
-            rate = self.taken_rate()
+            rate, self.changes = self.taken_rate(), self.request.changes
+            if rate <= self.top:
+                chip.finding("fly-zero-low", "no higher rate than before")
         self.outputs.slew.drive(1)
         await chip.polled(self.inhibit, 0, self.ticks["inhibit_poll"])
         self.port.motion_complete.drive(1)

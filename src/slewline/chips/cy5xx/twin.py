@@ -2,7 +2,7 @@ r"""Motion one step at a time: the oracle of the fast path, slow and obvious.
 
 The fast path plans whole moves and promises step trains.  A twin plans nothing but a list of single steps, drives
 every edge when it comes, looks at the pins when the chip looks, and so gives a second opinion that shares no code with
-the first.  It reports no findings.
+the first.  Findings of a motion are told by the part's own twin, or not at all.
 
     move:  I/O REQUEST high? -> direction -> STEP INHIBIT low? -> [step -> looks] ... -> over
 

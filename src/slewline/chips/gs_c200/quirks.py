@@ -156,7 +156,7 @@ QUIRKS = (
        "the phases are reversed sooner than that", "test_mov_and_ramp_tell_rest_ramp_and_slew"),
     _Q("GSC-UND-RAMP-LAW", "fig. 16 (lost)", "constant acceleration: the square of the rate grows with the steps; option law",
        "constant torque; only the ends of a ramp are told", "test_the_speed_of_a_ramp_grows_at_constant_acceleration"),
-    _Q("GSC-UND-RAMP-COUNT", "command R", "R intervals lie between the rate S and the rate T; T is reached by moves of 2R+2 steps and more, and RAMP is high for R intervals at each end",
+    _Q("GSC-UND-RAMP-COUNT", "command R", "R intervals lie between the rate S and the rate T; T is reached by moves of 2R+2 steps and more, so those of 2R and 2R+1 turn just below it, and RAMP is high for R intervals at each end",
        "so each ramp takes R steps from one rate to the other", "test_the_ramps_take_r_steps_and_mirror_each_other"),
     _Q("GSC-UND-SHORT-ODD", "ramp length", "a short move with an even number of steps has one fastest interval in the middle, with an odd number two",
        "the ramps mirror each other", "test_a_short_move_of_odd_length_has_two_fastest_intervals"),

@@ -209,7 +209,7 @@ QUIRKS = (
        "both bits do not function there", "test_a_stop_suspends_the_gear_until_the_next_update"),
     _Q("PMD-UND-FRACTION", "halting the trajectory", "behind an abrupt stop the fraction of a step stays, and PULSE its level; the next move begins there and ends on a whole step",
        "no step is lost or made up", "test_a_stop_keeps_the_fraction_of_a_step_and_the_level_of_pulse"),
-    _Q("PMD-UND-TRGT-ROUND", "get_trgt_pos", "whole steps are rounded down",
+    _Q("PMD-UND-TRGT-ROUND", "get_trgt_pos", "whole steps are rounded down; so of an axis that rests at a fraction behind a way down it is one below the steps that PULSE has made (PMD-UND-PULSE-PHASE)",
        "it is what cutting off 16 bits gives", "test_the_target_is_rounded_down"),
     _Q("PMD-UND-WRAP-MOVE", "axis status", "a move never takes the way round the end of the range",
        "a destination is a number, not an angle", "test_a_move_never_takes_the_way_round_an_end"),
@@ -236,7 +236,7 @@ QUIRKS = (
     _Q("PMD-CON-MTR-OFF", "pulse generation control against mtr_off", "MTR_OFF ends both pulses and trajectory",
        "behind MTR_ON the axis is at rest", "test_the_motor_off_ends_pulses_and_motion_without_completing_it"),
     # ----------------------------------------------------------------------------------- pulses, AtRest, limits, homing
-    _Q("PMD-UND-PULSE-PHASE", "pulse and direction signal generation", "PULSE follows the position, which moves evenly within a cycle: high from the half step, low from the whole one, on the next clock",
+    _Q("PMD-UND-PULSE-PHASE", "pulse and direction signal generation", "PULSE follows the position, which moves evenly within a cycle: high from the half step, low from the whole one, on the next clock; a fraction that is left at rest is not stepped, up or down, so behind a way down the motor stands one above GET_TRGT_POS (PMD-UND-TRGT-ROUND)",
        "half high at any rate, evenly spaced, and never a whole step behind", "test_pulse_follows_the_target_clock_by_clock_through_stop_and_reversal"),
     _Q("PMD-UND-PULSE-IDLE", "pin descriptions, pulse", "PULSE is low behind a reset, and at rest as the last half step left it",
        "low is where a whole step ends", "test_a_step_is_a_fall_of_pulse_in_the_direction_of_dir"),
