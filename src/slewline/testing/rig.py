@@ -264,6 +264,6 @@ def settings(part: str, query: Mapping[str, str]) -> dict[str, Any]:
     known = {row.name for row in rows}
     if unknown := {key: text for key, text in rest.items() if key.partition(".")[0] not in known}:
         checked(
-            part, sheet.options, unknown, sheet.elsewhere
+            part, sheet.options, unknown, elsewhere=sheet.elsewhere
         )  # which refuses it here: it may be the name of an argument
     return {"straps": straps, **read(rows, rest.items())}
