@@ -45,6 +45,7 @@ FIELDS: dict[str, dict[str, Kind]] = {
     "drive": {"pin": TEXT, "level": LEVEL},
     "power": {"chip": TEXT, "on": TRUTH},
     "run": {"to": TIME},
+    "conclude": {},
     "store": {"of": TEXT, "call": WHOLE},
     **dict.fromkeys(("script", "send", "clear", "drop", "give_up", "call"), SAID),
 }
