@@ -55,27 +55,37 @@ def test_the_machine_can_be_changed_and_run(ran, call):
     assert (found["steps"]["count"], found["position"], found["findings"]) == (3 * 2 * 4200, 0, [])
 
 
-@pytest.mark.posix  # a link to a folder; elsewhere it takes a right that few have
-@pytest.mark.parametrize(
-    ("within", "variables", "begin"),
-    [
-        ("", {}, ".venv/bin/slewline run build/demo/weld.toml"),
-        (".venv/bin", {}, "slewline run build/demo/weld.toml"),
-        (".venv/bin", {"UV_RUN_RECURSION_DEPTH": "1"}, ".venv/bin/slewline run build/demo/weld.toml"),
-    ],
-    ids=["after make demo", "in an activated environment", "under uv run"],
-)
-def test_its_last_line_can_be_typed(folder, within, variables, begin):
+@pytest.fixture
+def shell(folder):
+    """Call a line in a folder that has a .venv, as in a clone."""
     (folder / ".venv").symlink_to(sys.prefix)
-    path = os.pathsep.join([*([str(folder / within)] if within else []), "/usr/bin", "/bin"])
-    environ = {"PATH": path, "HOME": str(folder)} | variables
-    demo = [folder / ".venv/bin/python", "-m", "slewline", "demo"]
-    ran = subprocess.run(demo, env=environ, capture_output=True, text=True, check=True)
-    typed = ran.stdout.splitlines()[-1].partition(", then: ")[2]
-    assert typed == begin
-    again = subprocess.run(typed, shell=True, env=environ, capture_output=True, text=True, check=False)
+
+    def shell(line, *path, **variables):
+        environ = {name: value for name, value in os.environ.items() if not name.startswith("UV_")}
+        environ |= {"PATH": os.pathsep.join([*path, "/usr/bin", "/bin"])} | variables
+        return subprocess.run(line, shell=True, env=environ, capture_output=True, text=True, check=False)
+
+    return shell
+
+
+@pytest.mark.posix  # a link to a folder; elsewhere it takes a right that few have
+def test_its_last_line_can_be_typed(shell):
+    typed = shell(".venv/bin/python -m slewline demo").stdout.splitlines()[-1].partition(", then: ")[2]
+    assert typed == ".venv/bin/slewline run build/demo/weld.toml"
+    again = shell(typed)
     assert (again.returncode, again.stderr) == (0, "")
     assert "0 findings" in again.stdout
+
+
+@pytest.mark.posix
+@pytest.mark.parametrize(
+    ("variables", "name"),
+    [({}, "slewline"), ({"UV_RUN_RECURSION_DEPTH": "1"}, ".venv/bin/slewline")],
+    ids=["in an activated environment", "under uv run"],
+)
+def test_the_name_alone_is_told_only_where_the_next_shell_finds_it(shell, folder, variables, name):
+    ask = ".venv/bin/python -c 'from slewline.cli.demo import called_as; print(called_as())'"
+    assert shell(ask, str(folder / ".venv/bin"), **variables).stdout == f"{name}\n"
 
 
 def test_elsewhere_it_names_the_whole_path_as_one_word(folder, monkeypatch):
