@@ -410,3 +410,14 @@ def test_before_the_first_move_and_in_other_modes_the_phase_is_0() -> None:
     assert rig.do("GET_MODE") == 0x1000
     rig.begin(*S1, "SET_PRFL_TRAP", "SET_ACC 0x400")
     assert {look.phase for look in rig.trace(200)} == {0}
+
+
+@pytest.mark.parametrize("distance", [1000, 90, -20])
+def test_phases_that_end_with_a_cycle_are_the_same_cycle_by_cycle(distance: int) -> None:
+    found = []
+    for stepwise in (False, True):
+        rig = mover("mc1151a", options={"stepwise": stepwise})
+        begun = rig.begin(*S1[:-1], f"SET_POS {distance}")
+        rig.next(1200 if distance == 1000 else 400)
+        found.append((rig.look(), rig.ticks(begun)))
+    assert found[0] == found[1] and len(found[0][1]) == abs(distance)

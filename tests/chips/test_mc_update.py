@@ -60,6 +60,25 @@ def test_an_update_copies_all_registers_and_leaves_them_for_the_next(part: str) 
     assert (rig.do("GET_VEL"), rig.do("GET_ACC"), rig.do("GET_POS")) == (ONE, ONE // 4, 40)
 
 
+@pytest.mark.fact("PMD-BUF-1")
+@pytest.mark.parametrize("stepwise", [False, True], ids=["blocks", "stepwise"])
+def test_a_register_written_between_two_updates_of_a_cycle_counts_as_written(stepwise: bool) -> None:
+    for between, events in ((("SET_ACC 77",), 0x80), ((), 0)):  # what may not change in motion is a command error
+        rig = mover("mc1151a", options={"stepwise": stepwise, "busy_ticks": 64})
+        rig.to(rig.begin(*T1) + 100)
+        cycle = rig.cycle
+        rig.do("UPDATE", *between, "UPDATE")
+        assert rig.cycle == cycle
+        rig.next(2)
+        assert rig.look().status & 0x80 == events
+        rig.heeds(rig.cycle + 2, "CLR_STATUS")
+    cycle = rig.cycle
+    rig.do("SET_ACC 77", "UPDATE", "SET_POS 900", "UPDATE")  # nor does the second one make it unwritten
+    assert rig.cycle == cycle
+    rig.next(2)
+    assert rig.look().status & 0x80
+
+
 # --------------------------------------------------------------------------------------------------- buffered actions
 @each
 @pytest.mark.parametrize("action", ["STOP", "SMOOTH_STOP", "SYNCH_PRFL"])

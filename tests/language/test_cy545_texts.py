@@ -218,3 +218,20 @@ def test_of_text_and_binary_the_linter_says_what_a_run_does(text, says):
     with pytest.raises(ProgramError) if says == {"error"} else nullcontext():
         bench.run("30 ms")
     assert (x.registers["rate"] == 77) is not bool(says)
+
+
+@pytest.mark.parametrize(
+    ("line", "places"),
+    [
+        ("  R 5\u2013", [(6, 1)]),  # a character that is no byte
+        (" //B 2", [(3, 1)]),  # the second one is no command
+        (" /", [(2, 1)]),  # nor is one alone
+        (" /R 5", [(2, 1)]),  # a slash where none belongs
+        (' "done"now', [(8, 3)]),  # what stands behind a string
+        (" [38H,3,65,66", [(3, 11)]),  # fewer values than announced
+        (" N 70000000", [(4, 8)]),
+    ],
+)
+def test_a_mistake_is_found_in_its_place(line, places):
+    found = lint(line, SHEET, checks_of("cy545b"))
+    assert [(problem.column, problem.length) for problem in found if problem.severity == "error"] == places

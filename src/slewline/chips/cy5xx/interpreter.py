@@ -114,7 +114,6 @@ class Interpreter:
         """Fetch and perform instructions until 0, I or reset; between two of them PROG/LIVE is looked at (s.7)."""
         chip, program = self.chip, self.program
         due = program.run_fell + self.ticks["first_instruction"]
-        chip.sync()
         while program.pc is not None:
             program.at = program.pc
             if program.prog_in.level == 0:
