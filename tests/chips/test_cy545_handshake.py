@@ -251,6 +251,16 @@ def test_a_string_ends_fpl_with_its_last_character():
     assert len(h.falls("usrb6")) == 1 and h.x.pin("usrb6").level == 1
 
 
+@pytest.mark.fact("CY545-FPL-2", "CY545-UND-STRING-FPL")
+@BOTH
+def test_each_return_in_a_string_raises_fpl(part):
+    h = asked(part, query='"one\rtwo\r\rlast"\r')
+    for line in (b"one\r", b"two\r", b"\r", b"last"):
+        h.until("usrb6", 0)
+        assert h.message() == line
+    assert len(h.falls("usrb6")) == 4 and h.x.pin("usrb6").level == 1
+
+
 @pytest.mark.fact("CY545-FPL-8")
 def test_a_controller_is_wired_by_its_request_its_answer_and_fpl():
     h = Hand()

@@ -166,6 +166,49 @@ def test_a_limit_ends_jog_in_its_direction_and_inhibit_abort_does_not() -> None:
     assert rig.x.position > here + 90  # it steps again as soon as the limit is high
 
 
+@pytest.mark.fact("CY545-UND-LIMIT-JOG")
+@pytest.mark.parametrize(("limit", "steps"), [("cw_limit", 0), ("ccw_limit", 1)])
+def test_jog_goes_by_the_limit_of_the_direction_to_which_ccw_is_forced(limit: str, steps: int) -> None:
+    rig = rigged("-", "F 255", "A 1000")
+    rig.drive("ccw", 0)  # clockwise, whatever JOG says
+    rig.drive(limit, 0)
+    rig.drive("jog", 1)
+    rig.bench.run("20 ms")
+    made = rig.x.position - 1000
+    assert made >= 15 * steps and rig.x.steps().directions.tolist() == [1] * made
+    rig.x.pin("ccw").release()  # now JOG says it
+    here = rig.x.position
+    rig.bench.run("20 ms")
+    assert here - rig.x.position >= 15 * (1 - steps) and rig.x.position <= here + 1
+
+
+@pytest.mark.fact("CY545-UND-CONT-LASTS")
+@pytest.mark.parametrize("motion", ["G", "P 5", "limited", "N 0"])
+def test_c_lasts_through_jog_and_home_to_the_end_of_the_next_motion(motion: str) -> None:
+    rig = rigged("+", "F 255", "R 255", "N 3", "C")
+    rig.drive("jog", 0)
+    rig.bench.run("5 ms")
+    rig.x.pin("jog").release()
+    rig.bench.run("10 ms")
+    rig.drive("usrb0", 0)
+    rig.start("H 0\r")
+    rig.bench.run("5 ms")
+    rig.x.pin("usrb0").release()
+    rig.bench.run_until_idle()
+    if motion == "limited":
+        rig.drive("cw_limit", 0)
+    rig.start({"G": "G\r", "limited": "G\r", "N 0": "N 0\rG\r"}.get(motion, f"{motion}\r"))
+    rig.bench.run("50 ms")
+    assert rig.x.moving is (motion != "limited")
+    rig.drive("inhibit_abort", 0)
+    rig.bench.run_until_idle()
+    rig.x.pin("inhibit_abort").release()
+    rig.x.pin("cw_limit").drive(1)
+    before = rig.x.travel
+    rig.send("N 3\rG\r")
+    assert rig.x.travel == before + 3
+
+
 @pytest.mark.fact("CY545-UND-JOG-PROGRAM")
 def test_jog_waits_for_the_end_of_a_program() -> None:
     rig = Rig545(*PINS, replies=False)

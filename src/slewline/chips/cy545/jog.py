@@ -49,16 +49,19 @@ class Jog:
     @property
     def watched(self) -> tuple[tuple[Net, None], ...]:
         """What an idle chip must watch, because it may change `way`."""
-        return ((self.net, None), *((net, None) for net in self.limits.values()))
+        return tuple((net, None) for net in (self.net, self.outputs.direction_net, *self.limits.values()))
 
     @property
     def way(self) -> int | None:
-        """The direction that JOG asks for, +1 clockwise; None: the line is open, or the limit there is low."""
+        """The direction that JOG asks for, +1 clockwise; None: the line is open, or the limit is low.
+
+        The limit is that of the direction in which the step would be made, which CCW may be forced to.
+        """
         level = self.net.level
         if level is None:
             return None
         way = -1 if level else 1
-        return way if self.limits[way].level == 1 else None
+        return way if self.limits[self.outputs.expected(way)].level == 1 else None
 
     async def step(self, way: int) -> None:
         """Make a step in a direction; return when the line is due to be looked at again, a period later."""

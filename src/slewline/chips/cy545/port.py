@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from ...core.chip import Chip
     from .user_bits import UserBits
 
+CR = 0x0D
 EMPTY = 0xFF  # what a bus that nobody drives reads as, by its pull-ups
 
 
@@ -111,12 +112,12 @@ class ParallelPort:
         """Give bytes to the host, for as long as it takes; a handshake in work ends first.
 
         Args:
-            each: FPL goes high behind every byte (binary), not behind the last one alone.
+            each: FPL goes high behind every byte (binary), else behind each return and behind the last byte.
         """
         for number, byte in enumerate(message, 1):
             self.bits.fpl(0)
             await self.done()
-            while not await self._give(byte, each or number == len(message)):
+            while not await self._give(byte, each or byte == CR or number == len(message)):
                 pass
 
     async def _give(self, byte: int, last: bool) -> bool:

@@ -33,6 +33,8 @@ MOTION = (
     # ---------------------------------------------------------------------------------------------------------- continuous
     _Q("CY545-UND-CONT-P", "ch.16, SLEW", "P takes its direction from the target, and runs on without end",
        "a continuous motion has no target", "test_p_in_continuous_mode_takes_its_direction_from_the_target_and_runs_on"),
+    _Q("CY545-UND-CONT-LASTS", "ch.16, SLEW", "C lasts until a G or P has ended, with or without a step; jog and HOME in between leave it",
+       "the text has it followed by G, and calls what G and P begin a motion", "test_c_lasts_through_jog_and_home_to_the_end_of_the_next_motion"),
     _Q("CY545-UND-CONT-RELEASE", "ch.16, SLEW, INHIBIT_ABORT", "INHIBIT_ABORT high again at the first rate: on at it, until the line is low",
        "there is no target to run to", "test_a_continuous_motion_whose_abort_is_taken_back_goes_on_at_the_first_rate_until_the_line_is_low"),
     _Q("CY545-UND-SLEW-INPUT", "ch.16, SLEW", "SLEW reads low as long as it is pulled low",
@@ -49,8 +51,8 @@ MOTION = (
     # -------------------------------------------------------------------------------------------------------------- limits
     _Q("CY545-UND-LIMIT-SAMPLE", "ch.16, CW_LIMIT and CCW_LIMIT", "limits are looked at before each step, at the begin behind INHIBIT_ABORT; the step in progress is made",
        "nothing ends the wait for INHIBIT_ABORT", "test_a_limit_ends_a_motion_with_the_step_in_progress"),
-    _Q("CY545-UND-LIMIT-JOG", "ch.16, CW_LIMIT and CCW_LIMIT", "jog makes no step into a limit",
-       "limits stop motions in their direction", "test_a_limit_ends_jog_in_its_direction_and_inhibit_abort_does_not"),
+    _Q("CY545-UND-LIMIT-JOG", "ch.16, CW_LIMIT and CCW_LIMIT", "jog makes no step into the limit of the direction that CCW would show, which may be pulled low",
+       "limits stop motions in their direction, and CCW as an input says which that is", "test_jog_goes_by_the_limit_of_the_direction_to_which_ccw_is_forced"),
     _Q("CY545-UND-LIMIT-HOME", "ch.16, Home Signal", "the limit of the present direction alone ends HOME",
        "as in motions", "test_a_limit_of_its_direction_ends_home_without_setting_the_position"),
     _Q("CY545-UND-LIMIT-PROGRAM", "not mentioned", "a program goes on behind a limit",
