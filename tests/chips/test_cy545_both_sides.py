@@ -93,7 +93,7 @@ def test_a_request_that_is_withdrawn_does_not_keep_jog_from_the_next_step():
 def test_behind_the_empty_handshake_in_a_program_the_bus_has_the_chip():
     rig = Rig545("pulse", serial=True, replies=False)
     rig.serial.send("")
-    rig.enter("N 1", "G", "J 0")
+    rig.enter("N 1", "+", "G", "J 0")
     rig.host.send("Y 0\rX\r")
     rig.bench.run("100 ms")
     rig.host.prefix(False)

@@ -123,7 +123,7 @@ def test_there_are_28_commands_and_a_prefix() -> None:
 @pytest.mark.parametrize("command", LEGAL.values(), ids=lambda text: text[:1])
 def test_a_legal_command_is_taken_without_a_finding(command: str) -> None:
     rig = Rig545()
-    rig.host.send(f"{command}\r")
+    rig.host.send(f"-\r{command}\r")
     rig.bench.run("2 s")
     assert not rig.codes
 
@@ -203,7 +203,7 @@ def test_the_position_wraps_within_24_bits(rig: Rig545) -> None:
 
 @pytest.mark.fact("CY545-UND-N-ZERO")
 def test_g_with_n_0_makes_no_step(rig: Rig545) -> None:
-    rig.say("N 0", "G")
+    rig.say("N 0", "-", "G")
     assert not rig.falls("pulse") and not rig.falls("stopped")
     assert rig.codes == ["no-steps"]
 
@@ -421,6 +421,14 @@ def test_a_command_takes_100_us_and_20_for_each_digit(rig: Rig545, line: str, di
     rig.say(line)
     last = rig.rises("busy", start)[-1] - rig.falls("busy", start)[-1]
     assert last / US == pytest.approx(100 + 20 * digits, abs=0.2)
+
+
+@pytest.mark.fact("CY545-UND-D-ZERO")
+def test_d_0_takes_the_time_of_a_command(rig: Rig545) -> None:
+    start = rig.bench.now_ps
+    rig.say("D 0")
+    last = rig.rises("busy", start)[-1] - rig.falls("busy", start)[-1]
+    assert last / US == pytest.approx(120, abs=0.2) and rig.codes == ["range"]
 
 
 @pytest.mark.fact("CY545-UND-HS-TIMING")

@@ -148,7 +148,7 @@ def test_power_up_is_a_reset() -> None:
     assert x.registers["rate"] == 100
     assert x.pin("busy").level == 1
     host = bench.host(x)
-    host.send("N 3\rG\rR 7\r")
+    host.send("-\rN 3\rG\rR 7\r")
     bench.run_until_idle()
     x.power(False)
     bench.run("1 ms")
@@ -156,7 +156,7 @@ def test_power_up_is_a_reset() -> None:
     x.power(True)
     bench.run("20 ms")
     assert x.registers["rate"] == 100 and x.position == 0
-    host.send("N 3\rG\r")
+    host.send("+\rN 3\rG\r")
     bench.run_until_idle()
     assert len(x.steps()) == 6
     assert not x.findings

@@ -114,6 +114,17 @@ def test_p_finds_its_direction_and_leaves_it_and_takes_no_step_to_where_it_is() 
     assert rig.x.position == 15
 
 
+@pytest.mark.fact("CY545-UND-RESET-DIRECTION")
+@pytest.mark.parametrize("first", ["+", "-", "P 3", None])
+def test_a_g_whose_direction_nobody_has_set_is_told_once(first: str | None) -> None:
+    rig = rigged("N 5", *([first] if first else []), "G", "G")
+    assert rig.codes == ([] if first else ["direction-inferred"])
+    told = rig.x.findings[-1].text if rig.codes else "counter-clockwise (inferred), and the position counts down"
+    assert "counter-clockwise (inferred), and the position counts down" in told
+    rig.send("I\rG\rG\r")
+    assert rig.codes == ["direction-inferred"]
+
+
 @pytest.mark.fact("CY545-UND-WRAP", "CY545-RESET-3", "CY545-UND-RESET-DIRECTION", "CY545-DER-DIR-RESET")
 def test_the_first_steps_after_reset_count_down_and_the_position_wraps_at_24_bits() -> None:
     rig = rigged("N 5", "G")

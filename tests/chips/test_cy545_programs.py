@@ -21,7 +21,7 @@ def test_a_program_is_stored_byte_for_byte_from_the_pointer_on(rig: Rig545) -> N
     assert rig.ram.content[:10] == rig.ram.content[33:43] == b"\xff" * 10
     assert not rig.falls("pulse")
     assert rig.say("? Y") == "Y=00033\r"
-    rig.send("G\r")
+    rig.send("-\rG\r")
     assert len(rig.falls("pulse")) == 200  # N 1 is stored, not performed
     assert not rig.codes
 
@@ -149,6 +149,7 @@ def test_a_count_of_0_runs_through(letter: str, passes: int) -> None:
 
 @pytest.mark.fact("CY545-UND-LOOP-NEST")
 def test_z_around_l_works_and_l_around_l_takes_over_its_count(rig: Rig545) -> None:
+    rig.send("+\r")
     rig.enter("N 1", "G", "L 3,4", "Z 2,4", "0")
     rig.run_program()
     assert len(rig.x.steps()) == 6
@@ -337,7 +338,7 @@ def test_the_plain_cy545_is_busy_until_its_program_has_stopped() -> None:
 @pytest.mark.parametrize("line", ["E", "Q", "X", "Y 9", "J 9", "L 2,9", "T 1,9", "Z 2,9"])
 def test_commands_that_would_lead_a_program_elsewhere_are_refused(rig: Rig545, line: str) -> None:
     rig.enter("N 1", "G", "J 4")
-    rig.host.send(f"Y 0\rX\r{line}\r")
+    rig.host.send(f"+\rY 0\rX\r{line}\r")
     rig.bench.run("500 ms")
     before = len(rig.x.steps())
     rig.bench.run("500 ms")
@@ -358,7 +359,7 @@ def test_a_motion_may_be_immediate(rig: Rig545) -> None:
 def test_a_serial_command_stops_the_program_from_its_first_letter_to_its_end() -> None:
     rig = Rig545("pulse", serial=True, fixed_baud=9600)
     rig.enter("N 1", "G", "D 10", "J 4")
-    rig.host.send("Y 0\rX\r")
+    rig.host.send("+\rY 0\rX\r")
     rig.bench.run("200 ms")
     rig.serial.write(b"\xffB")
     rig.bench.run("50 ms")

@@ -188,7 +188,7 @@ def test_characters_may_follow_each_other_without_a_gap_up_to_the_end_of_a_comma
 @pytest.mark.fact("CY545-SER-8")
 def test_of_what_comes_within_a_long_motion_three_characters_are_left():
     rig = line()
-    rig.serial.send("N 3000\rG\r")
+    rig.serial.send("-\rN 3000\rG\r")
     rig.bench.run("100 ms")
     rig.serial.write("B 16\rB 17\rB 18\rB 19\r")
     rig.bench.run("3 s")
@@ -278,7 +278,7 @@ def test_a_host_that_obeys_cts_loses_nothing(baud):
     chance = random.Random(baud)
     commands = ["D 3", "B 16", "B 0", "N 20", "+", "-", "G", "R 200", "F 200", "? P", "W 1"]
     rig = line(baud=baud)
-    rig.serial.send(CTS + "F 200\rR 200\rN 5\r")
+    rig.serial.send(CTS + "-\rF 200\rR 200\rN 5\r")
     done = []
     rig.x.on_command.add(lambda text: done.append(text) if text else None)
     said = chance.choices(commands, k=200 if baud > 600 else 40)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Awaitable, Callable, Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from ...core.waits import first_of
@@ -89,6 +89,13 @@ class Instructions(instructions.Parameters):
             await chip.at_tick(origin + (passed // poll + 1) * poll)
 
     # -------------------------------------------------------------------------------------------------------- motions
+    def do_go(self) -> Awaitable[None]:
+        if not self.registers.directed:
+            way, count = ("clockwise", "up") if self.registers.clockwise else ("counter-clockwise", "down")
+            after = f"after reset the direction is {way} (inferred), and the position counts {count}"
+            self.finding_once("direction-inferred", f"G without + or - before it: {after}; send + or - first")
+        return super().do_go()
+
     async def do_home(self, argument: int) -> None:
         await self.home.seek(argument)
 

@@ -54,6 +54,8 @@ LANGUAGE = (
        "as the CY525", "test_g_with_n_0_makes_no_step"),
     _Q("CY545-UND-CMD-TIME", "not mentioned", "a command takes 100 us and 20 for each digit; in a program 20 for each byte and 50; options inferred.command, .digit, .fetch, .program_command",
        "the scale of the CY525, on a machine of 1 us", "test_a_command_takes_100_us_and_20_for_each_digit"),
+    _Q("CY545-UND-D-ZERO", "ch.10", "D 0 takes the time of a command and no more; it is told",
+       "as the CY525; the text begins at 1 ms", "test_d_0_takes_the_time_of_a_command"),
     _Q("CY545-UND-CRYSTAL", "ch.16", "1 to 16 MHz",
        "11 and 12 are named; at 16 the guide's 27K comes true", "test_crystals_from_1_to_16_mhz_are_taken_without_a_word"),
     # ------------------------------------------------------------------------------------------------------------ programs

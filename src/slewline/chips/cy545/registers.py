@@ -13,6 +13,7 @@ class Registers(registers.Registers):
     """The registers; all of them have their values at power-up after RESET and I, too (ch.10)."""
 
     clockwise: bool = False  # all pins are high after reset, CCW among them
+    directed: bool = False  # a command has set the direction since reset
     continuous: bool = False  # C has been given for the next motion
 
     def power_up(self) -> None:

@@ -17,7 +17,7 @@ from ...core.net import Driver
 from ...core.step_views import StrobeView
 from ...core.train import Playing
 from ..cy5xx import steps
-from ..cy5xx.registers import Registers
+from .registers import Registers
 
 NO_PHASES = ((),)
 
@@ -35,6 +35,8 @@ class Weak:
 
 class StepOutputs(steps.StepOutputs):
     """PULSE, CCW, STOPPED and SLEW; and what began the motor's motions."""
+
+    registers: Registers
 
     def __init__(self, chip: Chip, registers: Registers, ticks: Mapping[str, int]) -> None:
         self.low, self.hold = ticks["pulse_low"], ticks["hold"]
@@ -55,7 +57,7 @@ class StepOutputs(steps.StepOutputs):
 
     def turn(self, clockwise: bool) -> None:
         """Set the direction, and show it."""
-        self.registers.clockwise = clockwise
+        self.registers.clockwise, self.registers.directed = clockwise, True
         self.point(clockwise)
 
     def point(self, clockwise: bool) -> None:
