@@ -282,6 +282,20 @@ def test_switches_above_the_range_keep_the_low_bits_and_are_told() -> None:
     assert rig.codes == ["range"]
 
 
+@pytest.mark.parametrize(
+    ("value", "rate", "says"), [("12", 135, "reads 15"), ("0123", 12, "behind them does nothing"), ("012", 12, "")]
+)
+def test_a_bank_of_the_wrong_number_of_digits_is_told_once(value: str, rate: int, says: str) -> None:
+    rig = Rig545()
+    wheels = rig.bench.part("thumbwheels", to=rig.x, letter="R", value=value)
+    rig.bench.part("thumbwheels", name="other", to=rig.x, letter="N", value="1")  # nobody asks for it
+    rig.say("R #", "R #")
+    assert rig.x.registers["rate"] == rate
+    assert [found.code for found in rig.bench.findings] == ["digit-count"] * bool(says)
+    assert all(f"3 digits for R, and the bank has {len(value)}: " in found.text for found in wheels.findings)
+    assert all(says in found.text for found in wheels.findings)
+
+
 @pytest.mark.fact("CY545-UND-THUMB-RANGE")
 def test_a_digit_above_nine_counts_as_what_it_is() -> None:
     rig = Rig545()

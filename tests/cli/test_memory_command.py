@@ -24,6 +24,22 @@ def test_a_program_is_entered_and_its_memory_is_saved(call, write) -> None:
     assert image.startswith(PROGRAM) and image[len(PROGRAM) :] == b"\xff" * (65536 - len(PROGRAM))
 
 
+@pytest.mark.parametrize(("name", "more"), [("p.ihx", ()), ("p.ihex", ()), ("p.any", ("--format", "image"))])
+def test_a_program_that_is_assembled_as_an_image_runs_at_its_address(
+    call, write, name: str, more: tuple[str, ...]
+) -> None:
+    ran = call("asm", write("a.cy545b", "Y 10", *ENTER[1:7]), "-o", name, *more)
+    assert (ran.status, ran.err) == (0, "") and read_image(name) == b"\xff" * 10 + PROGRAM
+    ran = call("run", write("x.cy545b", "Y 10", "X"), "--memory", name)
+    assert ran.status == 0 and "position 5, 5 steps" in ran.out and "0 findings" in ran.out
+
+
+@pytest.mark.parametrize(("name", "origin", "told"), [("p.bin", 10, True), ("p.hex", 10, True), ("p.bin", 0, False)])
+def test_bytes_without_their_address_are_told(call, write, name: str, origin: int, told: bool) -> None:
+    ran = call("asm", write("a.cy545b", f"Y {origin}", *ENTER[1:7]), "-o", name)
+    assert ran.status == 0 and ("the bytes from address 10 on, without it; --format image" in ran.err) is told
+
+
 @pytest.mark.parametrize("name", ["p.bin", "p.hex"])
 def test_an_image_is_executed(call, write, name: str) -> None:
     write_image(name, PROGRAM)

@@ -117,13 +117,13 @@ def run_command(**options: Any) -> int:
     "-o",
     metavar="F",
     type=FILE,
-    help="Write to a file; an ending .hex or .bin chooses the format.",
+    help="Write to a file; an ending .hex, .bin, .ihx or .ihex (an image) chooses the format.",
 )
 @click.option(
     "--format",
     "form",
-    type=click.Choice(["listing", "hex", "bin", "ascii", "binary"]),
-    help="hex, bin: the program buffer; ascii, binary: what a host sends to enter it.",
+    type=click.Choice(["listing", "hex", "bin", "image", "ascii", "binary"]),
+    help="hex, bin: the program buffer; image: in Intel HEX, at its address; ascii, binary: what a host sends.",
 )
 @click.option("--resolve", is_flag=True, help="Store addresses where labels are meant.")
 @click.option("--checksum", is_flag=True, help="With --format ascii: every line ends in its checksum (GS-C).")

@@ -13,7 +13,7 @@ import click
 
 from ..bench.text import read_file, read_text
 from ..chips import CATALOGUE, PARTS, checks_of, sheet_of
-from ..core.image import from_file, is_hex
+from ..core.image import ERASED, from_file, is_hex, to_hex
 from ..errors import BenchFileError, UsageError
 from .files import STDIN, Outputs, chip_of, is_bench, read_options, read_program, sheet_for
 
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from ..parts.computer import Computer
 
 SOURCE = "a program text, not the bytes of a program; slewline asm makes bytes of it"
+FORMS = {".hex": "hex", ".bin": "bin", ".ihx": "image", ".ihex": "image"}  # by the ending of a name
 COLOURS = {"error": "red", "warning": "yellow", "note": "cyan"}
 
 
@@ -59,7 +60,11 @@ def asm(
         data = json.dumps(assembly_object(assembly), indent=2).encode() + b"\n"
     else:
         ending = Path(output or "").suffix.lower()
-        data = formatted(assembly, form or {".hex": "hex", ".bin": "bin"}.get(ending, "listing"), checksum)
+        form = form or FORMS.get(ending, "listing")
+        data = formatted(assembly, form, checksum)
+        if assembly.base and form in ("hex", "bin"):
+            remedy = "--format image, or a name that ends in .ihx, keeps the address, for --memory"
+            click.echo(f"slewline: {file}: the bytes from address {assembly.base} on, without it; {remedy}", err=True)
     put(data, output, outputs)
     return 0
 
@@ -72,6 +77,8 @@ def formatted(assembly: Assembly, form: str, checksum: bool = False) -> bytes:
         return assembly.stored
     if form in ("ascii", "binary"):
         return to_ascii(assembly, checksum) if form == "ascii" else to_binary(assembly)
+    if form == "image":
+        return to_hex(bytes([ERASED]) * assembly.base + assembly.stored).encode()
     if form == "hex":
         return f"{assembly.stored.hex(' ').upper()}\n".encode()
     room = f"of {assembly.sheet.buffer_bytes} " if assembly.sheet.buffer_bytes else ""

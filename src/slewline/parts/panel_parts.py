@@ -12,6 +12,7 @@ from types import MappingProxyType
 
 from ..core.inputs import from_outside
 from ..core.kernel import Kernel
+from ..core.net import Net
 from ..core.option import Option
 from ..errors import UsageError
 from .external import BUS_WIRING, External
@@ -59,6 +60,24 @@ class Thumbwheels(External):
     def __init__(self, kernel: Kernel, name: str, *, letter: str = "R", value: str = "000") -> None:
         super().__init__(kernel, name, "low: the switches are selected")
         self.letter, self.value = letter, value
+        self.read = 0  # digits that the chip has asked for since it selected the switches
+        self.told = False
+
+    def _latch(self, net: Net) -> None:
+        super()._latch(net)
+        digit = self.low & MOST - 1
+        if self.selected and self.low == switch_address(self.letter, digit):
+            self.read = max(self.read, digit + 1)
+
+    def _select(self, net: Net) -> None:
+        super()._select(net)
+        read, there = self.read, len(self.value)
+        self.read = 0
+        if read and read != there and not self.told:
+            self.told = True
+            became = "of a switch that is not there it reads 15" if read > there else "what is behind them does nothing"
+            what = f"the chip reads {read} digits for {self.letter}, and the bank has {there}: {became}"
+            self.finding("digit-count", f"{what}; give it a value of {read} digits")
 
     @from_outside
     def turn(self, to: int) -> None:
