@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import slewline
-from slewline.bench.drawing import differences
+from slewline.bench.told import differences
 from slewline.cli.main import invoke
 from slewline.core.chip import Chip
 from slewline.core.deviation import Deviation

@@ -32,7 +32,10 @@ def test_a_ramp_is_told_in_five_lines(call: Any) -> None:
 @pytest.mark.parametrize(("arguments", "lines"), [
     (GSC, {"acceleration": "9900 steps/s²", "rates": "100 to 1000 steps/s", "ramp": "96.125149 ms, 50 steps"}),
     (MC, {"rates": "0 to 3052 steps/s", "ramp": "20.64384 ms, 31.5 steps", "acceleration": "145519 steps/s²"}),
-    (("cy525", "F=9", "R=9", "S=1"), {"ramp": "none: the rate is not above the first one (F 9, R 9)", "reached": "from 1 step on"}),
+    (
+        ("cy525", "F=9", "R=9", "S=1"),
+        {"ramp": "none: the rate is not above the first one (F 9, R 9)", "reached": "from 1 step on"},
+    ),
     (("cy525", "F=3", "R=127", "S=1", "Z=200"), {"reached": "by no move"}),
 ])  # fmt: skip
 def test_what_does_not_vary_is_one_number_and_what_is_not_there_is_said(

@@ -17,6 +17,7 @@ from ..parts.part import Part
 from .curves import Chosen, chosen
 from .motions import first_step, moving_from_to
 from .recording import Recording
+from .told import changing, differences, moments_of, told, words_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     from .recording import FilePath
 
 AROUND = 20  # so much of the motion is shown before and after it: 1/20
-TOLD = 3  # values of a parameter that are told, of motions in which it differs
 MOST_PHASED = 100  # motions, above which their phases would be narrower than their names
 MOST_NOTES = 4  # lines of parameters
 
@@ -207,6 +207,8 @@ class Drawing(Recording):
         for name, bench in benches:
             tracks += bench._tracks(axes, parts, name, begins[name], first, last, ideal)
         tracks += measured
+        if not any(track.motions for track in tracks):  # a position that never moves is no news
+            tracks = [replace(track, quantities=[*changing(track, first, last)]) for track in tracks]
         return Contents(
             title or self._named(),
             tracks,
@@ -275,12 +277,13 @@ class Drawing(Recording):
         )
 
     def _activity(self, pins: Sequence[str | Trace] | None) -> tuple[int, int] | None:
-        """The first and the last edge of the pins that are shown; None: there is none."""
-        first, last = self.kernel.now, -1
-        for trace in self._traces(pins, 0, self.kernel.now, 0):
-            if len(trace.times_ps):
-                first, last = min(first, int(trace.times_ps[0])), max(last, int(trace.times_ps[-1]))
-        return (first, last) if last >= first else None
+        """From the first to the last edge of the pins that are shown, command or finding; None: there is none."""
+        now = self.kernel.now
+        traces = self._traces(pins, 0, now, 0)
+        found = [int(ps) for trace in traces if len(trace.times_ps) for ps in trace.times_ps[[0, -1]]]
+        found += [each.time_ps for chip in self.chips.values() for each in chip.findings]
+        found += [ps for log in self.commands.values() for ps, _ in log.between(0, now)]
+        return (min(found), max(found)) if found else None
 
     def _axes(self, axes: Sequence[int | str] | int | str | None) -> list[OneAxis]:
         """The axes that are asked for; all of them by default."""
@@ -364,6 +367,7 @@ class Drawing(Recording):
             [(law, axis.deviation(motion)) for motion, law in ideals if law is not None],
             zero,
             until=self.kernel.now,
+            words={name: word for name, word in words_of(self._owner(axis)[0]).items() if word != name.lower()},
         )
 
     def _findings(self, owner: Chip | Part, first: int, last: int) -> list[Mark]:
@@ -415,47 +419,10 @@ class Drawing(Recording):
     # --------------------------------------------------------------------------------------------------- what is told
     def _notes(self, tracks: Sequence[Track]) -> Iterator[str]:
         """Lines that tell with which parameters the axes moved."""
-        words = {row.form: row.name for chip in self.chips.values() for row in chip.sheet.commands}
+        words = {name: word for chip in self.chips.values() for name, word in words_of(chip).items()}
         lines = {track.name: told(track, words) for track in tracks if not track.part}
         if len({*lines.values()}) == 1:
             lines = {"": next(iter(lines.values()))}
         for name, line in [*lines.items()][:MOST_NOTES]:
             if line:
                 yield f"{name}: {line}" if name else line
-
-
-def moments_of(times: Time | Iterable[Time]) -> list[int]:
-    """Return the picoseconds of an instant, or of several."""
-    return [moment(time) for time in ([times] if isinstance(times, Time) else times)]
-
-
-def differences(tracks: Sequence[Track]) -> Iterator[str]:
-    """Yield how far the motions of a track leave their ideals at most, in words."""
-    from ..record.style import few
-
-    for track in tracks:
-        if track.ideals:
-            position = few(max(abs(deviation.position) for _, deviation in track.ideals))
-            velocity = max(abs(deviation.velocity) for _, deviation in track.ideals)
-            whose = f"{track.name}: d" if len(tracks) > 1 else "D"
-            steps = f"{position} step{'s' * (position != '1')}"
-            yield f"{whose}otted: the ideal; position within {steps}, velocity within {few(velocity)} steps/s"
-
-
-def told(track: Track, words: Mapping[str, str]) -> str:
-    """Return the parameters of the motions of a track: "slope S = 240, number N = 300, 500"."""
-    from ..record.style import grouped
-
-    values: dict[str, list[str]] = {}
-    for notes in {id(motion.notes): motion.notes for motion in track.motions}.values():  # motions may share them
-        for name, value in notes.items():
-            text = grouped(value)
-            if text not in values.setdefault(name, []):
-                values[name].append(text)
-    parts = []
-    for name, texts in values.items():
-        word = words.get(name, name)
-        called = f"{word.lower().replace('_', ' ')} {name}" if word != name else name
-        shown = ", ".join(texts[:TOLD]) + (" …" if len(texts) > TOLD else "")
-        parts.append(f"{called} = {shown}")
-    return "; ".join(parts) if any("," in part for part in parts) else ", ".join(parts)

@@ -183,7 +183,8 @@ class BenchFile:
         missing = re.match(r"Object missing required field `(.*)`", says)
         if unknown:
             keys = keys_of(place)
-            return self.error([*place, unknown[1]], f"unknown key; allowed {', '.join(keys)}{hint(unknown[1], keys)}")
+            remedy = hint(unknown[1], keys) or self.as_option(place, unknown[1])
+            return self.error([*place, unknown[1]], f"unknown key; allowed {', '.join(keys)}{remedy}")
         if missing:
             return self.error(place, f"needs the key {missing[1]}; its keys: {', '.join(keys_of(place))}")
         found, key = self.value(place), str(next((part for part in reversed(place) if isinstance(part, str)), ""))
@@ -200,6 +201,13 @@ class BenchFile:
             pins = self.straps_of(place[:2])
             return f"0, 1 for a pin, such as {{ {pins[0]} = 0 }}; its inputs: {', '.join(pins)}" if pins else ""
         return ALLOWED.get(key, "")
+
+    def as_option(self, place: Place, key: str) -> str:
+        """Return the remedy where a key of a [[chip]] is an option of its part; "" where it is not."""
+        part = self.value(place).get("part") if len(place) == 2 and place[0] == "chip" else ""
+        known = [row.name for row in sheet_of(part).options] if part in CHIPS.ours else []
+        found = f"options = {{ {key} = {self.value(place)[key]!r} }}"
+        return f"; it is an option of the part: {found}" if key in known else ""
 
     def straps_of(self, place: Place) -> list[str]:
         """Return the inputs of the chip of a table, those first that set the rate of its line."""

@@ -14,6 +14,7 @@ import click
 
 from ..bench.text import read_text
 from ..chips import CATALOGUE, sheet_of
+from ..core.near import hint
 from ..core.option import checked
 from ..core.table import Sheet
 from ..errors import BenchFileError, UsageError
@@ -49,7 +50,8 @@ def chip_of(path: str, chip: str | None) -> str:
     if part in names:
         return part
     endings = ", ".join(f".{name}" for name in names)
-    raise UsageError(f"{path}: for which chip? Give --chip {names[0]}, or a file name ending in {endings}")
+    near = hint(part, names) if part else ""
+    raise UsageError(f"{path}: for which chip? Give --chip {names[0]}, or a file name ending in {endings}{near}")
 
 
 def is_bench(path: str) -> bool:

@@ -39,6 +39,10 @@ class Helpful(click.Command):
         """Read the arguments; say what is there instead of an option that is not."""
         try:
             return super().parse_args(ctx, args)
+        except click.MissingParameter as error:
+            if getattr(error.param, "name", "") == "chip":
+                raise click.UsageError("Missing argument 'CHIP': slewline chips lists them", ctx) from None
+            raise
         except click.NoSuchOption as error:
             remedy = MEANT.get(f"{ctx.info_name} {error.option_name}")
             if remedy is None:

@@ -14,7 +14,7 @@ from ..errors import LONGEST_FINDING, UnknownName, UsageError, shortened
 from .axis import Axis
 from .hook import CommandHook, Hook
 from .inputs import HasInputs
-from .instead import missing
+from .instead import OF_CHIPS, missing
 from .kernel import Kernel, Task
 from .near import hint
 from .net import Bus, Driver, Net
@@ -127,6 +127,12 @@ class Chip(OneAxis, HasInputs):
         self._left: list[tuple[str, str]] = []  # what `conclude` has found left over the last time
         self._build_pins(straps or {})
 
+    @property
+    def _strap(self) -> str:
+        """An input, as an example of a strap."""
+        inputs = (row.name for row in self.sheet.pins if row.way == "in")
+        return next(iter([*self.sheet.plain, *self.sheet.fastest]), next(inputs, "pin"))
+
     @classmethod
     def _beside(cls) -> str:
         """What a chip is given beside its options, in words."""
@@ -168,7 +174,8 @@ class Chip(OneAxis, HasInputs):
                     self.drivers[row.name] = Driver(net, self.name)
             self.pins[row.name] = terminal
         if not isinstance(straps, Mapping):
-            raise UsageError(f'{self.name}: straps {straps!r}; expected pins with levels, such as {{"sel0": 0}}')
+            like = f'{{"{self._strap}": 0}}'
+            raise UsageError(f"{self.name}: straps {straps!r}; expected pins with levels, such as {like}")
         for strap, strap_level in straps.items():
             terminal = self.pin(strap)
             if strap_level not in (0, 1) or terminal.row.way not in ("in", "both"):
@@ -405,22 +412,4 @@ class Chip(OneAxis, HasInputs):
         self.idle = False
 
 
-missing(
-    Chip,
-    **dict.fromkeys(("send", "write"), "bench.host({it}).send(...)"),
-    **dict.fromkeys(("ask", "query"), "bench.host({it}).ask(...)"),
-    command="bench.host({it}) makes the host that sends commands",
-    velocity='{it}.velocity_at("3 ms"), or {it}.velocity_at(bench.now)',
-    speed='{it}.velocity_at("3 ms"), or {it}.velocity_at(bench.now)',
-    edges='bench.record() before time passes, then bench.edges("{it}.PIN")',
-    record="bench.record() records the pins of all chips",
-    **dict.fromkeys(("plot", "figure", "show"), "bench.plot(...) draws what is on it"),
-    crystal="{it}.crystal_hz",
-    part="{it}.sheet.part",
-    straps="{it}.pin(...).level tells the level of an input",
-    errors="{it}.findings",
-    status="{it}.waiting",
-    **dict.fromkeys(
-        ("wait", "run_until_idle", "run_until", "sleep", "now"), "time is the bench's: bench.run_until_idle()"
-    ),
-)
+missing(Chip, **OF_CHIPS)

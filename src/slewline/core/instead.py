@@ -10,12 +10,14 @@ name that is there slower.  `hasattr` says no, `dir` leaves it out, and an attri
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from typing import Any, ClassVar, NoReturn
 
 from ..errors import NoSuchAttribute
 
 OURS = "slewline."
+CALL = re.compile(r"[\w.{}\[\]]+(\([^()]*\))?")  # a remedy that is no more than that
 
 
 def has_none(one: object, name: str, remedy: str) -> NoSuchAttribute:
@@ -45,7 +47,8 @@ def missing(cls: type, **instead: str) -> None:
     """
     for name, remedy in instead.items():
         if all(isinstance(vars(base)[name], Instead) for base in cls.__mro__ if name in vars(base)):
-            setattr(cls, name, Instead(name, remedy if " " in remedy.split("(")[0] else f"write {remedy}"))
+            alone = CALL.fullmatch(remedy) is not None
+            setattr(cls, name, Instead(name, f"write {remedy}" if alone else remedy))
 
 
 class Face:
@@ -64,3 +67,23 @@ class Face:
             if not base.__module__.startswith((OURS, "builtins")):
                 found.update(name for name in own if not isinstance(own[name], Instead))
         return sorted(found)
+
+
+OF_CHIPS = {
+    **dict.fromkeys(("send", "write"), "bench.host({it}).send(...)"),
+    **dict.fromkeys(("ask", "query"), "bench.host({it}).ask(...)"),
+    "command": "bench.host({it}) makes the host that sends commands",
+    "velocity": '{it}.velocity_at("3 ms"), or {it}.velocity_at(bench.now)',
+    "speed": '{it}.velocity_at("3 ms"), or {it}.velocity_at(bench.now)',
+    "edges": 'bench.record() before time passes, then bench.edges("{it}.PIN")',
+    "record": "bench.record() records the pins of all chips",
+    **dict.fromkeys(("plot", "figure", "show"), "bench.plot(...) draws what is on it"),
+    "crystal": "{it}.crystal_hz",
+    "part": "{it}.sheet.part",
+    "straps": "{it}.pin(...).level tells the level of an input",
+    "errors": "{it}.findings",
+    "status": "{it}.waiting",
+    **dict.fromkeys(
+        ("wait", "run_until_idle", "run_until", "sleep", "now"), "time is the bench's: bench.run_until_idle()"
+    ),
+}

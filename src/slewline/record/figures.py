@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 # inches
 HEIGHTS = {"velocity": 2.3, "position": 1.45}
-OTHER_HEIGHT = 1.15
+OTHER_HEIGHT, STILL = 1.15, 0.7  # STILL: of velocities that are 0 throughout
 GAP, HEADING, EDGE, BOTTOM, LINE, LETTER = 0.10, 0.27, 0.16, 0.50, 0.165, 0.0665
 MARGIN = 0.006  # of the window, left free at its ends
 LEFT, MOST_LEFT, NARROW_LEFT, BESIDE = 0.92, 1.4, 0.62, 0.1
@@ -146,11 +146,11 @@ class Layout:
     def _longest_rate(self) -> int:
         """Letters of the longest name of a rate, several names of one in a row."""
         named: dict[float, list[str]] = {}
-        in_force = (rates for track in self.contents.tracks for _, rates in track.rates())
-        for rates in {id(rates): rates for rates in in_force}.values():  # motions may share them
+        in_force = ((track, rates) for track in self.contents.tracks for _, rates in track.rates())
+        for track, rates in {id(rates): (track, rates) for track, rates in in_force}.values():  # motions may share them
             for name, rate in rates.items():
-                if name not in named.setdefault(-rate, []):
-                    named[-rate].append(name)
+                if (called := track.called(name)) not in named.setdefault(-rate, []):
+                    named[-rate].append(called)
         return max((len(rate_lines.rate_text(names, rate)) for rate, names in named.items()), default=0)
 
     def _names(self) -> list[str] | None:
@@ -187,7 +187,8 @@ class Layout:
         for group, kind in zip(groups, kinds, strict=True):
             several = kinds.count(kind) > 1
             alone = group[0].track.part and group[0].number not in self.named
-            height = HEIGHTS.get(kind, OTHER_HEIGHT) * (0.7 if several else 1) * (0.85 if self.narrow else 1)
+            tall = STILL if panels.still(group) else HEIGHTS.get(kind, OTHER_HEIGHT)
+            height = tall * (0.7 if several else 1) * (0.85 if self.narrow else 1)
             above = HEADING + (GAP if found else on_top)
             found.append(Panel(group, panels.heading(group, several or alone), height, above))
         if self.contents.traces:

@@ -52,7 +52,7 @@ def draw_lanes(
         panel.set_yticks([len(traces) - 0.54 - row for row in rows], names)
         panel.tick_params(axis="y", length=0, labelcolor=colours.ink, labelsize=8, pad=4)
         for label in panel.get_yticklabels():
-            label.set(linespacing=1.0, fontsize=7 if "\n" in label.get_text() else 8)
+            label.set(linespacing=1.15, fontsize=6.5 if "\n" in label.get_text() else 8)
     else:
         panel.set_yticks([])
         for row, trace in zip(rows, traces, strict=True):

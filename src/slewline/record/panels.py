@@ -80,6 +80,11 @@ def heading(curves: Sequence[Curve], several: bool) -> str:
     return f"{quantity.name.capitalize().replace('_', ' ')}{whose}, {POWERS.get(_power(curves), '')}{quantity.unit}"
 
 
+def still(curves: Sequence[Curve]) -> bool:
+    """Return whether these are velocities of what never moves."""
+    return curves[0].quantity.name == "velocity" and all(curve.reach == (0, 0) for curve in curves)
+
+
 def _power(curves: Sequence[Curve]) -> int:
     highest = max(max(-curve.reach[0], curve.reach[1]) for curve in curves)
     return next((power for power in (15, 12, 9, 6) if highest >= max(10**power, SCALED_FROM)), 0)
@@ -111,7 +116,8 @@ def draw_curves(
     if low <= 0 <= high and curves[0].from_zero:
         panel.axhline(0, color=colours.edge, linewidth=0.8, zorder=1)
     _draw_scale(panel, _power(curves), height, whole=high - low >= 2 or curves[0].reach == (0, 0))
-    if curves[0].quantity.name == "velocity" and all(curve.reach == (0, 0) for curve in curves):
+    if still(curves):
+        panel.set_yticks([0])
         panel.text(0.5, 0.5, "no motion", transform=panel.transAxes, ha="center", va="center", color=colours.soft)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -55,7 +55,7 @@ def rates_of(curve: Curve, axis: TimeAxis) -> Iterator[Rate]:
         with_them = (shared == id(rates)) & (begins < ends)
         for sign, moved_so in ((1, clockwise & with_them), (-1, counter & with_them)):
             for name, rate in rates.items() if moved_so.any() else ():
-                yield Rate(name, sign * rate, spans[moved_so])
+                yield Rate(curve.track.called(name), sign * rate, spans[moved_so])
 
 
 def draw_rates(
@@ -120,7 +120,7 @@ def rate_text(names: Sequence[str], rate: float) -> str:
     return f"{_joint(names)}, {number(round(rate) if abs(rate) >= 100 else rate, 6)} steps/s"
 
 
-def _joint(names: Sequence[str]) -> str:
+def _joint(names: Iterable[str]) -> str:
     """Names of one rate, with thin spaces in their numbers."""
     return re.sub(r"\b\d{5,}\b", lambda digits: number(int(digits[0])), ", ".join(names))
 
@@ -134,7 +134,8 @@ def _write_over(
     for rate in sorted(names):
         if rate - last >= apart:
             last = rate
+            text = _joint(name.partition(" (")[0] for name in names[rate])
             panel.annotate(
-                _joint(names[rate]), (begins[rate], rate), (2, 1.5), "data", "offset points", va="bottom", fontsize=7.5,
+                text, (begins[rate], rate), (2, 1.5), "data", "offset points", va="bottom", fontsize=7.5,
                 color=colours.soft, bbox={"facecolor": colours.ground, "alpha": 0.7, "linewidth": 0, "pad": 0.5},
             )  # fmt: skip

@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     Runs: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64], list[tuple[int, int]]]
 
 TAIL, STEEP = 0.08, 0.045  # inches: how far levels run on at both ends of the window; the width of an edge
+LEVEL = 3  # times the width of an edge: a narrower level would be a triangle
 CAPITAL = 0.012  # inches: the width of a letter of a name, per point
 DENSE, FEWEST = 0.02, 6  # edges closer than this (inches) are a band, if there are as many
 TINY = 6.5  # points
@@ -156,12 +157,12 @@ class Drawing:
     def _edges(
         self, places: NDArray[np.float64], levels: NDArray[np.int64], foot: float, color: str, **how: Any
     ) -> None:
-        """Levels with slanted edges between them, as one line."""
+        """Levels with slanted edges between them, as one line; upright ones where a level is narrow, as of a bit."""
         import numpy as np
 
         heights = foot + SWING * np.where(levels == FLOATING, 0.5, levels)
-        slant = np.minimum(self.slant, np.diff(places)) / 2
-        half = np.minimum(slant[:-1], slant[1:])
+        wide = np.diff(places).min(initial=np.inf) >= LEVEL * self.slant
+        half = self.slant / 2 if wide else 0.0
         across = np.concatenate([places[:1], np.stack([places[1:-1] - half, places[1:-1] + half], 1).ravel()])
         across = np.append(across, places[-1])
         self._line(across, np.repeat(heights, 2), color, **how)

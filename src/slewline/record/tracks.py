@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ..core.deviation import Deviation
 from ..core.ideal import Ideal
@@ -25,6 +25,7 @@ class Track:
         zero: the instant of the run that is 0 in the picture, ps.
         since, until: the first and the last instant that is known, ps.
         over: it was measured, and is drawn over the others.
+        words: what parameters mean, by name, as far as that says more.
         part: it is what a part did, not an axis: the heading of its panel names it, unless it shares one.
     """
 
@@ -39,6 +40,12 @@ class Track:
     until: int = 1 << 62
     over: bool = False
     part: bool = False
+    words: Mapping[str, str] = field(default_factory=dict)
+
+    def called(self, rate: str) -> str:
+        """Return a rate by its name, with what this means: "R = 80 (rate)"."""
+        parameter, _, value = rate.partition(" = ")
+        return f"{rate} ({self.words[parameter]})" if value and parameter in self.words else rate
 
     def rates(self) -> list[tuple[int, Mapping[str, float]]]:
         """Return which rates were in force from which instants on."""

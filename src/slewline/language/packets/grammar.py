@@ -69,7 +69,9 @@ def words(row: Row, values: Sequence[int]) -> tuple[int, ...]:
                 if isinstance(value, float) and arg.fraction and isfinite(value)
                 else ""
             )
-            raise UsageError(f"{row.name} {arg.name} {value!r}: allowed {arg.low}..{arg.high} ({row.where}){meant}")
+            kind = "" if type(value) is int else "a whole number, "
+            allowed = f"{kind}{arg.low}..{arg.high} ({row.where})"
+            raise UsageError(f"{row.name} {arg.name} {value!r}: allowed {allowed}{meant}")
     data = row.pack(values)[1:]
     return tuple(int.from_bytes(data[at : at + 2], "big") for at in range(0, len(data), 2))
 
