@@ -17,7 +17,7 @@ from ..parts.part import Part
 from .curves import Chosen, chosen
 from .motions import first_step, moving_from_to
 from .recording import Recording
-from .told import changing, differences, moments_of, told, words_of
+from .told import differences, moments_of, told, without_rest, words_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -207,8 +207,9 @@ class Drawing(Recording):
         for name, bench in benches:
             tracks += bench._tracks(axes, parts, name, begins[name], first, last, ideal)
         tracks += measured
-        if not any(track.motions for track in tracks):  # a position that never moves is no news
-            tracks = [replace(track, quantities=[*changing(track, first, last)]) for track in tracks]
+        from ..record.style import TimeAxis
+
+        tracks = [*without_rest(tracks, TimeAxis(first, last))]
         return Contents(
             title or self._named(),
             tracks,

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..core.chip import Chip
 from ..core.timebase import Time, moment
 
 if TYPE_CHECKING:
-    from ..core.quantity import Quantity
+    from ..record.style import TimeAxis
     from ..record.tracks import Track
 
 TOLD = 3  # values of a parameter that are told, of motions in which it differs
@@ -25,13 +26,18 @@ def moments_of(times: Time | Iterable[Time]) -> list[int]:
     return [moment(time) for time in ([times] if isinstance(times, Time) else times)]
 
 
-def changing(track: Track, first: int, last: int) -> Iterator[Quantity]:
-    """Yield the quantities of a track that change in a window, and its velocity in any case."""
+def without_rest(tracks: Sequence[Track], axis: TimeAxis) -> Iterator[Track]:
+    """Yield tracks without their positions, if none of these changes: of an axis at rest, or on its way home."""
     import numpy as np
 
-    for quantity in track.quantities:
-        if quantity.name == "velocity" or np.ptp(np.nan_to_num(quantity.outline(first, last, 1).values)):
-            yield quantity
+    still = not any(
+        np.ptp(np.nan_to_num(quantity.outline(*track.window(axis), 1).values))
+        for track in tracks
+        for quantity in track.quantities
+        if quantity.name == "position"
+    )
+    for track in tracks:
+        yield replace(track, quantities=[q for q in track.quantities if not still or q.name != "position"])
 
 
 def differences(tracks: Sequence[Track]) -> Iterator[str]:

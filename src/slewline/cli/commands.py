@@ -83,7 +83,7 @@ def cli() -> None:
     "--steps",
     metavar="F.csv",
     type=FILE,
-    help="Write every step: time_ps, chip, axis, direction, position.",
+    help="Write every step: time_ps, chip, axis, direction, position; .npz: as arrays of NumPy.",
 )
 @click.option("--vcd", metavar="F", type=FILE, help="Write all pins as a VCD file, for waveform viewers.")
 @click.option("--pins", type=Names(), help="With --vcd: only these pins, such as pulse,direction or x.slew,y.slew.")
@@ -283,7 +283,7 @@ def chips_command(**options: Any) -> int:
     type=FILE,
     help="On a pseudo-terminal, found by a link of this name. Linux; macOS: 8N1 only.",
 )
-@click.option("--tcp", metavar="HOST:PORT", help="On a TCP socket; port 0: any free one.")
+@click.option("--tcp", metavar="HOST:PORT", help="On a TCP socket, 4001 alone: of this machine; port 0: any free one.")
 @click.option("--rfc2217", metavar="HOST:PORT", help="On a TCP socket that takes rate, parity, DTR and RTS.")
 @click.option("--serial", metavar="DEV", type=FILE, help="On a serial port of this machine: /dev/ttyUSB0, COM3.")
 @click.option("--registers", metavar="HOST:PORT", help="The bus of a chip beside its serial line: on a TCP socket.")

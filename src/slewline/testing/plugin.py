@@ -74,7 +74,7 @@ def slewline_ports(slewline_module: Make) -> Iterator[Callable[..., Ports]]:
     What opens such a name with pySerial or serialx finds the module; the other arguments are those of
     `slewline_module`.  A value may also be a module that this has made.
     """
-    from .ports import named_ports
+    from .ports import check_modules, named_ports
 
     with ExitStack() as stack:
 
@@ -87,6 +87,7 @@ def slewline_ports(slewline_module: Make) -> Iterator[Callable[..., Ports]]:
                 name: slewline_module(module, **settings) if isinstance(module, str | type) else module
                 for name, module in ports.items()
             }
+            check_modules(made)
             return stack.enter_context(named_ports(made))
 
         yield put
@@ -115,15 +116,21 @@ mc1251a_e = _module("mc1251a-e")
 mc1451a_e = _module("mc1451a-e")
 
 
+def hidden(excinfo: pytest.ExceptionInfo[BaseException]) -> bool:
+    """Return whether our inside is of no use: the error is one that a user has made, and says what is wrong."""
+    errors = sys.modules.get("slewline.errors")
+    return errors is not None and excinfo.errisinstance(errors.SlewlineError)
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     """Add a report of its modules to a failed test; of a mistake in the test our inside is not shown."""
-    if call.excinfo is not None and not item.config.getoption("fulltrace"):
-        errors = sys.modules.get("slewline.errors")
-        if errors is not None and call.excinfo.errisinstance(errors.SlewlineError):
-            call.excinfo.traceback = call.excinfo.traceback.filter(lambda entry: OURS not in Path(entry.path).parents)
+    if call.excinfo is not None:
+        for entry in call.excinfo.traceback:
+            if OURS in Path(entry.path).parents:
+                entry.frame.f_globals.setdefault("__tracebackhide__", hidden)
     report = yield
     if report.failed:
         for module in item.stash.get(MODULES, []):

@@ -50,6 +50,17 @@ def plain(name: object) -> str:
     return upper if re.fullmatch(r"COM\d+", upper) else str(name)
 
 
+def check_modules(modules: Mapping[str, Controller]) -> None:
+    """Check that modules can be put behind names of ports.
+
+    Raises:
+        UsageError: one has no serial line, or has its line behind a port.
+    """
+    for name, module in modules.items():
+        if not module.url.startswith(f"{SCHEME}://"):
+            raise UsageError(f"{name}: {module.label}; allowed a part with a serial line, on url")
+
+
 @contextmanager
 def named_ports(modules: Mapping[str, Controller]) -> Iterator[Ports]:
     """Let programs find modules under names of ports while the block lasts.
@@ -60,9 +71,7 @@ def named_ports(modules: Mapping[str, Controller]) -> Iterator[Ports]:
     Raises:
         UsageError: a module that has no serial line, or has its line behind a port.
     """
-    for name, module in modules.items():
-        if not module.url.startswith(f"{SCHEME}://"):
-            raise UsageError(f"{name}: {module.label}; allowed a part with a serial line, on url")
+    check_modules(modules)
     known = {plain(name): module for name, module in modules.items()}
     with ExitStack() as stack:
         for library, lend in (("serial", _pyserial), ("serialx", _serialx)):
