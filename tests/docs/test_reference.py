@@ -78,6 +78,16 @@ with_chipset = slewline.Bench()
 OWNERS["packets"] = with_chipset.host(with_chipset.add("mc1451a"))
 
 
+@pytest.mark.parametrize("owner", ["bench", "x", "pin", "host", "serial", "packets"])
+def test_dir_lists_what_the_page_names_of_it_and_little_else(owner):
+    one = OWNERS["x"].pin("slew") if owner == "pin" else OWNERS[owner]
+    listed = {name for name in dir(one) if not name.startswith("_")}
+    own = set(re.findall(rf"`{owner}\.(\w+)", API))
+    assert own - listed - {"recorded"} == set()
+    common = set(re.findall(r"`(?:host|x|bench)\.(\w+)", API)) | {"pin", "pins", "name"}
+    assert len(listed - own - common) <= 12 and {"kernel", "drivers"}.isdisjoint(listed)
+
+
 @pytest.mark.parametrize("owner", OWNERS)
 def test_what_the_api_page_names_exists(owner):
     named = set(re.findall(rf"`{owner}\.(\w+)", API))

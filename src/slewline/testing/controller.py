@@ -46,7 +46,7 @@ class Controller(Face):
     )
 
     def __init__(self, rig: Rig, label: str, seed: int) -> None:
-        self.rig, self.label, self.seed = rig, label, seed
+        self.rig, self.label, self.seed, self.name = rig, label, seed, rig.chip.name
         self.bench: Bench = rig.bench
         self.chip: Chip = rig.chip
         rig.log.file = self._transcript = StringIO()
