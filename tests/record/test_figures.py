@@ -420,8 +420,8 @@ def test_pyplot_is_not_loaded(tmp_path):
 def test_errors_are_clear_and_leave_nothing(tmp_path, monkeypatch):
     shown = figure(contents(track()))
     for name, message in [
-        ("a.gif", "allowed are file names ending in .svg, .png or .pdf"),
-        ("a", "allowed are file names ending in .svg, .png or .pdf"),
+        ("a.gif", "give a name that ends in .svg, .png or .pdf"),
+        ("a", "give a name that ends in .svg, .png or .pdf"),
         ("no/a.svg", "there is no directory"),
     ]:
         with pytest.raises(UsageError, match=message):

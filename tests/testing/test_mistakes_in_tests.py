@@ -63,7 +63,7 @@ def test_mistakes_in_tests_are_answered_in_a_line(pytester):
         error = [line for line in sections[str(number)].splitlines() if line.startswith("E ")]
         shown = sections[str(number)].partition("- slewline: ")[0].splitlines()
         assert says in " ".join(error), f"{number}: {error}"
-        assert len(shown) < 12 and "/slewline/" not in "".join(shown), sections[str(number)]
+        assert len(shown) < 12 and "slewline/testing/" not in "".join(shown), sections[str(number)]
 
 
 def test_the_full_trace_shows_our_inside(pytester):

@@ -286,7 +286,7 @@ class Drawing(Recording):
         traces = self._traces(pins, 0, now, 0)
         found = [int(ps) for trace in traces if len(trace.times_ps) for ps in trace.times_ps[[0, -1]]]
         found += [each.time_ps for chip in self.chips.values() for each in chip.findings]
-        found += [ps for log in self.commands.values() for ps, _ in log.between(0, now)]
+        found += [ps for log in self.commands.values() for ps, text in log.between(0, now) if text]
         return (min(found), max(found)) if found else None
 
     def _axes(self, axes: Sequence[int | str] | int | str | None) -> list[OneAxis]:
