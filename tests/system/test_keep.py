@@ -98,9 +98,9 @@ def test_files_and_pictures_begin_with_what_is_kept(both, tmp_path):
     lines = (tmp_path / "steps.csv").read_text().splitlines()
     assert int(lines[1].split(",")[0]) >= SINCE
     bounded.plot(tmp_path / "all.svg", pins=[], ideal=False)
-    for save in (bounded.save_steps, bounded.plot):
+    for save, name in ((bounded.save_steps, "more.csv"), (bounded.plot, "more.svg")):
         with pytest.raises(NotRecorded):
-            save(tmp_path / "more.svg", start="2.4 s")
+            save(tmp_path / name, start="2.4 s")
 
 
 def test_a_vcd_file_with_values_begins_with_what_is_kept(tmp_path):

@@ -7,13 +7,10 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import Any
 
 from ..errors import NotRecorded
 from .timebase import readable
-
-if TYPE_CHECKING:
-    from .axis import Stretch
 
 FEWEST = 1024  # stretches; less than that is not worth dropping
 
@@ -36,9 +33,9 @@ class Kept:
         self.stretches = self.stretches if stretches is None else stretches
         self.full = max(2 * (self.stretches or 0), FEWEST)
 
-    def bound(self, past: Sequence[Stretch], now: int) -> int:
-        """Return the instant before which the past is to be dropped (ps)."""
-        oldest = 0 if self.stretches is None else past[-self.stretches].start
+    def bound(self, past: Sequence[Any], now: int) -> int:
+        """Return the instant before which the past, a list of stretches, is to be dropped (ps)."""
+        oldest: int = 0 if self.stretches is None else past[-self.stretches].start
         return oldest if self.ps is None else max(oldest, now - self.ps)
 
     def dropped(self, left: int) -> None:
