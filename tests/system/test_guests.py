@@ -257,7 +257,7 @@ def test_a_file_ending_names_what_is_installed(installed, call):
     written("feed.mx10", FEED)
     assert "mx10 (mx10): position 40" in call("run", "feed.mx10")[1]
     status, _, err = call("run", written("feed.mx11", FEED))
-    assert status == 2 and "or a file name ending in .cy525, " in err and ".mx10\n" in err
+    assert status == 2 and "or a file name ending in .cy525, " in err and ".mx10; did you mean mx10?\n" in err
 
 
 def test_modules_are_found_in_the_current_directory_behind_all_others(lab, call, monkeypatch):

@@ -26,9 +26,9 @@ MEANT = {  # what is meant by a command, or an option of one, that there is not
     "run --csv": "--steps F.csv",
     "run --time": "--until says how long, such as '2 s'",
     "serve --port": "--tcp 4001, --serial DEV or --pty LINK",
-    "serve --chip": "CHIP has no option in front of it: slewline serve cy525 --tcp 4001",
-    "describe --chip": "CHIP has no option in front of it: slewline describe cy525",
-    "ramp --chip": "CHIP has no option in front of it: slewline ramp cy525 F=3 R=127 S=200",
+    "serve --chip": "CHIP stands alone, without an option: slewline serve PART --tcp 4001",
+    "describe --chip": "CHIP stands alone, without an option: slewline describe PART",
+    "ramp --chip": "CHIP stands alone, without an option: slewline ramp PART NAME=VALUE ...",
 }
 
 
