@@ -14,7 +14,7 @@ import pytest
 
 from slewline.links import system
 from slewline.links.loop import Loop
-from slewline.links.stream import CHUNK, QUEUE, Stream
+from slewline.links.stream import QUEUE, Stream
 
 MUCH = bytes(range(256)) * 4096  # a megabyte
 
@@ -141,22 +141,16 @@ def test_one_who_reads_no_more_is_heard_to_the_end(ends):
     assert one.why == [os.strerror(32)]
 
 
-# ------------------------------------------------------------------------------- a system that does not tell the end
-@pytest.fixture
-def silent(monkeypatch):
-    """What macOS and Windows have: no word that the other side has closed."""
-    monkeypatch.setattr(system, "CLOSED", 0)
-
-
-def test_the_end_behind_bytes_is_found_by_reading_ahead(ends, silent):
+# ------------------------------------------------------------------------------------------- the end, behind bytes
+def test_the_end_behind_bytes_is_found_by_reading_ahead(ends):
     left = [10]
     over = []
     one = ends(room=lambda: left[0] - len(one.taken), ended=lambda: over.append(1))
     one.theirs.send(MUCH[:1000])
     one.turn(5)
-    assert not one.stream.has_closed() and one.taken == MUCH[:10]
+    assert not one.stream.read_ahead(QUEUE) and one.taken == MUCH[:10]
     one.theirs.close()
-    assert one.stream.has_closed() and (one.taken, over) == (MUCH[:10], [])
+    assert one.stream.read_ahead(QUEUE) and (one.taken, over) == (MUCH[:10], [])
     for room in (500, 2000):
         left[0] = room
         one.stream.resume()
@@ -164,23 +158,23 @@ def test_the_end_behind_bytes_is_found_by_reading_ahead(ends, silent):
     assert (one.taken, over) == (MUCH[:1000], [1])  # not a byte is lost or read twice
 
 
-def test_what_is_read_ahead_is_bounded(ends, silent):
-    one = ends(room=lambda: 0, queue=1000)
+def test_what_is_read_ahead_is_bounded(ends):
+    one = ends(room=lambda: 0)
     one.theirs.setblocking(False)
     one.theirs.send(MUCH)
     one.turn()
     for _ in range(100):
-        assert not one.stream.has_closed()
-    assert len(one.stream.ahead) < 1000 + CHUNK
+        assert one.stream.read_ahead(1000)  # more than that is here, and whoever has it counts as gone
+    assert len(one.stream.ahead) < 1000 + QUEUE
     assert one.loop.sleep(0) == []  # and nobody is kept busy by it
 
 
-def test_one_that_has_vanished_has_closed(ends, silent):
+def test_one_that_has_vanished_has_closed(ends):
     one = ends(room=lambda: 0)
     one.turn()
     one.theirs.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")
     one.theirs.close()
-    assert one.stream.has_closed()
+    assert one.stream.read_ahead(QUEUE)
 
 
 # -------------------------------------------------------------------------------------------------------------- loop

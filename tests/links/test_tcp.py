@@ -246,6 +246,28 @@ def test_other_machines_come_in_only_when_they_may(text, monkeypatch):
     assert parse_address(text, True)[1] in (0, 4001)
 
 
+@pytest.mark.parametrize("kind", ["tcp", "rfc2217"])
+def test_a_port_that_other_machines_reach_is_told(kind):
+    bench, told = slewline.Bench(), []
+    server = Server(bench, Lockstep(bench), allow_remote=True, tell=told.append)
+    line = server.line(bench.add("gs-c200s", name="x", straps={"br0": 0, "chs": 0}))
+    open_to_all = getattr(server, kind)(line, "0.0.0.0:0")
+    (text,) = [text for text in told if "open to" in text]
+    assert text == (
+        f"{open_to_all.where}: open to every network of this machine; "
+        "whoever connects can work the module, without a password"
+    )
+    told.clear()
+    getattr(server, kind)(line, "127.0.0.1:0")
+    assert not any("open to" in text for text in told)
+    control = server.control("0.0.0.0:0", "12345678")
+    assert (
+        told[-1]
+        == f"{control.where}: open to every network of this machine; whoever knows the token can work every pin"
+    )
+    server.close()
+
+
 @pytest.mark.parametrize("allow_remote", [False, True])
 def test_a_name_that_nobody_knows_is_told(lockstep, monkeypatch, allow_remote):
     def unknown(*_, **__):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import socket
 import struct
 
@@ -9,12 +10,15 @@ import pytest
 import serial
 
 import slewline
+from slewline.links.line import BACKLOG
 from slewline.links.pace import Lockstep, Paced
 from slewline.links.server import Server
+from slewline.links.tcp import AHEAD
 
 from .conftest import PATIENCE, STRAPS, Client, Threaded
 
 KINDS = pytest.mark.parametrize("kind", ["tcp", "rfc2217"])
+LITTLE = 400  # bytes
 S = 10**9  # nanoseconds of the wall clock
 
 # the client of pySerial 3.5 names its thread in a way that Python 3.10 calls deprecated
@@ -117,6 +121,121 @@ def test_what_a_host_has_left_keeps_nobody_out(kind, tmp_path):
             wall.until(running, lambda: len(stand.fed) == len(left) + 3 and stand.line.quiet())
             assert host.read_until(b"V+0\r").endswith(b"R\rV+0\r")
     assert stand.fed == left + b"V1\r"
+
+
+@pytest.fixture
+def little(monkeypatch):
+    """The next host waits for little, so that the tests do."""
+    monkeypatch.setattr("slewline.links.tcp.REMAINS", LITTLE)
+
+
+@KINDS
+@pytest.mark.parametrize("size", [100_000, 2_900_000])
+def test_much_that_a_host_has_left_is_dropped_for_the_next_one(kind, size, little):
+    """It has gone, though its end is behind more than the system keeps."""
+    wall, told = Wall(), []
+    stand = Stand(kind, wall.pace)
+    stand.port.tell = told.append
+    with Threaded(stand.server) as running:
+        gone = Client(stand.port.where)
+        gone.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 2 * size)
+        gone.socket.setblocking(False)
+        sent = gone.socket.send(b"F\r" * (size // 2))
+        gone.close()
+        with opened(stand.port) as host:
+            host.write(b"V1\r")
+            wall.until(running, lambda: stand.fed.endswith(b"V1\r") and stand.line.quiet())
+            assert host.read_until(b"V+0\r").endswith(b"R\rV+0\r")
+    played = len(stand.fed) - 3
+    assert LITTLE <= played <= LITTLE + BACKLOG  # what was on its way, and as much as the next one waits for
+    assert stand.fed == b"F\r" * (played // 2) + b"V1\r"
+    (text,) = told
+    dropped = int(re.search(r"(\d+) bytes of it were dropped", text)[1])
+    if kind == "tcp":  # else it has closed with an answer unread, and a reset loses what its system has not sent
+        assert dropped == sent - played or dropped >= AHEAD - LITTLE
+    assert 0 < dropped <= sent - played
+
+
+def test_what_is_kept_of_a_host_ends_with_a_line(little):
+    wall, told = Wall(), []
+    stand = Stand("tcp", wall.pace)
+    stand.port.tell = told.append
+    line = b"R 100\r\n"
+    with Threaded(stand.server) as running:
+        stand.leave(line * 300)
+        running.until(lambda: stand.port.full)
+        host = Client(stand.port.where)
+        host.send(b"V1\r")
+        wall.until(running, lambda: stand.fed.endswith(b"V1\r"))
+        host.close()
+    kept = (len(stand.fed) - 3) // len(line)
+    assert stand.fed == line * kept + b"V1\r"
+    assert len(told) == 1
+
+
+def test_many_hosts_together_leave_no_more_than_one_may(little):
+    """The longest is cut; what the others have left is played."""
+    wall, told = Wall(), []
+    stand = Stand("tcp", wall.pace)
+    stand.port.tell = told.append
+    with Threaded(stand.server) as running:
+        for number in range(6):
+            stand.leave(b"F\r" * 300)
+            running.until(lambda number=number: len(stand.port.turns) == 2 * number + 1)
+            stand.leave(b"%d\r" % number)
+            running.until(lambda number=number: len(stand.port.turns) == 2 * number + 2)
+        host = Client(stand.port.where)
+        host.send(b"V1\r")
+        running.until(lambda: len(stand.port.turns) == 13)
+        assert running.do(lambda: sum(len(one.characters) for one in stand.port.turns)) <= LITTLE + 3
+        wall.until(running, lambda: stand.fed.endswith(b"V1\r"))
+        host.close()
+    assert [number for number in range(6) if b"%d\r" % number not in stand.fed] == []
+    assert len(told) >= 1
+
+
+def test_a_long_program_that_nobody_waits_behind_is_played_to_the_end(little):
+    stand = Stand("tcp", Lockstep)
+    data = b"F\r" * 1000
+    with Threaded(stand.server) as running:
+        stand.leave(data)
+        running.until(lambda: len(stand.fed) == len(data))
+    assert stand.fed == data
+
+
+def test_a_live_host_that_has_much_to_say_keeps_its_port(little):
+    """Neither is it hung up on, nor is a byte of it lost."""
+    wall = Wall()
+    stand = Stand("tcp", wall.pace)
+    data = b"F\r" * 1000
+    with Threaded(stand.server) as running:
+        host = Client(stand.port.where)
+        host.send(data)
+        running.until(lambda: stand.port.full)
+        second = Client(stand.port.where)
+        assert b"one host at a time" in second.read(end=b"\n")
+        wall.until(running, lambda: len(stand.fed) == len(data))
+        host.close()
+        second.close()
+    assert stand.fed == data
+
+
+def test_one_that_has_more_waiting_than_anybody_would_gives_way(little, monkeypatch):
+    """Whether it has closed cannot be seen."""
+    monkeypatch.setattr("slewline.links.tcp.AHEAD", 2000)
+    wall, told = Wall(), []
+    stand = Stand("tcp", wall.pace)
+    stand.port.tell = told.append
+    with Threaded(stand.server) as running:
+        floods = Client(stand.port.where)
+        floods.send(b"F\r" * 10_000)
+        running.until(lambda: stand.port.full)
+        host = Client(stand.port.where)
+        host.send(b"V1\r")
+        wall.until(running, lambda: stand.fed.endswith(b"V1\r"))
+        host.close()
+        floods.close()
+    assert len(told) == 1
 
 
 @KINDS

@@ -10,7 +10,8 @@ every reply; its last line may lack the line feed.  Empty lines are ignored.
 
 Who may ask: clients on this machine; on others only where the server was given a token, which then everybody sends with
 the first request.  A connection whose first line is no request of this kind is hung up on, and nothing behind it is
-read: a browser that was made to POST here begins with a request line of HTTP.
+read: a browser that was made to POST here begins with a request line of HTTP.  What `links.strangers` knows is hung up
+on before that line ends.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import hmac
 import json
 import socket
 from collections.abc import Callable, Iterable
+from time import perf_counter
 from typing import TYPE_CHECKING
 
 from ..core.near import hint
@@ -29,6 +31,7 @@ from .line import SerialLine
 from .pace import Wait
 from .requests import MOST_FINDINGS, MOST_STEPS, Data, as_object, read, schema
 from .status import Serving, status
+from .strangers import Beginning
 from .stream import Stream
 from .tcp import Listener, is_loopback, parse_address
 
@@ -39,6 +42,7 @@ if TYPE_CHECKING:
 
 LONGEST = 1 << 16  # bytes of a request
 QUEUE = 1 << 24  # bytes of replies
+SHARE_S = 0.001  # how long requests of a client are answered in a turn of the loop
 SHORTEST_TOKEN = 8  # characters
 DIRECTIONS = ("chip", "host")
 
@@ -88,24 +92,29 @@ class Client:
         self.incoming = bytearray()
         self.waiting = self.too_long = False
         self.known = self.refused = False  # by the first line
+        self.beginning = Beginning()
+        self.behind = False  # requests wait for the next turn of the loop
         self.stream = Stream(self.server.loop, connection, self.take, self.gone, self.room, QUEUE, self.ended)
 
     def room(self) -> int:
         """Return how many bytes may be read now: none while a reply is owed, or replies are not read."""
-        return 0 if self.waiting or self.stream.outgoing or self.refused else LONGEST
+        return 0 if self.waiting or self.behind or self.stream.outgoing or self.refused else LONGEST
 
     def take(self, data: bytes) -> None:
         """Take bytes: requests, or pieces of them."""
-        self.incoming += data
+        self.incoming += self.beginning.take(data)
+        if self.beginning.stranger:
+            self.refuse(f"{self.beginning.stranger} is not spoken here")
         self.work()
 
     def ended(self) -> None:
         """Take notice that no more requests will come."""
-        self.incoming += b"\n"
+        self.incoming += self.beginning.release() + b"\n"
         self.work()
 
     def work(self) -> None:
-        """Answer what has come."""
+        """Answer what has come, for a share of the turn; what is left has its turn behind all others."""
+        end_s = perf_counter() + SHARE_S
         while not self.waiting and self.stream.open and not self.refused:
             line, end, rest = self.incoming.partition(b"\n")
             self.too_long |= len(line) > LONGEST
@@ -123,6 +132,10 @@ class Client:
                 self.too_long = False
             elif line.strip():
                 self.answer(bytes(line))
+            if perf_counter() >= end_s:
+                self.behind = True
+                self.server.loop.ask(self.go_on)
+                return
 
     def greet(self, line: bytes) -> bool:
         """Return whether the first line comes from a client; hang up if not."""
@@ -132,10 +145,14 @@ class Client:
                 raise UsageError('the first request must have the token of this server: {"token": ..., "do": ...}')
             self.known = True
         except UsageError as error:
-            self.refused = True
-            self.reply({}, {"error": f"{error}; hung up"})
-            self.stream.finish()
+            self.refuse(str(error))
         return self.known
+
+    def refuse(self, why: str) -> None:
+        """Say why, and hang up."""
+        self.refused = True
+        self.reply({}, {"error": f"{why}; hung up"})
+        self.stream.finish()
 
     def answer(self, line: bytes) -> None:
         """Answer one request, a line."""
@@ -169,8 +186,10 @@ class Client:
 
     def go_on(self) -> None:
         """Answer requests that have come meanwhile, and go on reading."""
+        self.behind = False
         self.work()
-        self.stream.resume()
+        if not self.behind:
+            self.stream.resume()
 
     def reply(self, request: Data, found: Data) -> None:
         """Send the reply to a request, a line."""

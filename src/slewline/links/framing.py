@@ -41,10 +41,13 @@ if TYPE_CHECKING:
 
 LONGEST = 256  # characters of a line
 BACKLOG = 4096  # lines that may wait for the chip
+SHARE = 256  # bytes in a turn of the loop
 
 
 class FramedLine(Line):
     """Lines of text to a host computer on the bench, and its answers."""
+
+    share = SHARE
 
     def __init__(self, name: str, chip: Chip, pace: Pace, log: Log, computer: Host) -> None:
         super().__init__(name, [chip], pace, log)

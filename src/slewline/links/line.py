@@ -20,6 +20,8 @@ from ..parts.noise import LINKED, Noise
 from ..parts.rs232 import LATE_PS, SerialPort
 from .log import TO_CHIP, TO_HOST, Log
 from .pace import Pace, Wait
+from .strangers import TEXT
+from .stream import CHUNK
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
@@ -36,6 +38,8 @@ class Line:
 
     ports: tuple[str, ...] = ("tcp", "pty")  # on which it can be served
     baud: int | str | None = None  # its rate, where it has one
+    greetings = TEXT  # of strangers, who are hung up on
+    share = CHUNK  # bytes that are taken from a host in a turn of the loop; others wait for their turn meanwhile
 
     def __init__(self, name: str, chips: Sequence[Chip], pace: Pace, log: Log) -> None:
         self.name, self.chips, self.pace, self.log = name, tuple(chips), pace, log

@@ -71,7 +71,7 @@ class Loop:
 
     def _answer(self) -> None:
         self.bell.recv(4096)
-        while self.asked:
+        for _ in range(len(self.asked)):  # what these ask for has its turn behind those who wait for a byte
             self.asked.popleft()()
 
     # ------------------------------------------------------------------------------------------------------ running

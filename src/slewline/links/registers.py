@@ -28,6 +28,7 @@ from ..parts.board import FLOATING, STATUS, Board
 from .line import Line
 from .log import TO_CHIP, TO_HOST, Log
 from .pace import Pace
+from .strangers import REGISTERS
 from .tcp import Session, TcpPort
 
 if TYPE_CHECKING:
@@ -39,13 +40,16 @@ IN, OUT, READY = 0x00, 0x10, 0x20 + STATUS
 WAITS = {READY: "ready", 0x30 + STATUS: "answer", 0x40 + STATUS: "message"}  # what a board knows by these names
 MS = PS_PER_S // 1000
 POLL_PS = MS // 10  # in lockstep, what passes after a poll at most; HostRdy is low for 82 us
-BACKLOG = 1024  # pieces of work for the board that may wait; the next answer lets in more
+BACKLOG = 256  # pieces of work for the board that may wait; the next answer lets in more
+SHARE = 64  # bytes in a turn of the loop: 32 accesses take a millisecond
 
 
 class RegisterLine(Line):
     """Requests to an interface board on the bench, and its answers."""
 
     ports = ("tcp",)
+    greetings = REGISTERS
+    share = SHARE
 
     def __init__(self, name: str, chip: Chip, pace: Pace, log: Log, board: Board) -> None:
         super().__init__(name, [chip], pace, log)

@@ -8,7 +8,7 @@ of its serial ports: `Remote` is one.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..core.serial import PARITIES, Word, bit_clock
 from ..errors import SlewlineError, UsageError
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 LETTERS = {parity: letter for letter, parity in PARITIES.items()}
 LONGEST_OPTION = 256  # bytes of a suboption; no real one has more than a few
+SHARE = 64  # bytes in a turn of the loop; each is filtered by itself
 FASTEST = 10**6  # baud
 MASKS = {
     rfc2217.SET_LINESTATE_MASK: rfc2217.SERVER_SET_LINESTATE_MASK,
@@ -184,6 +185,10 @@ class NetSession(Session):
             self.remote.break_condition = False
         self.remote.apply(*self.port.settings)
 
+    def room(self) -> int:
+        """Return how many bytes may come from the host now."""
+        return min(SHARE, super().room())
+
     def heard(self, data: bytes) -> None:
         """Take bytes of the host, telnet commands among them."""
         for byte in data:
@@ -209,7 +214,7 @@ class NetPort(TcpPort):
     scheme = "rfc2217"
     make = NetSession
 
-    def __init__(self, loop: Loop, line: Line, address: str, allow_remote: bool = False) -> None:
+    def __init__(self, loop: Loop, line: Line, *more: Any) -> None:
         assert isinstance(line, SerialLine)  # the server has seen to that
         self.settings = line.port.baud, line.port.word
-        super().__init__(loop, line, address, allow_remote)
+        super().__init__(loop, line, *more)

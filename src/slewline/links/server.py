@@ -13,6 +13,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
+from functools import partial
+from ipaddress import ip_address
 from os import PathLike
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -33,7 +35,7 @@ from .pace import Pace, Paced
 from .registers import RegisterLine, RegisterPort
 from .reports import Lateness, Reports
 from .system import fine_timer
-from .tcp import TcpPort
+from .tcp import TcpPort, is_loopback, parse_address
 
 if TYPE_CHECKING:
     from ..bench import Bench
@@ -198,15 +200,14 @@ class Server:
 
     def tcp(self, line: Line, address: str) -> Opened:
         """Serve a line on a TCP socket, HOST:PORT: its bytes as they are, or requests for registers."""
-        kind = RegisterPort if isinstance(line, RegisterLine) else TcpPort
-        return self._opened(kind(self.loop, line, address, self.allow_remote))
+        return self._on_tcp(RegisterPort if isinstance(line, RegisterLine) else TcpPort, line, address)
 
     def rfc2217(self, line: Line, address: str) -> Opened:
         """Serve a line on a TCP port that takes settings, HOST:PORT."""
         from .rfc2217 import NetPort
 
         self._check(line, "rfc2217")
-        port = self._opened(NetPort(self.loop, line, address, self.allow_remote))
+        port = self._on_tcp(NetPort, line, address)
         self._say_format(line, port.where)
         return port
 
@@ -234,7 +235,22 @@ class Server:
         """Open a control port, HOST:PORT; with a token, which clients must know, other machines may reach it, too."""
         from .control import Control
 
-        return self._opened(Control(self, address, token))
+        port = self._opened(Control(self, address, token))
+        self._say_who("control", port.where, "whoever knows the token can work every pin")
+        return port
+
+    def _on_tcp(self, kind: type[TcpPort], line: Line, address: str) -> Opened:
+        """A line on a socket."""
+        port = self._opened(kind(self.loop, line, address, self.allow_remote, partial(self._say, line.name)))
+        self._say_who(line.name, port.where, "whoever connects can work the module, without a password")
+        return port
+
+    def _say_who(self, name: str, where: str, may: str) -> None:
+        """Of a port that other machines can reach."""
+        host, _ = parse_address(where.rpartition("//")[2], True)
+        if not is_loopback(host):
+            reach = "every network of this machine" if ip_address(host).is_unspecified else f"the network of {host}"
+            self._say(name, f"{where}: open to {reach}; {may}")
 
     def _say_format(self, line: Line, where: str) -> None:
         """Of a line that most hosts take for 8N1."""

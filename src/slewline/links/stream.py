@@ -11,7 +11,7 @@ import socket
 from collections.abc import Callable
 
 from .loop import Loop
-from .system import Descriptor, has_closed, says_closed
+from .system import Descriptor
 
 QUEUE = 1 << 16
 CHUNK = 4096
@@ -108,17 +108,12 @@ class Stream:
         if self.open and self.reading and self.ahead:
             self._read()
 
-    def has_closed(self) -> bool:
-        """Return whether no more will come from the other side than is here already.
-
-        Where the system does not tell, what has come is read ahead, as much as the queue holds: its end may be behind.
-        """
-        if says_closed():
-            return has_closed(self.fd)
+    def read_ahead(self, most: int) -> bool:
+        """Read all that is here, at most so many bytes; return whether that is all there will be, or more than that."""
         over = False
         try:
-            while not over and len(self.ahead) < self.queue:
-                data = self.end.recv(CHUNK)
+            while not over and len(self.ahead) < most:
+                data = self.end.recv(QUEUE)
                 self.ahead += data
                 over = not data
         except BlockingIOError:
@@ -126,7 +121,7 @@ class Stream:
         except OSError:
             over = True
         self._go_on()
-        return over
+        return over or len(self.ahead) >= most
 
     # ------------------------------------------------------------------------------------------------------- output
     def write(self, data: bytes) -> int:

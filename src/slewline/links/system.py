@@ -8,7 +8,6 @@ needed.
     wake-up             a pair of sockets, into which signals write as well
     ports               sockets and descriptors                         sockets; a COM port by two threads
     pty                 with packet mode        without: 8N1 only       none
-    who has closed      poll, POLLRDHUP         what has come is read ahead, up to its end
     lock of a file      flock                   flock                   msvcrt.locking
     a link for a file   O_NOFOLLOW              O_NOFOLLOW              looked for before it is opened
     a name is safe      fsync of the directory  fsync of the directory  when NTFS gets to it
@@ -31,7 +30,6 @@ from typing import Any
 
 BINARY = getattr(os, "O_BINARY", 0)  # without it Windows writes CR LF for LF
 NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # opening a symbolic link fails
-CLOSED = select.POLLHUP | select.POLLERR | select.POLLRDHUP if hasattr(select, "POLLRDHUP") else 0
 EXTPROC: int | None = 0o200000 if sys.platform == "linux" else None  # of a pty; the module termios has no name for it
 FINE_MS = 1
 WINDOWS_PORT = re.compile(r"(?:\\\\\.\\)?com[0-9]+:?", re.IGNORECASE)  # COM3, \\.\COM12
@@ -177,15 +175,3 @@ class Descriptor:
     def send(self, data: bytes | bytearray) -> int:
         """Write as much as goes; return how much that was."""
         return os.write(self.fd, data)
-
-
-def says_closed() -> bool:
-    """Return whether this system tells that the other side has closed while bytes of it are still to be read."""
-    return bool(CLOSED)
-
-
-def has_closed(fd: int) -> bool:
-    """Return whether no more will come from the other side than is here already; where `says_closed` only."""
-    poll = select.poll()
-    poll.register(fd, CLOSED)
-    return bool(poll.poll(0))

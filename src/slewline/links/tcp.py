@@ -8,8 +8,11 @@ A port behaves like a line: hosts take turns, and one owns the port at a time.
 
 A host that says no more (`printf 'V1\r' | nc -N`) gets the answers to what it has said, unless the next one comes.
 One that has vanished without a word (a cable pulled, a machine switched off) is found out by keepalive probes.
-That a host has closed shows behind its last byte only: one that leaves behind more than the system keeps for it, some
-64 KB, counts as there until its end is in sight.
+
+The next one does not wait for long: of what is still to be played when it comes, `REMAINS` bytes stay, up to the end of
+a line; the rest is dropped, and told.  That a host has closed shows behind its last byte only, so when the next one
+knocks, what it has sent is read ahead; one that has more than `AHEAD` waiting then gives way, whether it has closed or
+not.
 """
 
 from __future__ import annotations
@@ -19,6 +22,7 @@ import socket
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 
 from ..errors import UsageError
 from .line import PATIENCE_PS, Line
@@ -32,6 +36,8 @@ RETRY_S = 0.5  # when the system cannot accept a connection
 # Acknowledge at once: a host that writes in small pieces, as most do, else waits 40 ms before the next one goes out.
 QUICK: int | None = getattr(socket, "TCP_QUICKACK", None)
 FAREWELL_S = 1.0  # how long a host that was refused may take to read why
+REMAINS = 8192  # bytes of hosts that have gone which the next one has to wait for: ten seconds at 9600 baud
+AHEAD = 1 << 20  # bytes that are read to find the end of a host; at 9600 baud they would take 18 minutes
 LEFT = 64  # bytes that a host which has gone counts for, besides those that it has left
 
 
@@ -144,7 +150,7 @@ class Session:
 
     def __init__(self, port: TcpPort, connection: socket.socket, name: str) -> None:
         self.port, self.line, self.connection, self.name = port, port.line, connection, name
-        self.beginning = Beginning()
+        self.beginning = Beginning(self.line.greetings)
         self.characters = bytearray()  # what has come, and waits for its turn on the line
         self.attached = self.begun = self.answering = False
         self.stream = Stream(port.loop, connection, self.take, self.gone, self.room, ended=self.ended)
@@ -169,19 +175,18 @@ class Session:
     # --------------------------------------------------------------------------------------------------- to the line
     def room(self) -> int:
         """Return how many bytes may come from the host now."""
-        return CHUNK - len(self.characters) - len(self.beginning.held)
+        return min(self.line.share, CHUNK - len(self.characters) - len(self.beginning.held))
 
     def take(self, data: bytes) -> None:
         """Take bytes from the host."""
         self.port.loop.dirty.append(self._acknowledge)
-        first = not self.beginning.seen
         passed = self.beginning.take(data)
-        if self.beginning.is_http:
+        if self.beginning.stranger:
             self.characters.clear()
-            self.gone("speaks HTTP, as no host does, and was hung up on")
+            self.gone(f"speaks {self.beginning.stranger}, as no host does, and was hung up on")
             return
-        if first and self.beginning.held:
-            self.port.loop.after(HOLD_S, self._pass_on)
+        if self.beginning.held:
+            self.port.loop.after(HOLD_S, partial(self._pass_on, len(self.beginning.seen)))
         self.heard(passed)
 
     def _acknowledge(self) -> None:
@@ -190,8 +195,8 @@ class Session:
             with suppress(OSError):
                 self.connection.setsockopt(socket.IPPROTO_TCP, QUICK, 1)
 
-    def _pass_on(self) -> None:
-        if self.stream.open:
+    def _pass_on(self, seen: int) -> None:
+        if self.stream.open and len(self.beginning.seen) == seen:  # nothing has come since then
             self.heard(self.beginning.release())
 
     def heard(self, data: bytes) -> None:
@@ -213,19 +218,28 @@ class Session:
 
     # ----------------------------------------------------------------------------------------------------------- end
     def leave(self) -> bool:
-        """Make room for the next host, if this one has closed; what it has sent and nobody has read yet stays to come.
+        """Make room for the next host, if this one has closed, or has more waiting than the line plays for long.
 
         Returns:
-            False: it has not.
+            False: it stays.
         """
-        if self.stream.at_end:
-            self.gone("hung up")
-        elif self.stream.has_closed():
-            self.detach("hung up")
-            self.stream.deafen("hung up")
-        else:
+        ahead = self.stream.ahead
+        if not self.stream.at_end and not self.stream.read_ahead(AHEAD):
             return False
+        self.port.dropped += max(len(ahead) - REMAINS, 0)
+        if ahead:
+            self.take(bytes(ahead[:REMAINS]))
+        self.heard(self.beginning.release())
+        self.gone("hung up")
         return True
+
+    def shorten(self, excess: int) -> int:
+        """Drop so many characters that wait for the line, or more, so that a line ends there; return how many."""
+        kept = self.characters[: max(len(self.characters) - excess, 0)]
+        end = max(kept.rfind(b"\r"), kept.rfind(b"\n")) + 1
+        dropped = len(self.characters) - (end or len(kept))
+        del self.characters[end or len(kept) :]
+        return dropped
 
     def ended(self) -> None:
         """Take notice that the host sends no more."""
@@ -250,16 +264,28 @@ class Session:
 
 
 class TcpPort:
-    """A line on a TCP port."""
+    """A line on a TCP port.
+
+    Args:
+        tell: is told when bytes of a host are dropped.
+    """
 
     scheme = "socket"
     make = Session
 
-    def __init__(self, loop: Loop, line: Line, address: str, allow_remote: bool = False) -> None:
-        self.loop, self.line = loop, line
+    def __init__(
+        self,
+        loop: Loop,
+        line: Line,
+        address: str,
+        allow_remote: bool = False,
+        tell: Callable[[str], object] = lambda _text: None,
+    ) -> None:
+        self.loop, self.line, self.tell = loop, line, tell
         self.session: Session | None = None  # the host that is there
         self.turns: deque[Session] = deque()  # it, behind those that have left something to be played
         self.full = self.sending = self.crowded = False
+        self.dropped = 0  # bytes of those who have gone, not told yet
         self.listener = Listener(loop, address, self._accept, allow_remote)
 
     @property
@@ -272,12 +298,27 @@ class TcpPort:
             self.line.log.event(self.line.name, f"{name} was refused: {self.session.name} is connected")
             dismiss(self.loop, connection, f"{self.session.name} has this port; one host at a time")
             return
+        self._shorten()
         self.session = self.make(self, connection, name)
         self.turns.append(self.session)
         self.crowded = sum(LEFT + len(host.characters) for host in self.turns) > QUEUE
         if self.crowded:
             self.listener.pause()
         self.pump()
+
+    def _shorten(self) -> None:
+        """Keep of what hosts have left as much as the next one may have to wait for."""
+        excess = sum(len(host.characters) for host in self.turns) - REMAINS
+        while excess > 0:
+            dropped = max(self.turns, key=lambda host: len(host.characters)).shorten(excess)
+            self.dropped += dropped
+            excess -= dropped
+        if self.dropped:
+            dropped, self.dropped = self.dropped, 0
+            self.tell(
+                f"{self.where}: the host before has left more than the line plays in time; "
+                f"{dropped} bytes of it were dropped, since the next host is here"
+            )
 
     # --------------------------------------------------------------------------------------------------------- turns
     def resume(self) -> None:
