@@ -18,7 +18,7 @@ pygments_style = "tango"
 
 
 def setup(app):
-    """Leave the pages for contributors out of the full text search: a user who looks for a ramp does not want a decision."""
+    """Leave the pages for contributors out of the full text search: who looks for a ramp does not want a decision."""
     app.connect("env-updated", leave_out)
 
 
