@@ -14,11 +14,11 @@ from .loop import Loop
 from .pace import Lag
 
 PERIOD_S = 60.0
-CAUSES = 12
+CAUSES = 8
 SHOWN = 80  # characters of a text that comes again
 CALM_LOOKS = 2  # without a loss: it is over
 OTHERS = "others"
-_VARIES = re.compile(r"""b?'(?:[^'\\]|\\.)*'|"[^"]*"|[+-]?(?:0x[0-9a-fA-F]+|[0-9]+)""")
+_VARIES = re.compile(r"""b?'(?:[^'\\]|\\.)*'|b?"(?:[^"\\]|\\.)*"|[+-]?(?:0x[0-9a-fA-F]+|[0-9]+)""")
 
 Key = tuple[str, str, str]  # source, code, cause
 

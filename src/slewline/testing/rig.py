@@ -263,7 +263,6 @@ def settings(part: str, query: Mapping[str, str]) -> dict[str, Any]:
     rest = {key: text for key, text in query.items() if key not in inputs}
     known = {row.name for row in rows}
     if unknown := {key: text for key, text in rest.items() if key.partition(".")[0] not in known}:
-        checked(
-            part, sheet.options, unknown, elsewhere=sheet.elsewhere
-        )  # which refuses it here: it may be the name of an argument
+        # which refuses it here: it may be the name of an argument
+        checked(part, sheet.options, unknown, elsewhere=sheet.elsewhere)
     return {"straps": straps, **read(rows, rest.items())}
