@@ -10,6 +10,7 @@ import serial
 import serialx
 
 import slewline
+from slewline.links.server import DEAF
 
 from .conftest import PATIENCE, Threaded
 
@@ -218,6 +219,8 @@ def test_the_settings_that_the_line_wants_are_told_at_the_start(lockstep):
 
 def test_a_line_of_eight_bits_needs_no_such_word(lockstep):
     server, _ = lockstep()
-    server.tell = pytest.fail
+    told = []
+    server.tell = told.append
     server.rfc2217(server.line(server.bench.add("cy525")), "127.0.0.1:0")
     server.close()
+    assert told == [DEAF]
