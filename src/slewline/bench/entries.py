@@ -121,7 +121,7 @@ class Entries:
             raise self.error(number, f"not a journal entry: {found}")
         if self.count is None:
             torn = f"journal {self.path}, line {number}: cut off; the replay ends before it"
-            warnings.warn(torn, TornJournal, stacklevel=5)
+            warnings.warn(torn, TornJournal, stacklevel=6)
         return None
 
     def _check_first(self, entry: dict[str, Any]) -> None:
