@@ -273,17 +273,18 @@ def test_a_request_that_is_gone_before_slewing_begins_is_not_seen(mover: Make) -
 
 
 @pytest.mark.fact("FLY-RATE-2")
+@pytest.mark.parametrize("stepwise", [False, True], ids=["whole", "stepwise"])
 @pytest.mark.parametrize(("low", "high", "missed"), [(100, 600, 1), (-100, 600, 0), (100, TOP + 100, 0)])
 def test_a_request_that_comes_and_goes_between_two_looks_is_not_seen(
-    mover: Make, low: int, high: int, missed: int
+    mover: Make, low: int, high: int, missed: int, stepwise: bool
 ) -> None:
-    x = mover("instrobe")
+    x = mover("instrobe", stepwise=stepwise)
     look = x.endless(SMALL) + 10 * TOP
     x.request(look + low, 30, look + high)
     x.till(look + 50 * TOP)
     assert len(x.changes("instrobe")) == (0 if missed else 2)
     assert [found.text for found in x.x.findings if found.code == "request-withdrawn"] == [
-        "a rate request came and went within one step: not seen"
+        "a request that nobody has seen" if stepwise else "a rate request came and went within one step: not seen"
     ] * missed
 
 
