@@ -144,7 +144,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.add("gs-c200s", baud=9600)',
         "UsageError",
-        "and the format of its line, such as straps={'br0': 0, 'br1': 0, 'br2': 0, 'chs': 0}",
+        'straps set its rate: br0=0, br1=0, br2=0; straps={"br0": 0, ...}, or --strap br0=0',
     ),
     (
         'b.add("cy525", crystal=11)',

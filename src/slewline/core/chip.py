@@ -141,9 +141,7 @@ class Chip(OneAxis, HasInputs):
     def _beside(cls) -> str:
         """What a chip is given beside its options, in words."""
         crystal = "crystal, " if cls.sheet.crystal_high_hz else ""
-        fast = {**cls.sheet.fastest, **cls.sheet.plain}
-        line = f"; pins set the rate and the format of its line, such as straps={fast}" if fast else ""
-        return f"; beside them {crystal}straps, bare and name{line}"
+        return f"; beside them {crystal}straps, bare and name"
 
     def __repr__(self) -> str:
         state = "in motion" if self.moving else "idle" if self.idle else self._waiting[0]
