@@ -229,8 +229,9 @@ MISTAKES = (
     row("another rate in the settings", pty, b"V1\r", baudrate=19200, words=f"the program has 19200 7O2|{RATE}|passes characters at any rate, a cable does not"),
     row("a parity fault on the wire", url, b"V1\r", parity="E", words="gs_c200s  E1: b'V1': a parity or framing fault|listens at 9600 baud, 7 data bits, odd parity, 2 stop bits|br0=0|look for noise"),
     row("a rate that the CY545 has not found", url, b"\r\r? P\r? P\r", part="cy545", bytesize=8, parity="E", stopbits=1, words="line has 9600 8E1|listens at 9600 8N1|two carriage returns|let the host have 9600 baud, 8 data bits, no parity, 1 stop bit"),
-    row("no carriage returns first", url, b"? P\r? R\r? O\r", part="cy545", bytesize=8, parity="N", stopbits=1, words="cy545  not-adapted: characters before two carriage returns: not heard"),
-    row("a rate that is none", url, b"\r\r\r", part="cy545", baudrate=1000, bytesize=8, parity="N", stopbits=1, words="cy545  wrong-rate: two carriage returns at 1000 baud|adapts to standard rates from"),
+    row("no carriage returns first", url, b"? P\r? R\r? O\r", part="cy545", bytesize=8, parity="N", stopbits=1, words="cy545  not-adapted: characters before two carriage returns: not heard|begin with \\r\\r"),
+    row("line feeds while the CY545 looks for the rate", url, b"\r\n\r\n? P\r", part="cy545", bytesize=8, parity="N", stopbits=1, words=r"not-adapted: a line feed (\n) between them: not heard|begin with \r\r, without \n"),
+    row("a rate that is none", url, b"\r\r\r", part="cy545", baudrate=1000, bytesize=8, parity="N", stopbits=1, words="cy545  wrong-rate: two carriage returns at 1000 baud|adapts to standard rates from|let the host have one of these"),
     # ends of lines
     row("no carriage return", bench, "V1", words=f"gs_c200s  unfinished: 'V1' {ENDS}"),
     row("no carriage return", url, b"V1", words=f"'V1' {ENDS}"),

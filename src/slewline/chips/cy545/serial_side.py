@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 ROOM = 3  # characters that the chip keeps while it is at work
 EDGES = (0, 1, 2, 3, 5, 9)  # of a carriage return, in bits
+LINE_FEED = (0, 2, 3, 4, 5, 9)
 SKEW = 0.25  # of a bit, by which an edge may be off
 
 
@@ -107,16 +108,23 @@ class SerialSide:
         if len(edges) < len(EDGES):
             return
         bit = (edges[-1] - edges[0]) / EDGES[-1]
-        if any(abs(time - edges[0] - at * bit) > SKEW * bit for time, at in zip(edges, EDGES, strict=True)):
+        if not self._looks_like(EDGES, bit):
+            line_feed = self.first_bit is not None and self._looks_like(LINE_FEED, bit)
             del edges[:2]
             self.first_bit = None
             if self._untold():
-                self.chip.finding("not-adapted", "characters before two carriage returns: not heard")
+                came = "a line feed (\\n) between them" if line_feed else "characters before two carriage returns"
+                self.chip.finding("not-adapted", f"{came}: not heard; begin with \\r\\r, without \\n")
             return
         edges.clear()
         first, self.first_bit = self.first_bit, bit
         if first is not None and abs(bit - first) <= BAUD_TOLERANCE * first:
             self._adapt((first + bit) / 2)
+
+    def _looks_like(self, edges: tuple[int, ...], bit: float) -> bool:
+        """Return whether the edges so far are those of a character, given in bits."""
+        begin = self.edges[0]
+        return all(abs(time - begin - at * bit) <= SKEW * bit for time, at in zip(self.edges, edges, strict=True))
 
     def _adapt(self, bit_ps: float) -> None:
         """Take the rate of two carriage returns, if it is one of those that the chip knows."""
@@ -128,7 +136,7 @@ class SerialSide:
                 self.chip.finding(
                     "wrong-rate",
                     f"two carriage returns at {rate:.0f} baud; it adapts to standard rates from {slowest:.0f} to "
-                    f"{fastest:.0f} baud at {self.chip.crystal_hz / 1e6:g} MHz",
+                    f"{fastest:.0f} baud at {self.chip.crystal_hz / 1e6:g} MHz; let the host have one of these",
                 )
             return
         self._listen_at(Clock(round(OVERSAMPLING * rate)))
