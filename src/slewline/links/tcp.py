@@ -229,6 +229,7 @@ class Session:
         self.port.dropped += max(len(ahead) - REMAINS, 0)
         if ahead:
             self.take(bytes(ahead[:REMAINS]))
+            ahead.clear()
         self.heard(self.beginning.release())
         self.gone("hung up")
         return True
