@@ -293,15 +293,22 @@ class Decoder:
     def _low_byte(self, row: Row, found: int) -> int:
         """Cut a number to a byte, where it is no argument of the table."""
         if found > 0xFF:
-            self._note("range", f"{row.name} {found}: allowed 0..255")
+            self._note("range", f"{row.name} {found}: allowed 0..255{_cut(found, found & 0xFF)}")
         return found & 0xFF
 
     def _check(self, row: Row, arg: Arg, found: int) -> None:
         if not arg.low <= found <= arg.high:
-            self._note("range", f"{row.name} {arg.name} {found}: allowed {arg.low}..{arg.high}")
+            self._note(
+                "range", f"{row.name} {arg.name} {found}: allowed {arg.low}..{arg.high}{_cut(found, arg.fit(found))}"
+            )
 
     def _note(self, code: str, text: str, remedy: str = "") -> None:
         self.notes.append(Note(code, f"{text}; {remedy}" if remedy else text))
+
+
+def _cut(found: int, taken: int) -> str:
+    """Return what is made of a number that does not fit its bytes, for a note; empty: it stays as it is."""
+    return f"; its low bits count, so {taken} is taken" if taken != found else ""
 
 
 class Entry:
