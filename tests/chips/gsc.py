@@ -95,7 +95,8 @@ class Rig:
 
     def acts(self, command: str, at: int) -> None:
         """Give a command so that it acts at an instant; its answer is Y."""
-        self.bench.run_to(at - TURNROUND - CHARACTER * (len(command) + 1))
+        begins = at - TURNROUND - CHARACTER * (len(command) + 1)
+        self.bench.run_to(f"{max(begins, self.bench.now_ps)} ps")
         assert self.ask(command) == "Y"
 
     def wire(self, data: str | bytes, fault: str = "", wait: str | int = 0) -> bytes:

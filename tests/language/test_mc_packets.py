@@ -309,10 +309,14 @@ def test_a_rate_with_the_wrong_unit_is_refused(line, code, found, remedy):
 @pytest.mark.parametrize(
     ("command", "value", "says"),
     [
-        ("SET_VEL", 1.5, "velocity 1.5: allowed 0..1073741823 (command reference); 1.5 steps/cycle is 98304"),
+        (
+            "SET_VEL",
+            1.5,
+            "velocity 1.5: allowed a whole number, 0..1073741823 (command reference); 1.5 steps/cycle is 98304",
+        ),
         ("SET_ACC", 0.3, "0.3 steps/cycle^2 is 19660.8, no whole number; the nearest is 19661"),
-        ("SET_VEL", float("nan"), "velocity nan: allowed 0..1073741823 (command reference)"),
-        ("SET_POS", 1.5, "position 1.5: allowed -1073741824..1073741823 (command reference)"),
+        ("SET_VEL", float("nan"), "velocity nan: allowed a whole number, 0..1073741823 (command reference)"),
+        ("SET_POS", 1.5, "position 1.5: allowed a whole number, -1073741824..1073741823 (command reference)"),
     ],
 )
 def test_a_fraction_is_refused_with_the_number_that_would_be_right(command, value, says):

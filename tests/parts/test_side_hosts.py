@@ -8,7 +8,7 @@ import pytest
 
 import slewline
 from slewline import Timeout, UsageError, WiringError
-from slewline.core.timebase import Time
+from slewline.core.timebase import Seconds, Time
 from slewline.parts.adaptive_host import AdaptiveHost
 from slewline.parts.computer import Computer
 from slewline.parts.flow_host import FlowHost
@@ -42,7 +42,7 @@ def test_both_have_the_face_of_every_host(cls):
     assert [name for name in ("send", "ask", "got") if getattr(cls, name) is getattr(Computer, name)] == []
     calls = [call for _, call in inspect.getmembers(cls, inspect.isfunction)]
     told = [inspect.signature(call).parameters.get("timeout") for call in calls]
-    assert {each.annotation for each in told if each is not None} == {"Time"} and Time == str | int
+    assert {each.annotation for each in told if each is not None} == {"Time"} and Time == str | int | Seconds
 
 
 @SIDES

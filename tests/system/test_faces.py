@@ -48,6 +48,7 @@ def test_an_empty_bench_loads_no_chip_no_language_no_host_and_nothing_that_draws
         "motions",
         "recording",
         "timing",
+        "told",
         "wiring",
     }
     assert within(empty, "bench") == {f"slewline.bench.{name}" for name in asked}

@@ -18,7 +18,6 @@ from ..core.net import Net
 from ..core.pin import Condition
 from ..core.timebase import Seconds, Time, picoseconds, readable
 from ..errors import Timeout, UsageError
-from ..parts.caller import Caller
 from .hosting import Hosted
 from .timing import TimingDiagrams
 
@@ -144,6 +143,8 @@ class Bench(Hosted, TimingDiagrams):
         `run_until_idle`, the fixtures of tests, `slewline run` and a server that a host leaves do so by themselves.  Of
         a host that has more to say nothing is told yet.
         """
+        from ..parts.caller import Caller  # an empty bench has no host, and does not load any
+
         if all(part.idle for part in self.parts.values() if isinstance(part, Caller)) and any(
             [chip.conclude() for chip in self.chips.values()]  # of every one
         ):

@@ -23,7 +23,6 @@ from ..parts import make_part, part_class
 from ..parts.part import Part
 from .by_name import adds, makes
 from .drawing import Drawing
-from .images import image_given
 from .wiring import as_needed, joints
 
 if TYPE_CHECKING:
@@ -162,6 +161,8 @@ class Furnished(Drawing):
         if self.stores is not None and cls.keeps:
             options.setdefault("store", self.stores(name))
         if "image" in options:
+            from .images import image_given  # most benches read no file
+
             options["image"] = image_given(name, options["image"])
         kept = self._witnessed(name, options) if cls.keeps else dict
         part = make_part(cls, self.kernel, name, options, **self._mounted(kind, cls.sits, name, on))
