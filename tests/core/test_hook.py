@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from slewline.core.hook import Hook
+from slewline.errors import UsageError
 
 
 def test_listeners_hear_in_the_order_in_which_they_were_added() -> None:
@@ -99,3 +100,8 @@ def test_a_hook_is_a_listener_of_another_one() -> None:
     far.add(heard.append)
     near(2)
     assert heard == [2]
+
+
+def test_only_a_function_listens():
+    with pytest.raises(UsageError, match="a listener 'print'; expected a function"):
+        Hook().add("print")

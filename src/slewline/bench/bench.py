@@ -312,6 +312,7 @@ missing(
     **dict.fromkeys(
         ("wait_until", "run_idle", "until_is_idle"), "bench.run_until(x.reaches(40)) or bench.run_until_idle()"
     ),
+    **dict.fromkeys(("remove", "delete", "reset", "clear"), "a bench only grows: make a new one, slewline.Bench()"),
     **dict.fromkeys(("time", "time_ps", "clock"), "bench.now, or bench.now_ps"),
     **dict.fromkeys(("save", "export", "write_vcd", "vcd"), 'bench.save_vcd("run.vcd"), save_csv or save_steps'),
     save_edges='bench.save_csv("edges.csv"), or save_npz("edges.npz")',

@@ -50,6 +50,10 @@ class Furnished(Drawing):
         super().__init__(Kernel(None if shuffle is None else Random(shuffle)))
         self.stores = stores
         self.keep_ps = None if keep is None else picoseconds(keep)
+        if type(seed) is not int:
+            raise UsageError(
+                f"Bench({seed!r}): allowed a whole number, the seed of chance; add() puts a chip on a bench"
+            )
         self.seed = seed
         self.random = Random(seed)
         self.chips = {}

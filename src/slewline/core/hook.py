@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Generic, ParamSpec
 
+from ..errors import UsageError
+
 P = ParamSpec("P")
 
 
@@ -21,7 +23,13 @@ class Hook(Generic[P]):
         self.listeners: tuple[Callable[P, object], ...] = ()
 
     def add(self, listener: Callable[P, object]) -> Callable[P, object]:
-        """Call a function from now on; return it, for `remove`."""
+        """Call a function from now on; return it, for `remove`.
+
+        Raises:
+            UsageError: it is no function.
+        """
+        if not callable(listener):
+            raise UsageError(f"a listener {listener!r}; expected a function, which is called when it happens")
         self.listeners = (*self.listeners, listener)
         return listener
 

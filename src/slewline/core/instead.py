@@ -71,6 +71,7 @@ class Face:
 
 OF_CHIPS = {
     **dict.fromkeys(("send", "write"), "bench.host({it}).send(...)"),
+    **dict.fromkeys(("move", "go", "load"), "a host sends the command: bench.host({it}).send(...)"),
     **dict.fromkeys(("ask", "query"), "bench.host({it}).ask(...)"),
     "command": "bench.host({it}) makes the host that sends commands",
     "velocity": '{it}.velocity_at("3 ms"), or {it}.velocity_at(bench.now)',

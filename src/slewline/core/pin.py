@@ -239,7 +239,7 @@ class Terminal(Face):
 
 missing(
     Terminal,
-    **dict.fromkeys(("set", "write"), "pin.drive(0) or pin.drive(1)"),
+    **dict.fromkeys(("set", "set_level", "write"), "pin.drive(0) or pin.drive(1)"),
     **dict.fromkeys(("high", "on"), "pin.drive(1) drives it, pin.level reads it"),
     **dict.fromkeys(("low", "off", "clear"), "pin.drive(0) drives it, pin.level reads it"),
     **dict.fromkeys(("get", "read", "value", "state"), "pin.level"),

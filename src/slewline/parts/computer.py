@@ -129,7 +129,7 @@ missing(
     Computer,
     command="{it}.send(...) queues what goes out, {it}.ask(...) waits for the answer",
     query="{it}.ask(...)",
-    **dict.fromkeys(("write_line", "put", "execute", "transmit"), "{it}.send(...)"),
+    **dict.fromkeys(("write_line", "sendline", "send_line", "put", "execute", "transmit"), "{it}.send(...)"),
     **dict.fromkeys(
         ("read", "read_until", "receive", "recv", "answer_to"), "{it}.received has what came in, {it}.ask(...) waits"
     ),
