@@ -44,8 +44,22 @@ def rows() -> list[Row]:
     with tempfile.TemporaryDirectory() as folder:
         whole, appended = writing(Path(folder) / "whole"), appending(Path(folder) / "appended")
     return [
-        Row("64 KB, a character at a time", appended, "s", None, False, "the disk, once a character"),
-        Row("... as whole files", whole, "s", None, False, "the disk, and all of the file to be written and read"),
+        Row(
+            "64 KB, a character at a time",
+            appended,
+            "s",
+            None,
+            False,
+            "reckoned from the last 4,096: the disk, once a character",
+        ),
+        Row(
+            "... as whole files",
+            whole,
+            "s",
+            None,
+            False,
+            "reckoned from 200: the disk, and all of the file to be written and read",
+        ),
     ]
 
 
