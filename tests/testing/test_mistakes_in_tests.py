@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 import numpy as np  # noqa: F401 (what a run in this process loads first is unloaded behind it, and numpy loads once)
+import pytest
 
 import slewline.testing.faces
 import slewline.testing.ports  # noqa: F401 (stays loaded between the runs)
@@ -44,6 +45,12 @@ FIXED = [  # what a marker says, the end of the answer: the fixture itself fails
     ('straps={"ch": 0}', "did you mean chs?"),
     ("eeprom_tme=3", "did you mean eeprom_time?"),
 ]
+
+
+@pytest.fixture(autouse=True)
+def loaded(monkeypatch):
+    """Load the plugin as pytest does for users, even where this run was told not to."""
+    monkeypatch.delenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", raising=False)
 
 
 def test_mistakes_in_tests_are_answered_in_a_line(pytester):
