@@ -255,6 +255,7 @@ def _sheet(part: str, title: str, flow: Literal["before", "after"], live: bool) 
         part=part,
         title=title,
         manual="CY545 manual, 22 March 1999, chapter 16, and public pages of the others; CY525 manual, 1984, selection guide",
+        behaviour=2,
         crystal_hz=REFERENCE_HZ,
         crystal_low_hz=1_000_000,
         crystal_high_hz=16_000_000,
