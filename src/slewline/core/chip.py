@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
@@ -16,7 +17,7 @@ from .hook import CommandHook, Hook
 from .inputs import HasInputs
 from .instead import OF_CHIPS, OURS, missing
 from .kernel import Kernel, Task
-from .known import Known
+from .known import Known, Told
 from .net import Bus, Driver, Net
 from .one_axis import OneAxis
 from .option import checked
@@ -172,10 +173,20 @@ class Chip(OneAxis, HasInputs):
         """The name, and which part it is."""
         return f"{self.name} ({self.sheet.part})"
 
-    def known(self, registers: Mapping[str, int], axis: str = "") -> Known[int]:
-        """Return registers as users read them."""
+    def _pins_told(self, _pins: object) -> Told:
+        names = [row.name for row in self.sheet.pins if row.way not in ("power", "none")]
+        to_drive = f'a pin is driven: {self.name}.pin("{self._strap}").drive(0)'
+        return Told(self._of_part, "pin", to_drive, names)
+
+    def known(self, registers: Mapping[str, int], axis: int = 0) -> Known[int]:
+        """Return registers, of an axis where there are several, as users read them."""
+        found = Known(registers)
+        found.told = partial(self._registers_told, axis=axis) if axis else self._registers_told
+        return found
+
+    def _registers_told(self, registers: Mapping[str, int], axis: int = 0) -> Told:
         to_load = f"a host sends the command that loads one: bench.host({self.name}).send(...)"
-        return Known(registers, f"{self._of_part}{axis}", "register", to_load)
+        return Told(self._of_part + (f" axis {axis}" if axis else ""), "register", to_load, list(registers))
 
     @property
     def has_bus(self) -> bool:
@@ -203,9 +214,8 @@ class Chip(OneAxis, HasInputs):
                 if row.way in ("out", "both"):
                     self.drivers[row.name] = Driver(net, self.name)
             pins[row.name] = terminal
-        signals = [row.name for row in self.sheet.pins if row.way not in ("power", "none")]
-        like = f'{self.name}.pin("{self._strap}").drive(0)'
-        self.pins = Known(pins, self._of_part, "pin", f"a pin is driven: {like}", signals)
+        self.pins = Known(pins)
+        self.pins.told = self._pins_told
         if not isinstance(straps, Mapping):
             like = f'{{"{self._strap}": 0}}'
             raise UsageError(f"{self.name}: straps {straps!r}; expected pins with levels, such as {like}")

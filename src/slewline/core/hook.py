@@ -11,6 +11,7 @@ from .calls import misfit
 from .instead import missing
 
 P = ParamSpec("P")
+FUNCTIONS = (FunctionType, MethodType, BuiltinFunctionType)
 
 
 class Hook(Generic[P]):
@@ -57,7 +58,7 @@ class Hook(Generic[P]):
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> None:
         """Call every listener."""
         listeners = self.listeners
-        if not listeners and len(args) == 1 and isfunction(args[0]):
+        if not listeners and args and type(args[0]) in FUNCTIONS:  # what listeners are told is no function
             raise UsageError(f"a listener {args[0]!r} is given to the hook itself; write .add(...)")
         for listener in listeners:
             if self.listeners is listeners or listener in self.listeners:
@@ -72,11 +73,6 @@ class Hook(Generic[P]):
 
 def _told(args: tuple[object, ...]) -> str:
     return f"{len(args)} argument{'s' * (len(args) != 1)}: {', '.join(type(each).__name__ for each in args)}"
-
-
-def isfunction(one: object) -> bool:
-    """Return whether it is a function; what a hook tells its listeners is none."""
-    return isinstance(one, (FunctionType, MethodType, BuiltinFunctionType))
 
 
 missing(Hook, **dict.fromkeys(("append", "connect", "subscribe", "register", "listen"), "{it}.add(function)"))

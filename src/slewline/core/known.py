@@ -3,13 +3,13 @@
     x.registers["speed"]        UnknownName: x (its part) has no register 'speed'; its registers: rate, slope ...
     x.registers["rate"] = 5     NoSuchAttribute: ...
 
-A name that there is costs what it costs in any dict.
+A name that there is costs what it costs in any dict, and what a message needs is asked for when there is one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NoReturn, TypeVar
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, NoReturn, TypeVar
 
 from ..errors import NoSuchAttribute, UnknownName
 from .near import hint
@@ -17,38 +17,37 @@ from .near import hint
 T = TypeVar("T")
 
 
+class Told(NamedTuple):
+    """What a message says of names: who has them, what each is called, what to do instead of setting one, which."""
+
+    owner: str
+    kind: str
+    to_set: str
+    names: Sequence[str]
+
+
 class Known(dict[str, T]):
-    """Values by name.
+    """Values by name; `told` is to be set: it returns what a message says of them."""
 
-    Args:
-        values: what there is.
-        owner: who has it, as a message begins.
-        kind: what each is called: "register".
-        to_set: what to do instead of setting one.
-        listed: the names that a message lists; all by default.
-    """
-
-    __slots__ = ("_listed", "kind", "owner", "to_set")
-
-    def __init__(
-        self, values: Mapping[str, T], owner: str, kind: str, to_set: str, listed: Sequence[str] | None = None
-    ) -> None:
-        super().__init__(values)
-        self.owner, self.kind, self.to_set, self._listed = owner, kind, to_set, listed
+    __slots__ = ("told",)
+    told: Callable[[Known[T]], Told]
 
     def __missing__(self, name: object) -> NoReturn:
-        names = list(self) if self._listed is None else self._listed
-        says = f"{self.owner} has no {self.kind} {name!r}; its {self.kind}s: {', '.join(names) or 'none'}"
+        owner, kind, _, names = self.told(self)
         begun = [each for each in names if isinstance(name, str) and name and each.startswith(name.lower())]
         meant = f"; did you mean {begun[0]}?" if len(begun) == 1 else hint(name, names)
-        raise UnknownName(says + meant)
+        raise UnknownName(f"{owner} has no {kind} {name!r}; its {kind}s: {', '.join(names) or 'none'}{meant}")
 
     def __getattr__(self, name: str) -> NoReturn:
-        remedy = f"write [{name!r}]" if name in self else f"a {self.kind} goes by its name in brackets"
-        raise NoSuchAttribute(f"{self.owner}: {self.kind}s have no attribute {name!r}; {remedy}")
+        if name in Known.__slots__:  # of a copy that is being made
+            raise AttributeError(name)
+        owner, kind, *_ = self.told(self)
+        remedy = f"write [{name!r}]" if name in self else f"a {kind} goes by its name in brackets"
+        raise NoSuchAttribute(f"{owner}: {kind}s have no attribute {name!r}; {remedy}")
 
     def _refuse(self, *_given: object, **_named: object) -> NoReturn:
-        raise NoSuchAttribute(f"{self.owner}: {self.kind}s cannot be set here; {self.to_set}")
+        owner, kind, to_set, _ = self.told(self)
+        raise NoSuchAttribute(f"{owner}: {kind}s cannot be set here; {to_set}")
 
     __setitem__ = __delitem__ = __ior__ = update = setdefault = pop = popitem = clear = _refuse
 
