@@ -201,7 +201,8 @@ class Host(Computer):
 
     async def live_now(self, port: Port, commands: Sequence[str], number: int | None = None) -> list[tuple[int, bytes]]:
         """Give commands through PROG/LIVE, read out what they point at; return (group, bytes) of each read-out."""
-        await level(port.ready, 1)
+        if port.running.level != 0:
+            await level(port.ready, 1)  # a program may be about to begin
         if port.running.level != 0:
             raise UsageError(
                 f"{self.name}: no program of {port.chip} runs, which live commands go to; send() sends a command, "
