@@ -67,10 +67,28 @@ __all__ = [
 ]
 
 
+_ON_A_BENCH = 'bench = slewline.Bench(), x = bench.add("PART"), then '
+_MEANT = {  # names that there are not, and what to write
+    **dict.fromkeys(("bench", "new", "create", "Simulator", "Simulation", "Emulator"), "slewline.Bench()"),
+    **dict.fromkeys(("add", "chip", "make", "part", "controller", "Controller"), 'slewline.Bench().add("PART")'),
+    **dict.fromkeys(("run", "simulate", "run_until_idle", "start"), f"{_ON_A_BENCH}bench.run_until_idle()"),
+    **dict.fromkeys(("host", "send", "Host", "connect"), f"{_ON_A_BENCH}bench.host(x).send(...)"),
+    **dict.fromkeys(("open", "Serial", "serial", "port"), 'serial.serial_for_url("slewline://PART"), of pySerial'),
+    **dict.fromkeys(
+        ("open_bench", "load_bench", "read_bench", "from_file", "from_toml"), 'slewline.load("bench.toml")'
+    ),
+    **dict.fromkeys(("ramps", "Ramp", "calculate"), 'slewline.ramp("PART", ...)'),
+    **dict.fromkeys(("plot", "show", "figure"), f'{_ON_A_BENCH}bench.plot("run.svg")'),
+    **dict.fromkeys(("serve", "Server"), "slewline serve on the command line"),
+}
+
+
 def _instead(name: str) -> str:
     """What there is instead of a name that there is not: a chip, or a name like it."""
     from .core.near import hint
 
+    if name in _MEANT:
+        return f"; write {_MEANT[name]}"
     if any(map(str.isdigit, name)):
         from .chips import CATALOGUE
 

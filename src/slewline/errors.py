@@ -96,6 +96,10 @@ class NotRecorded(SlewlineError, LookupError):
     """A question about the past of a net that nobody recorded."""
 
 
+class NoSuchStep(SlewlineError, IndexError):
+    """A step beyond those that there are."""
+
+
 class Timeout(SlewlineError, TimeoutError):
     """Virtual time ran out before the bench was idle; the message says who waits for what, since when."""
 

@@ -143,7 +143,7 @@ def test_a_chip_with_eight_bits_needs_no_hint(link):
     server = Server(bench, Lockstep(bench), tell=told.append)
     server.pty(server.line(bench.add("cy525")), str(link))
     server.close()
-    assert told == [DEAF]  # and nothing of 7 bits
+    assert told == [DEAF.format(chip="cy525")]  # and nothing of 7 bits
 
 
 def test_a_link_needs_a_directory(lockstep, tmp_path):

@@ -223,4 +223,4 @@ def test_a_line_of_eight_bits_needs_no_such_word(lockstep):
     server.tell = told.append
     server.rfc2217(server.line(server.bench.add("cy525")), "127.0.0.1:0")
     server.close()
-    assert told == [DEAF]
+    assert told == [DEAF.format(chip="cy525")]

@@ -287,7 +287,7 @@ MISTAKES = (
     row("an answer that goes to TXD", asked, "? P", part="cy545", over="parallel", words="the mode register is 128 and sends answers elsewhere|O 129 sends them here"),
     row("an answer that goes to the bus", url, b"\r\rO 129\r? P\r", part="cy545", bytesize=8, parity="N", stopbits=1, words="cy545  answer-elsewhere: ? P came on RXD|the parallel port|O 128 sends answers to TXD"),
     row("a question to what only receives", deaf, words="port|whose rxd nobody drives: what listens there only receives"),
-    row("what only receives", start, "cy525", words="its UART only receives: no command is answered|--framing|?0 to ?3 read back"),
+    row("what only receives", start, "cy525", words="the UART of cy525 only receives: no command is answered|--framing|?0 to ?3 read back"),
     row("what only receives", log, "cy525", words="nothing is ever answered: what listens here only receives"),
     row("a rate as an option", python, "gs-c200s", baud=9600, words="gs_c200s: no option 'baud': straps set its rate|br0=0, br1=0, br2=0|--strap br0=0"),
     row("a rate that there is not", python, "gs-c200s", baud=19200, words="straps set its rate: allowed 110, 150, 300, 600, 1200, 2400, 4800, 9600|--strap br0=0"),

@@ -9,15 +9,17 @@ bench.run_until_idle()
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..chips import CATALOGUE as CHIPS
+from ..core.calls import misfit
 from ..core.instead import missing
+from ..core.near import hint
 from ..core.net import Net
 from ..core.pin import Condition
 from ..core.timebase import Seconds, Time, picoseconds, readable
-from ..errors import Timeout, UsageError
+from ..errors import NoSuchAttribute, Timeout, UsageError
 from .hosting import Hosted
 from .timing import TimingDiagrams
 
@@ -25,6 +27,15 @@ if TYPE_CHECKING:
     from ..core.chip import Chip
     from ..parts.part import Part
     from .awaiting import VirtualLoop
+
+
+FIXED = {  # what a bench is made with, or has of itself, and what to do instead of setting it
+    "seed": "it is given where the bench is made: slewline.Bench(seed=...)",
+    "journal": "it is given where the bench is made: slewline.Bench(journal=...)",
+    **dict.fromkeys(("on_finding", "on_input", "on_commit"), "add a listener: .add(function)"),
+    "chips": 'bench.add("PART") puts a chip on it',
+    "parts": "bench.part(KIND) puts a part on it",
+}
 
 
 def _seen(_net: Net) -> None:
@@ -54,7 +65,19 @@ class Bench(Hosted, TimingDiagrams):
         *("check_timing", "save_vcd", "save_csv", "save_steps", "save_npz", "stream_vcd", "journal", "seed", "stores"),
         *("on_finding", "on_input", "on_commit"),
     )
+    to_set: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        ("now", "now_ps"), 'time passes: bench.run("1 ms"), or bench.run_to("5 ms")'
+    )
     _busy: Chip | Part | None = None  # who was busy when all were asked last
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if name[0] != "_" and "on_commit" in vars(self):  # which is the last that it is given when it is made
+            if name in FIXED and vars(self)[name] is not value:
+                raise NoSuchAttribute(f"bench: {name} cannot be set; {FIXED[name]}")
+            if type(self) is Bench and name not in vars(self) and not hasattr(Bench, name):
+                meant = hint(name, [*self.for_users, *FIXED]) or "; keep what is yours in a variable"
+                raise NoSuchAttribute(f"bench has no {name!r} that could be set{meant}")
+        super().__setattr__(name, value)
 
     # ------------------------------------------------------------------------------------------------------ running
     @property
@@ -81,6 +104,8 @@ class Bench(Hosted, TimingDiagrams):
         ps = picoseconds(time)
         if not callable(function):
             raise UsageError(f"at {readable(ps)}: {function!r}; expected a function")
+        if wrong := misfit(function):
+            raise UsageError(f"at {readable(ps)}: {wrong}; the function takes nothing: lambda: x.pin('abort').drive(0)")
         if ps < self.kernel.now:
             raise UsageError(f"at {readable(ps)}: that is over; it is {readable(self.kernel.now)}")
         self.kernel.call_at(ps, function)
@@ -177,10 +202,14 @@ class Bench(Hosted, TimingDiagrams):
     def _meant(self, verb: str, condition: Condition | Callable[[], bool], timeout: Time) -> tuple[Any, ...]:
         """Return what a wait for a condition needs to know: met, foreseen, in words, the timeout, its nets."""
         if isinstance(condition, Condition):
+            if not condition.belongs(self.kernel):
+                raise UsageError(f"{verb}({condition}): that is on another bench, whose time does not pass here")
             condition.begin()
-            return condition.met, condition.foreseen, condition.text, timeout, condition.nets
+            return condition.met, condition.foreseen, condition, timeout, condition.nets
         if callable(condition):
             what = getattr(condition, "__name__", "the condition")
+            if wrong := misfit(condition):
+                raise UsageError(f"{verb}({what}): {wrong}; the function takes nothing: lambda: x.position > 40")
             nets = [net for chip in self.chips.values() for net in chip.step_nets()]
             return condition, None, what, timeout, nets
         raise UsageError(f"{verb}({condition!r}): expected a condition such as x.reaches(40), or a function")
@@ -192,7 +221,7 @@ class Bench(Hosted, TimingDiagrams):
         self,
         met: Callable[[], bool],
         when: Callable[[], int | None] | None,
-        what: str,
+        what: object,
         timeout: Time,
         nets: Iterable[Net] = (),
     ) -> None:
@@ -267,7 +296,7 @@ class Bench(Hosted, TimingDiagrams):
         loop: VirtualLoop,
         met: Callable[[], bool],
         when: Callable[[], int | None] | None,
-        what: str,
+        what: object,
         timeout: Time,
         nets: Iterable[Net],
     ) -> None:
@@ -288,7 +317,7 @@ class Bench(Hosted, TimingDiagrams):
                 kernel.run(following)
         return True
 
-    def _explain(self, what: str, timeout: Time, dead: bool) -> str:
+    def _explain(self, what: object, timeout: Time, dead: bool) -> str:
         lines = [f"waited {readable(picoseconds(timeout))} for {what}; it is {readable(self.kernel.now)}"]
         if dead and not any(chip.moving for chip in self.chips.values()):
             lines.append("nothing is going to happen any more")
@@ -315,6 +344,9 @@ missing(
     **dict.fromkeys(("remove", "delete", "reset", "clear"), "a bench only grows: make a new one, slewline.Bench()"),
     **dict.fromkeys(("time", "time_ps", "clock"), "bench.now, or bench.now_ps"),
     **dict.fromkeys(("save", "export", "write_vcd", "vcd"), 'bench.save_vcd("run.vcd"), save_csv or save_steps'),
+    **dict.fromkeys(
+        ("close", "stop", "quit", "shutdown", "exit"), "there is nothing to close; a journal: bench.journal.close()"
+    ),
     save_edges='bench.save_csv("edges.csv"), or save_npz("edges.npz")',
     **dict.fromkeys(("picture", "draw", "savefig", "save_plot"), 'bench.plot("run.svg")'),
     **dict.fromkeys(("connect_pins", "join", "net"), 'bench.wire("x.run", "y.wait")'),

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from itertools import chain, count
+from os import PathLike
 from random import Random
 from typing import TYPE_CHECKING, Any
 
 from ..chips import CATALOGUE as CHIPS
 from ..chips import chip_class, sheet_of
+from ..core.calls import answering
 from ..core.chip import Chip, Finding
 from ..core.hook import Hook
 from ..core.kernel import Kernel
@@ -17,6 +19,7 @@ from ..core.net import Bus, Net
 from ..core.pin import Terminal
 from ..core.store import Witnessed
 from ..core.timebase import Time, hertz, picoseconds, readable
+from ..core.whole import whole
 from ..errors import UnknownName, UsageError, WiringError
 from ..parts import CATALOGUE as PARTS
 from ..parts import make_part, part_class
@@ -26,8 +29,6 @@ from .drawing import Drawing
 from .wiring import as_needed, joints
 
 if TYPE_CHECKING:
-    from os import PathLike
-
     from ..core.shaft import Shaft
     from ..core.table import Sheet
     from .journal import Journal
@@ -36,9 +37,21 @@ if TYPE_CHECKING:
 SHOWN = 8  # chips and parts in the text of a bench
 
 
+def _check_made_with(journal: object, shuffle: object, stores: object) -> None:
+    """Check what a bench is made with, beside its seed."""
+    for name, given, fits, allowed in (
+        ("journal", journal, isinstance(journal, (str, PathLike)), "the name of a file"),
+        ("shuffle", shuffle, whole(shuffle) is not None, "a whole number, the seed of the order"),
+        ("stores", stores, callable(stores), "a function that is given a name and returns a memory"),
+    ):
+        if given is not None and not fits:
+            raise UsageError(f"Bench({name}={given!r}): allowed {allowed}, None")
+
+
 class Furnished(Drawing):
     """A bench with things on it; `Bench` lets time pass."""
 
+    @answering("Bench()", '; a chip is put on it by add("cy525")')
     def __init__(
         self,
         seed: int = 0,
@@ -47,14 +60,16 @@ class Furnished(Drawing):
         stores: Callable[[str], Any] | None = None,
         keep: Time | None = None,
     ) -> None:
+        _check_made_with(journal, shuffle, stores)
         super().__init__(Kernel(None if shuffle is None else Random(shuffle)))
         self.stores = stores
         self.keep_ps = None if keep is None else picoseconds(keep)
-        if type(seed) is not int:
+        number = whole(seed)
+        if number is None:
             raise UsageError(
                 f"Bench({seed!r}): allowed a whole number, the seed of chance; add() puts a chip on a bench"
             )
-        self.seed = seed
+        self.seed = seed = number
         self.random = Random(seed)
         self.chips = {}
         self.parts = {}
@@ -100,6 +115,8 @@ class Furnished(Drawing):
             UnknownName: no such part, or a strap that is no pin of it; the message lists those there are.
             UsageError: a name that is taken, a crystal, strap or option out of range, a module that cannot be imported.
         """
+        if not isinstance(bare, bool):
+            raise UsageError(f"add({part!r}): bare {bare!r}; allowed True, False")
         cls = chip_class(part) if isinstance(part, str) else part
         if not (isinstance(cls, type) and issubclass(cls, Chip)):
             raise UsageError(f"add({part!r}): expected a part number such as 'cy525', or the class of a chip")
@@ -319,6 +336,8 @@ class Furnished(Drawing):
             UnknownName: no such pin.
             WiringError: a bus and a single pin, or a pin that carries no signal.
         """
+        if not isinstance(invert, bool):
+            raise UsageError(f"wire {a} to {b}: invert {invert!r}; allowed True, False")
         one, two = self._net(a), self._net(b)
         if one is two:
             raise WiringError(f"wire {a} to {b}: that is one and the same; give two pins")

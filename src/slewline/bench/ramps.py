@@ -12,6 +12,7 @@ from typing import Any
 
 from ..chips import ramps_of
 from ..core.timebase import Time, picoseconds
+from ..core.whole import whole
 from ..errors import UsageError
 from ..language.ramps import Goal, Ramp, Search, Value, Wanted, nearest, read
 from .furnishing import crystal_for
@@ -71,13 +72,14 @@ def find_ramps(
     wanted = _wanted(
         {"time": None if time is None else picoseconds(time), "acceleration": acceleration, "steps": steps}
     )
-    if not isinstance(count, int) or count < 1:
+    best = whole(count)
+    if best is None or best < 1:
         raise UsageError(f"count {count!r}; allowed 1 and more")
     fixed, free = read(calculator, values, hz, search=True)
     if not free:
         names = " or ".join(quantity.name for quantity in calculator.quantities if quantity.free)
         raise UsageError(f"{calculator.sheet.part}: every parameter is given; leave out {names} to have it looked for")
-    return nearest(calculator, Search(wanted, fixed, free, hz, count))
+    return nearest(calculator, Search(wanted, fixed, free, hz, best))
 
 
 def _wanted(goals: dict[Goal, float | None]) -> Wanted:

@@ -43,6 +43,7 @@ class LineChip(Chip):
     `answering` is true from the carriage return of a line to the end of its answer.
     """
 
+    straps: Straps
     turnround_ps = TURNROUND_PS
     baud = 0  # the rate at which it listens
     up_ps = 0  # when the supply was switched on

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING, NamedTuple, overload
 
-from ..errors import UsageError
+from ..errors import NoSuchStep, UsageError
 from .hook import Hook
 from .kept import Kept
 from .kernel import Kernel
@@ -19,6 +19,7 @@ from .motions import Mark, Motions, MotionStart
 from .plan import Plan
 from .timebase import readable
 from .train import FEW, Playing, Train
+from .whole import whole
 
 if TYPE_CHECKING:
     import numpy as np
@@ -53,10 +54,21 @@ class Steps:
     @overload
     def __getitem__(self, which: slice) -> Steps: ...
     def __getitem__(self, which: int | slice) -> Step | Steps:
-        times, directions, positions = self.times_ps[which], self.directions[which], self.positions[which]
-        if isinstance(which, slice):
-            return Steps(times, directions, positions)
-        return Step(int(times), int(directions), int(positions))
+        if not isinstance(which, slice):
+            return self._step(which)
+        return Steps(self.times_ps[which], self.directions[which], self.positions[which])
+
+    def _step(self, which: int) -> Step:
+        count = len(self)
+        if whole(which) is None:
+            raise UsageError(
+                f"steps[{which!r}]: allowed a whole number, or a slice such as [:10]; arrays are steps.times_ps, "
+                "steps.directions and steps.positions"
+            )
+        if not -count <= which < count:
+            says = f"there are {count}, 0 to {count - 1}, and -1 is the last" if count else "there are none"
+            raise NoSuchStep(f"steps[{which}]: {says}")
+        return Step(int(self.times_ps[which]), int(self.directions[which]), int(self.positions[which]))
 
     __hash__ = None  # type: ignore[assignment]  # arrays can change
 

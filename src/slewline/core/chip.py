@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
@@ -14,9 +15,9 @@ from ..errors import LONGEST_FINDING, UnknownName, UsageError, shortened
 from .axis import Axis
 from .hook import CommandHook, Hook
 from .inputs import HasInputs
-from .instead import OF_CHIPS, missing
+from .instead import OF_CHIPS, OURS, missing
 from .kernel import Kernel, Task
-from .near import hint
+from .known import Known, Told
 from .net import Bus, Driver, Net
 from .one_axis import OneAxis
 from .option import checked
@@ -25,8 +26,11 @@ from .program import InstructionCondition, ProgramRow
 from .table import Sheet
 from .timebase import Clock, readable
 from .waits import first_of, until
+from .whole import whole
 
 RETURN = "carriage return"
+TO_DRIVE = 'it is a pin: {it}.pin("PIN").drive(0), or drive(1)'
+TO_LOAD = "it is a register; a host sends the command that loads it: bench.host({it}).send(...)"
 PEACE_PS = 10**9  # without a conflict: the next one on that wire is told again
 
 
@@ -91,15 +95,30 @@ class Chip(OneAxis, HasInputs):
         *("findings", "program", "listing", "program_rows", "program_counter", "at_instruction"),
         *("on_instruction", "on_command", "on_finding", "on_power"),
     )
+    to_set: ClassVar[Mapping[str, str]] = {
+        **OneAxis.to_set,
+        "program": "a host sends it, instruction after instruction: bench.host({it}).send(...)",
+        "program_counter": "a host starts the program: bench.host({it}).send(...)",
+    }
     sheet: Sheet
     axes: tuple[Axis, ...]
+    clock: Clock
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
         if isinstance(sheet := vars(cls).get("sheet"), Sheet):
-            pins = (row.name for row in sheet.pins if row.way not in ("power", "none"))
-            missing(cls, **{name: f'it is a pin: {{it}}.pin("{name}")' for name in pins})
-            missing(cls, **{row.name: f'it is a register: {{it}}.registers["{row.name}"]' for row in sheet.registers})
+            # our own chips have no attribute of such a name; a chip of one's own may
+            to_drive, to_load, same = (TO_DRIVE, TO_LOAD, "") if cls.__module__.startswith(OURS) else (None,) * 3
+            missing(cls, same, **OF_CHIPS)
+            for row in sheet.pins:
+                if row.way not in ("power", "none"):
+                    drive = to_drive and to_drive.replace("PIN", row.name)
+                    missing(cls, drive, **{row.name: f'it is a pin: {{it}}.pin("{row.name}")'})
+            missing(
+                cls,
+                to_load,
+                **{row.name: f'it is a register: {{it}}.registers["{row.name}"]' for row in sheet.registers},
+            )
 
     def __init__(
         self,
@@ -150,12 +169,32 @@ class Chip(OneAxis, HasInputs):
         return f"<{self.sheet.part.upper()} {self.name}: {what}>"
 
     @property
+    def _of_part(self) -> str:
+        """The name, and which part it is."""
+        return f"{self.name} ({self.sheet.part})"
+
+    def _pins_told(self, _pins: object) -> Told:
+        names = [row.name for row in self.sheet.pins if row.way not in ("power", "none")]
+        to_drive = f'a pin is driven: {self.name}.pin("{self._strap}").drive(0)'
+        return Told(self._of_part, "pin", to_drive, names)
+
+    def known(self, registers: Mapping[str, int], axis: int = 0) -> Known[int]:
+        """Return registers, of an axis where there are several, as users read them."""
+        found = Known(registers)
+        found.told = partial(self._registers_told, axis=axis) if axis else self._registers_told
+        return found
+
+    def _registers_told(self, registers: Mapping[str, int], axis: int = 0) -> Told:
+        to_load = f"a host sends the command that loads one: bench.host({self.name}).send(...)"
+        return Told(self._of_part + (f" axis {axis}" if axis else ""), "register", to_load, list(registers))
+
+    @property
     def has_bus(self) -> bool:
         """Does the part have a data bus?"""
         return any(isinstance(terminal.net, Bus) for terminal in self.pins.values())
 
     def _build_pins(self, straps: Mapping[str, int]) -> None:
-        self.pins: dict[str, Terminal] = {}
+        pins: dict[str, Terminal] = {}
         self.drivers: dict[str, Driver] = {}
         prefix = self.sheet.bus
         self.bus = Bus(self.kernel, f"{self.name}.{prefix}")
@@ -174,7 +213,9 @@ class Chip(OneAxis, HasInputs):
                 net.on_conflict.add(self._conflict)
                 if row.way in ("out", "both"):
                     self.drivers[row.name] = Driver(net, self.name)
-            self.pins[row.name] = terminal
+            pins[row.name] = terminal
+        self.pins = Known(pins)
+        self.pins.told = self._pins_told
         if not isinstance(straps, Mapping):
             like = f'{{"{self._strap}": 0}}'
             raise UsageError(f"{self.name}: straps {straps!r}; expected pins with levels, such as {like}")
@@ -194,10 +235,8 @@ class Chip(OneAxis, HasInputs):
         """
         try:
             return self.pins[name]
-        except KeyError:
-            names = [row.name for row in self.sheet.pins if row.way not in ("power", "none")]
-            says = f"{self.name} ({self.sheet.part}) has no pin {name!r}; its pins: {', '.join(names)}"
-            raise UnknownName(says + hint(name, names)) from None
+        except TypeError:  # a list, for example
+            return self.pins.__missing__(name)
 
     @property
     def moving(self) -> bool:
@@ -234,10 +273,11 @@ class Chip(OneAxis, HasInputs):
         Raises:
             UnknownName: no such axis; the message says which there are.
         """
-        if isinstance(number, bool) or number not in range(1, len(self.axes) + 1):
+        axis = whole(number)
+        if axis is None or not 1 <= axis <= len(self.axes):
             has = "one axis, number 1" if len(self.axes) == 1 else f"axes 1 to {len(self.axes)}"
-            raise UnknownName(f"{self.name} ({self.sheet.part}) has {has}; not {number!r}")
-        return self if len(self.axes) == 1 else AxisOfChip(self, number)
+            raise UnknownName(f"{self._of_part} has {has}; not {number!r}")
+        return self if len(self.axes) == 1 else AxisOfChip(self, axis)
 
     def registers_of(self, number: int) -> dict[str, int]:
         """Return the registers of one axis, from 1, of a chip that has several."""
@@ -427,6 +467,3 @@ class Chip(OneAxis, HasInputs):
             self.task.kill()
             self.task = None
         self.idle = False
-
-
-missing(Chip, **OF_CHIPS)

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Generic, ParamSpec
+from types import BuiltinFunctionType, FunctionType, MethodType
+from typing import Generic, NoReturn, ParamSpec
 
 from ..errors import UsageError
+from .calls import misfit
+from .instead import missing
 
 P = ParamSpec("P")
+FUNCTIONS = (FunctionType, MethodType, BuiltinFunctionType)
 
 
 class Hook(Generic[P]):
@@ -37,11 +41,16 @@ class Hook(Generic[P]):
         """Call a function no longer; one that was added twice is called once less.
 
         Raises:
-            ValueError: it does not listen.
+            UsageError: it does not listen.
         """
         listeners = list(self.listeners)
+        if listener not in listeners:
+            raise UsageError(f"remove({listener!r}): it does not listen; give what add() was given")
         listeners.remove(listener)
         self.listeners = tuple(listeners)
+
+    def __iadd__(self, listener: object) -> NoReturn:
+        raise UsageError(f"a hook += {listener!r}; write .add(...)")
 
     def __bool__(self) -> bool:
         return bool(self.listeners)
@@ -49,9 +58,24 @@ class Hook(Generic[P]):
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> None:
         """Call every listener."""
         listeners = self.listeners
+        if not listeners and args and type(args[0]) in FUNCTIONS:  # what listeners are told is no function
+            raise UsageError(f"a listener {args[0]!r} is given to the hook itself; write .add(...)")
         for listener in listeners:
             if self.listeners is listeners or listener in self.listeners:
-                listener(*args, **kwargs)
+                try:
+                    listener(*args, **kwargs)
+                except TypeError:
+                    if wrong := misfit(listener, *args, **kwargs):
+                        name = getattr(listener, "__name__", "of this kind")
+                        raise UsageError(f"a listener {name}: {wrong}; it is called with {_told(args)}") from None
+                    raise
+
+
+def _told(args: tuple[object, ...]) -> str:
+    return f"{len(args)} argument{'s' * (len(args) != 1)}: {', '.join(type(each).__name__ for each in args)}"
+
+
+missing(Hook, **dict.fromkeys(("append", "connect", "subscribe", "register", "listen"), "{it}.add(function)"))
 
 
 class CommandHook(Hook[[str]]):

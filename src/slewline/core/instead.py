@@ -11,7 +11,9 @@ name that is there slower.  `hasattr` says no, `dir` leaves it out, and an attri
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from functools import partial
+from types import MappingProxyType
 from typing import Any, ClassVar, NoReturn
 
 from ..errors import NoSuchAttribute
@@ -26,8 +28,16 @@ def has_none(one: object, name: str, remedy: str) -> NoSuchAttribute:
     Args:
         remedy: what to write instead; "{it}" stands for the name of what is asked, or of its class.
     """
-    it = one.__name__ if isinstance(one, type) else vars(one).get("name") or type(one).__name__.lower()
+    it = called(one)
     return NoSuchAttribute(f"{it} has no {name!r}; {remedy.format(it=it)}")
+
+
+def called(one: object) -> str:
+    """Return what something is called in a message: by its name, or its class."""
+    if isinstance(one, type):
+        return one.__name__
+    own = getattr(one, "__dict__", {})
+    return str(own.get("name") or getattr(one, "called", "") or type(one).__name__.lower())
 
 
 class Instead:
@@ -40,15 +50,41 @@ class Instead:
         raise has_none(cls if one is None else one, self.name, self.remedy)
 
 
-def missing(cls: type, **instead: str) -> None:
+NOTHING = Instead("", "")
+
+
+class Never(Instead):
+    """A name that a class has not, and that no object of it may be given."""
+
+    def __init__(self, name: str, remedy: str, to_set: str) -> None:
+        super().__init__(name, remedy)
+        self.to_set = to_set
+
+    def __set__(self, one: object, value: object) -> NoReturn:
+        raise has_none(one, self.name, self.to_set)
+
+
+def _has(cls: type, name: str) -> bool:
+    return any(
+        name in getattr(base, "__annotations__", ()) or not isinstance(vars(base).get(name, NOTHING), Instead)
+        for base in cls.__mro__
+    )
+
+
+def missing(cls: type, to_set: str | None = None, /, **instead: str) -> None:
     """Say what a class has instead of some names: what to write, or a clause that ends in it.
 
-    A name that the class has is left alone.
+    A name that the class has, or is annotated to be one of its objects, is left alone.
+
+    Args:
+        to_set: what to do instead of setting one, "" for the same as instead of reading it; by default objects may have
+            an attribute of the name.
     """
     for name, remedy in instead.items():
-        if all(isinstance(vars(base)[name], Instead) for base in cls.__mro__ if name in vars(base)):
+        if not _has(cls, name):
             alone = CALL.fullmatch(remedy) is not None
-            setattr(cls, name, Instead(name, f"write {remedy}" if alone else remedy))
+            says = f"write {remedy}" if alone else remedy
+            setattr(cls, name, Instead(name, says) if to_set is None else Never(name, says, to_set or says))
 
 
 class Face:
@@ -58,6 +94,13 @@ class Face:
     """
 
     for_users: ClassVar[tuple[str, ...]] = ()
+    to_set: ClassVar[Mapping[str, str]] = MappingProxyType({})  # what to do instead of setting a property
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        super().__init_subclass__(**keywords)
+        for name, own in [*vars(cls).items()]:  # a property with a setter is read as fast as one without
+            if type(own) is property and own.fset is None and not name.startswith("_"):
+                setattr(cls, name, own.setter(partial(_not_set, name)))
 
     def __dir__(self) -> Iterable[str]:
         found = {name for name in super().__dir__() if name.startswith("_")}
@@ -67,6 +110,12 @@ class Face:
             if not base.__module__.startswith((OURS, "builtins")):
                 found.update(name for name in own if not isinstance(own[name], Instead))
         return sorted(found)
+
+
+def _not_set(name: str, one: Face, _value: object) -> NoReturn:
+    it = called(one)
+    remedy = one.to_set.get(name, f"{it}.{name} is only read")
+    raise NoSuchAttribute(f"{it}: {name} cannot be set; {remedy.format(it=it)}")
 
 
 OF_CHIPS = {
@@ -79,6 +128,10 @@ OF_CHIPS = {
     "edges": 'bench.record() before time passes, then bench.edges("{it}.PIN")',
     "record": "bench.record() records the pins of all chips",
     **dict.fromkeys(("plot", "figure", "show"), "bench.plot(...) draws what is on it"),
+    **dict.fromkeys(
+        ("on_step", "on_move", "on_motion"),
+        "{it}.on_motion_begin.add(...) hears of motions, {it}.steps() has every step",
+    ),
     "crystal": "{it}.crystal_hz",
     "part": "{it}.sheet.part",
     "straps": "{it}.pin(...).level tells the level of an input",

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar
 
-from ..errors import NoSuchAttribute, UsageError
+from ..errors import UsageError
 from .axis import Axis, Steps
 from .hook import Hook
 from .instead import Face
@@ -14,6 +14,7 @@ from .motions import Mark, MotionEnd, MotionStart, Parameters
 from .pin import Condition
 from .quantity import Position, Quantity, Velocity
 from .timebase import Time, moments, readable, window
+from .whole import whole
 
 if TYPE_CHECKING:
     import numpy as np
@@ -26,10 +27,15 @@ class ReachesCondition(Condition):
     """The position register of an axis has a value."""
 
     def __init__(self, of: OneAxis, position: int) -> None:
-        allowed = of.motor.positions
-        if not isinstance(position, int) or position not in allowed:
+        allowed, number = of.motor.positions, whole(position)
+        if number is None or number not in allowed:
             raise UsageError(f"{of.name}: position {position!r}; allowed {allowed[0]}..{allowed[-1]}")
-        self.motor, self.position, self.text = of.motor, position, f"{of.name} at position {position}"
+        self.motor, self.position, self.text = of.motor, number, f"{of.name} at position {number}"
+        self.kernel = of.kernel
+
+    def belongs(self, kernel: Kernel) -> bool:
+        """Return whether the axis is one of its bench."""
+        return self.kernel is kernel
 
     def met(self) -> bool:
         """Return whether it has the value now."""
@@ -47,6 +53,11 @@ class OneAxis(Face):
         *("position", "travel", "position_at", "velocity_at", "steps", "motions", "marks", "phases", "parameters"),
         *("reaches", "quantities", "deviation", "registers", "motor", "on_motion_begin", "on_motion_end", "name"),
     )
+    to_set: ClassVar[Mapping[str, str]] = {
+        "position": "the part counts it; a host sends the command that loads or clears it: bench.host(x).send(...)",
+        "registers": "a host sends the commands that load them: bench.host(x).send(...)",
+        **dict.fromkeys(("on_motion_begin", "on_motion_end"), "add a listener: .add(function)"),
+    }
     kernel: Kernel
     name: str
 
@@ -59,13 +70,6 @@ class OneAxis(Face):
     def position(self) -> int:
         """The position register now, exact in mid-move, too; clockwise counts up."""
         return self.motor.position
-
-    @position.setter
-    def position(self, _value: int) -> None:
-        raise NoSuchAttribute(
-            f"{self.name}: position cannot be set, the part counts it; a host sends the command that loads or clears "
-            "it: bench.host(x).send(...)"
-        )
 
     @property
     def travel(self) -> int:
@@ -180,6 +184,8 @@ class OneAxis(Face):
         """
         from .deviation import deviation
 
+        if not isinstance(motion, MotionStart):
+            raise UsageError(f"{self.name}: deviation({motion!r}): expected a motion, such as {self.name}.motions()[0]")
         if motion.ideal is None:
             raise UsageError(f"{self.name}: the motion {motion.text} at {readable(motion.time_ps)} has no ideal")
         return deviation(self.motor, motion.ideal)

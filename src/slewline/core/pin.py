@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar, NoReturn
 
 from ..errors import NoSuchAttribute, UsageError, WiringError
 from .instead import Face, missing
 from .net import Bus, Driver, Net
 from .table import Pin
 from .timebase import Time, picoseconds, readable
+from .whole import whole
+
+if TYPE_CHECKING:
+    from .kernel import Kernel
 
 
 class Condition:
@@ -20,6 +24,9 @@ class Condition:
 
     text = ""
     nets: tuple[Net, ...] = ()
+
+    def __str__(self) -> str:
+        return self.text
 
     def begin(self) -> None:
         """Prepare: somebody begins to wait."""
@@ -37,6 +44,22 @@ class Condition:
         """`when`, if promises can say it at all; None: whoever waits looks after every instant."""
         return self.when if type(self).when is not Condition.when else None
 
+    def belongs(self, kernel: Kernel) -> bool:
+        """Return whether it comes about in the time of a kernel, as far as its nets tell."""
+        return all(net.kernel is kernel for net in self.nets)
+
+    def __bool__(self) -> NoReturn:
+        raise self._no_truth()
+
+    def __and__(self, other: object) -> NoReturn:
+        raise self._no_truth()
+
+    def _no_truth(self) -> UsageError:
+        return UsageError(
+            f"{self}: a condition is neither true nor false; bench.run_until waits for it, a | b is either of two, and "
+            "lambda: x.position > 40 asks whatever you like"
+        )
+
     def __or__(self, other: Condition) -> Condition:
         if not isinstance(other, Condition):
             raise UsageError(f"{self.text} | {other!r}: a condition goes with a condition, such as x.reaches(40)")
@@ -49,6 +72,13 @@ class EitherCondition(Condition):
     def __init__(self, *of: Condition) -> None:
         self.of, self.text = of, " or ".join(condition.text for condition in of)
         self.nets = tuple(net for condition in of for net in condition.nets)
+
+    def __str__(self) -> str:
+        return " or ".join(map(str, self.of))
+
+    def belongs(self, kernel: Kernel) -> bool:
+        """Return whether both do."""
+        return all(condition.belongs(kernel) for condition in self.of)
 
     def begin(self) -> None:
         """Prepare both."""
@@ -81,9 +111,10 @@ class EdgeCondition(Condition):
     """A pin changes so many times."""
 
     def __init__(self, pin: Terminal, number: int) -> None:
-        if not isinstance(number, int) or number < 1:
+        count = whole(number)
+        if count is None or count < 1:
             raise UsageError(f"{pin.name}: {number!r} edges; allowed 1 and more")
-        self.net, self.number, self.text, self.nets = pin.net, number, f"{number} edges of {pin.name}", (pin.net,)
+        self.net, self.number, self.text, self.nets = pin.net, count, f"{count} edges of {pin.name}", (pin.net,)
 
     def begin(self) -> None:
         """Count from now on."""
@@ -179,6 +210,8 @@ class Terminal(Face):
         if level not in (0, 1):
             raise UsageError(f"{self.name}: level {level!r}; allowed 0, 1")
         start, ps = self._instant(at), picoseconds(width)
+        if not ps:
+            raise UsageError(f"{self.name}: a pulse of {width!r}; allowed more than 0")
 
         def begin() -> None:
             before = self._level

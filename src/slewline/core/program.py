@@ -7,9 +7,13 @@ from typing import TYPE_CHECKING, Protocol
 
 from ..errors import UsageError
 from .pin import Condition
+from .whole import whole
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from .hook import Hook
+    from .kernel import Kernel
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,17 +32,22 @@ class Running(Protocol):
     """What plays a stored program."""
 
     name: str
+    kernel: Kernel
     on_instruction: Hook[[int]]
+
+    def program_rows(self) -> Sequence[ProgramRow]:
+        """Return the stored program, an instruction a row."""
 
 
 class InstructionCondition(Condition):
     """An instruction of the stored program begins, at an address or at any (None)."""
 
     def __init__(self, chip: Running, address: int | None) -> None:
-        if address is not None and (type(address) is not int or address < 0):
+        at = whole(address)
+        if address is not None and (at is None or at < 0):
             raise UsageError(f"{chip.name}: instruction at {address!r}; allowed an address, 0 and up, or none for any")
-        self.chip, self.address, self.hit = chip, address, False
-        self.text = f"{chip.name} at {'its next instruction' if address is None else f'instruction {address}'}"
+        self.chip, self.address, self.hit = chip, at, False
+        self.text = f"{chip.name} at {'its next instruction' if at is None else f'instruction {at}'}"
 
     def begin(self) -> None:
         """Listen for instructions from now on."""
@@ -51,6 +60,17 @@ class InstructionCondition(Condition):
         if self.address in (None, address):
             self.hit = True
             self.chip.on_instruction.remove(self.begun)
+
+    def belongs(self, kernel: Kernel) -> bool:
+        """Return whether the chip is one of its bench."""
+        return self.chip.kernel is kernel
+
+    def __str__(self) -> str:
+        rows = self.chip.program_rows()
+        if self.address is None or any(row.address == self.address for row in rows):
+            return self.text
+        there = f"there are {', '.join(str(row.address) for row in rows)}" if rows else "no program is stored"
+        return f"{self.text}, where there is none: {there}"
 
     def met(self) -> bool:
         """Return whether the condition holds now."""

@@ -18,10 +18,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
+from ..core.instead import missing
 from ..core.near import hint
 from ..core.table import Arg, Sheet
 from ..core.timebase import PS_PER_S, readable
 from ..core.train import Train
+from ..core.whole import whole
 from ..errors import UnknownName, UsageError
 from .packets import range_of
 
@@ -104,6 +106,7 @@ class Accelerations(NamedTuple):
 class Move(ABC):
     """A whole move from rest to rest."""
 
+    called = "move"  # in messages
     steps: int
     time_ps: int  # from the begin of the first step, or cycle, until the part says that it is over
     top: float  # the greatest rate, steps/s
@@ -124,6 +127,8 @@ class Move(ABC):
 class Ramp(ABC):
     """What a set of values gives: the way up from the first rate to the last one."""
 
+    called = "ramp"  # in messages
+    part: str
     values: Values
     crystal_hz: int
     start: float  # the rate of the first steps, steps/s
@@ -154,13 +159,46 @@ class Ramp(ABC):
     def table(self) -> Iterator[Stretch]:
         """Yield the ramp stretch by stretch."""
 
-    @abstractmethod
     def move(self, distance: int) -> Move:
         """Return a move of so many steps.
 
         Raises:
-            UsageError: the part cannot make so many.
+            UsageError: no whole number, or the part cannot make so many.
         """
+        number, (least, most, says) = whole(distance), self.distances
+        if number is None or not least <= number <= most:
+            raise UsageError(f"{self.part}: a move of {distance!r} steps; allowed {least}..{most}{says}")
+        return self.made(number)
+
+    @property
+    @abstractmethod
+    def distances(self) -> tuple[int, int, str]:
+        """The least and the greatest number of steps of a move, and where that comes from: " (N)"."""
+
+    @abstractmethod
+    def made(self, distance: int) -> Move:
+        """Return the move of so many steps, as many as it may have."""
+
+
+for kind in (Ramp, Move):
+    missing(
+        kind,
+        **dict.fromkeys(("time", "duration", "seconds", "length_ps"), "{it}.time_ps"),
+        **dict.fromkeys(("accel", "acc"), "{it}.acceleration"),
+        **dict.fromkeys(("distance", "count", "length"), "{it}.steps"),
+    )
+missing(
+    Ramp,
+    **dict.fromkeys(("speed", "velocity", "rate"), "{it}.start and {it}.top, in steps/s"),
+    **dict.fromkeys(("parameters", "params", "registers"), "{it}.values"),
+    **dict.fromkeys(("times", "intervals", "profile", "stretches"), "{it}.table(), or {it}.move(1000).times()"),
+    **dict.fromkeys(("plot", "figure", "draw"), "slewline ramp PART ... --plot ramp.svg draws it"),
+)
+missing(
+    Move,
+    **dict.fromkeys(("speed", "velocity", "rate"), "{it}.top, in steps/s"),
+    acceleration="it is the ramp's: slewline.ramp(...).acceleration",
+)
 
 
 class Search(NamedTuple):
@@ -285,10 +323,11 @@ def _value(calculator: Calculator, quantity: Quantity, value: object, crystal_hz
         raise UsageError(f"{where}; allowed {quantity.allowed}")
     if isinstance(value, str):
         value = _number(calculator, quantity, value, crystal_hz)
-    if not isinstance(value, int) or isinstance(value, bool) or not quantity.arg.allows(value):
+    number = whole(value)
+    if number is None or not quantity.arg.allows(number):
         rates = f", or text such as '4000 {_unit(quantity)}'" if quantity.per_s else ""
         raise UsageError(f"{where}; allowed {quantity.allowed}{rates}")
-    return value
+    return number
 
 
 def _number(calculator: Calculator, quantity: Quantity, text: str, crystal_hz: int) -> int | None:

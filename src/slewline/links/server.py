@@ -53,7 +53,8 @@ BOARDS: Mapping[type[Channel], tuple[str, str]] = {  # the kind of board on a ch
     FlowBus: ("parallel_card", "card"),
 }
 DEAF = (
-    "its UART only receives: no command is answered; with --framing (a bench file: framing = true), ?0 to ?3 read back"
+    "the UART of {chip} only receives: no command is answered; with --framing, in a bench file framing = true, ?0 "
+    "to ?3 read back"
 )
 KEPT_FINDINGS = 1000  # of each chip and part; a server runs for months
 KEPT_STRETCHES = 10_000  # of the past of each axis
@@ -184,7 +185,7 @@ class Server:
         port = self.bench.part("serial_port", name=name, ttl=True, baud=UART_BAUD, bits=8, parity="none", stop=1)
         self.bench.wire(f"{name}.txd", f"{chip.name}_uart.rxd")
         port.far.ears = {uart.name: uart}
-        self._say(chip.name, DEAF)
+        self._say(chip.name, DEAF.format(chip=chip.name))
         return port
 
     def _board(self, chip: Chip, over: str | None) -> Board:

@@ -133,6 +133,10 @@ missing(
     **dict.fromkeys(
         ("read", "read_until", "receive", "recv", "answer_to"), "{it}.received has what came in, {it}.ask(...) waits"
     ),
+    **dict.fromkeys(
+        ("open", "close", "reset_input_buffer"),
+        "there is nothing to open or close; {it}.clear() forgets what is queued",
+    ),
     position="the position is the chip's: x.position, of x = bench.add(...)",
     **dict.fromkeys(("run", "sleep", "wait", "flush", "run_until_idle"), "time is the bench's: bench.run_until_idle()"),
 )

@@ -11,10 +11,12 @@ import re
 from collections.abc import Awaitable, Callable, Sequence
 from typing import TYPE_CHECKING, ClassVar
 
+from ..core.calls import answering
 from ..core.inputs import from_outside
 from ..core.net import Driver, Net
 from ..core.pin import Condition, GotCondition
 from ..core.waits import first_of, level, until
+from ..core.whole import whole
 from ..errors import UsageError
 from .computer import Computer
 from .part import served
@@ -199,6 +201,13 @@ class Host(Computer):
 
     async def live_now(self, port: Port, commands: Sequence[str], number: int | None = None) -> list[tuple[int, bytes]]:
         """Give commands through PROG/LIVE, read out what they point at; return (group, bytes) of each read-out."""
+        if port.running.level != 0:
+            await level(port.ready, 1)  # a program may be about to begin
+        if port.running.level != 0:
+            raise UsageError(
+                f"{self.name}: no program of {port.chip} runs, which live commands go to; send() sends a command, "
+                "run_program() starts the program"
+            )
         port.prog.drive(0)
         await self._between_instructions(port)
         last, found = commands[-1], []
@@ -258,6 +267,7 @@ class Host(Computer):
         return int.from_bytes(data, "big")
 
     # ------------------------------------------------------------------------ the queue, which is what a journal keeps
+    @answering("host.write()", "; host.send(...) sends to the chip that is spoken to")
     @from_outside
     def write(self, chip: str, data: Sequence[int]) -> None:
         """Queue bytes for a chip."""
@@ -358,13 +368,17 @@ class Host(Computer):
             UsageError: no such group, or a program runs and `live` was not asked for.
             Timeout: the chip does not answer in time.
         """
-        if group not in self.port.sheet.verify_bytes or (
-            number is not None and (not isinstance(number, int) or number < 0)
+        count = None if number is None else whole(number)
+        which = whole(group)
+        if (
+            which is None
+            or which not in self.port.sheet.verify_bytes
+            or (number is not None and (count is None or count < 0))
         ):
             groups = list(self.port.sheet.verify_bytes)
             allowed = f"allowed groups {groups[0]} to {groups[-1]}, and 0 or more bytes" if groups else NO_READ_OUT
             raise UsageError(f"{self.name}: verify({group!r}, {number!r}); {allowed}")
-        return self.answer_of(self.read_group(self.chip.name, group, number, live), timeout)
+        return self.answer_of(self.read_group(self.chip.name, which, count, live), timeout)
 
     def change_rate(self, rate: int, timeout: Time = "5 s") -> None:
         """Request a new rate on the fly (s.7), when the motor slews.
@@ -373,10 +387,11 @@ class Host(Computer):
             UsageError: `rate` is not 0 to 255, or the part takes none.
             Timeout: the chip does not take it in time.
         """
-        if not isinstance(rate, int) or not 0 <= rate <= 255:
+        value = whole(rate)
+        if value is None or not 0 <= value <= 255:
             raise UsageError(f"{self.name}: rate {rate!r}; allowed 0 to 127 (a byte goes out as it is)")
         self._needs("slewing", "takes no rate on the fly")
-        self.answer_of(self.request_rate(self.chip.name, rate), timeout)
+        self.answer_of(self.request_rate(self.chip.name, value), timeout)
 
     def read_position(self, timeout: Time = "5 s") -> int:
         """Return the position, read on the fly (s.6): two bytes, 0 to 65535, while the motor steps.

@@ -20,6 +20,7 @@ from ..core.instead import Face, missing
 from ..core.pin import Condition, GotCondition
 from ..core.timebase import Time, picoseconds
 from ..core.waits import until
+from ..core.whole import whole
 from ..errors import ChecksumError, Timeout, UsageError
 from ..language import packets
 from ..language.source import host_lines
@@ -227,9 +228,10 @@ class PacketHost(Computer):
         return how
 
     def _bytes(self, number: int, size: int) -> bytes:
-        if not isinstance(number, int) or not 0 <= number < 1 << 8 * size:
+        value = whole(number)
+        if value is None or not 0 <= value < 1 << 8 * size:
             raise UsageError(f"{self.name}: {number!r}; allowed 0..{(1 << 8 * size) - 1}")
-        return number.to_bytes(size, "big")
+        return value.to_bytes(size, "big")
 
     # ------------------------------------------------------------------------ the queue, which is what a journal keeps
     @from_outside

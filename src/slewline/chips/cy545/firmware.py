@@ -45,6 +45,7 @@ class Cy545(Chip):
     """A CY545 on a bench."""
 
     sheet = sheet.CY545
+    jog: Jog
 
     def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
@@ -175,7 +176,7 @@ class Cy545(Chip):
     @property
     def registers(self) -> dict[str, int]:
         """The registers by name, the position among them."""
-        return {**self.state.values, "position": self.axes[0].position}
+        return self.known({**self.state.values, "position": self.axes[0].position})
 
     @property
     def program_counter(self) -> int | None:

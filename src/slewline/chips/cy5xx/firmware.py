@@ -137,7 +137,7 @@ class Cy5xx(Chip):
     @property
     def registers(self) -> dict[str, int]:
         """The manual's registers by name, the position among them."""
-        return {**self.state.values, "position": self.axes[0].position}
+        return self.known({**self.state.values, "position": self.axes[0].position})
 
     @property
     def program(self) -> bytes:

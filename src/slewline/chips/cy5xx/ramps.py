@@ -23,6 +23,7 @@ class SlopeRamp(Ramp):
 
     def __init__(self, of: SlopeRamps, values: Values, crystal_hz: int) -> None:
         self.of, self.values, self.crystal_hz, self.clock = of, values, crystal_hz, Clock(crystal_hz)
+        self.part = of.sheet.part
         self.rate, self.slope, self.factor = int(values["R"]), int(values["S"]), int(values.get("F", 1))
         self.runs = of.law.up(self.rate, self.slope, self.factor)
         self.intervals = [interval for interval, _ in self.runs] + [of.law.period(self.rate, self.factor)]
@@ -45,12 +46,13 @@ class SlopeRamp(Ramp):
 
     @property
     def reached_from(self) -> int | None:
-        return least(lambda number: self.move(number).reached, 1, self.of.number.high)
+        return least(lambda number: self.made(number).reached, 1, self.of.number.high)
 
-    def move(self, distance: int) -> SlopeMove:
-        if not self.of.number.allows(distance):
-            allowed = f"{self.of.number.low}..{self.of.number.high} (N)"
-            raise UsageError(f"{self.of.sheet.part}: a move of {distance} steps; allowed {allowed}")
+    @property
+    def distances(self) -> tuple[int, int, str]:
+        return self.of.number.low, self.of.number.high, " (N)"
+
+    def made(self, distance: int) -> SlopeMove:
         return SlopeMove(self, distance)
 
 

@@ -9,7 +9,6 @@ from ...core.plan import Plan, Runs, steps
 from ...core.table import Arg
 from ...core.timebase import PS_PER_S, Clock
 from ...core.train import StepTrain
-from ...errors import UsageError
 from ...language.ramps import Accelerations, Move, Ramp, Stretch, Values, least
 
 
@@ -62,11 +61,11 @@ class UnitRamp(Ramp):
         """The steps of the shortest move that reaches the rate."""
         return least(lambda number: UnitMove(self, number).reached, 1, self.number.high)
 
-    def move(self, distance: int) -> UnitMove:
-        """Return a move of so many steps."""
-        if distance < 1 or not self.number.allows(distance):
-            allowed = f"{max(self.number.low, 1)}..{self.number.high} ({self.number.name}, N)"
-            raise UsageError(f"{self.part}: a move of {distance} steps; allowed {allowed}")
+    @property
+    def distances(self) -> tuple[int, int, str]:
+        return max(self.number.low, 1), self.number.high, f" ({self.number.name}, N)"
+
+    def made(self, distance: int) -> UnitMove:
         return UnitMove(self, distance)
 
 

@@ -19,6 +19,8 @@ from .program import set_first
 from .registers import Registers
 from .user_lines import UserLines
 
+QUESTIONS = ("V", "Q")  # to which B is an answer
+
 
 class Commands:
     """The dialogue with the host, once a line has come well.
@@ -74,16 +76,14 @@ class Commands:
         return self.mistake("E4", f"{text} {state}; {state_remedy(self.chip.sheet, entering)}")
 
     def told_busy(self, command: Command | Refusal) -> None:
-        """Report once in a run that a host sends a program meanwhile; a question is none of this."""
+        """Report once in a run that a host sends what has no effect meanwhile; a question is none of this."""
         if self.busy_run is self.interpreter.task or not isinstance(command, Command):
             return
-        row = command.row
-        if row.stored or row.role in ("enter", "leave"):
-            self.busy_run = self.interpreter.task
-            remedy = "wait until F is answered with R, or end it with K or Z"
-            self.chip.finding(
-                "busy", f"{command.text} while a program runs: B is the answer, nothing is done; {remedy}"
-            )
+        if command.row.form in QUESTIONS:
+            return
+        self.busy_run = self.interpreter.task
+        remedy = "wait until F is answered with R, or end it with K or Z"
+        self.chip.finding("busy", f"{command.text} while a program runs: B is the answer, nothing is done; {remedy}")
 
     def mistake(self, code: str, text: str) -> str:
         """Report a mistake of the host, or a fault of the EEPROM; return the code, which is the answer."""
@@ -105,7 +105,7 @@ class Commands:
 
     # ------------------------------------------------------------------------------------------------- the program
     async def do_program(self) -> None:
-        self.program.entering = True
+        self.program.entering, self.program.kept = True, False
         self.program.memory.clear()
 
     async def do_program_end(self) -> None:
@@ -164,6 +164,7 @@ class Commands:
 
     # ------------------------------------------------------------------------------------------------------ EEPROM
     async def do_memorize(self) -> str:
+        self.program.kept = True
         self.eeprom.write(self._written)
         return "Y" if self.options.early_y else ""
 

@@ -262,6 +262,16 @@ class GsC(LineChip):
         """Does the module take instructions of a program?"""
         return self.stored.entering
 
+    def left_over(self) -> list[tuple[str, str]]:
+        """Return what a host has begun: a line, and a program that it has neither ended nor kept."""
+        found = super().left_over()
+        if self.entering and not self.stored.kept:
+            enter = next(row.form for row in self.sheet.commands if row.role == "enter")
+            ends = " or ".join(row.form for row in self.sheet.commands if row.role == "leave")
+            text = f"program entry is open since {enter}: what comes is stored and not performed"
+            found.append(("unfinished", f"{text}; {ends} ends it, and E runs the program"))
+        return found
+
     @property
     def under_way(self) -> str:
         """What the module works on besides a line of the host."""
@@ -311,14 +321,16 @@ class GsC(LineChip):
         """start_stop, top_speed (units of 10 steps/s), ramp (steps): 0 where never set; position; user_inputs and
         user_outputs as V2 reads them."""
         state = self.state
-        return {
-            "start_stop": state.start_stop,
-            "top_speed": state.top_speed,
-            "ramp": state.ramp,
-            "position": self.position,
-            "user_inputs": self.user.read_inputs(),
-            "user_outputs": self.user.read_outputs(),
-        }
+        return self.known(
+            {
+                "start_stop": state.start_stop,
+                "top_speed": state.top_speed,
+                "ramp": state.ramp,
+                "position": self.position,
+                "user_inputs": self.user.read_inputs(),
+                "user_outputs": self.user.read_outputs(),
+            }
+        )
 
 
 class GsC200(GsC):

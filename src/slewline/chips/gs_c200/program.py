@@ -37,6 +37,7 @@ class Program:
         """Lose the program, and all that belongs to it: there is no supply."""
         self.memory.clear()
         self.entering = False  # programming mode
+        self.kept = False  # M has sent what has been entered to the EEPROM
         self.at: int | None = None
         self.begin()
 
@@ -46,6 +47,7 @@ class Program:
         fits = len(self.memory) + command.row.size <= self.sheet.buffer_bytes
         if fits:
             self.memory += command.stored
+            self.kept = False
         return fits
 
     def load(self, data: bytes) -> None:

@@ -13,7 +13,6 @@ from math import floor
 from ...core.table import Sheet
 from ...core.timebase import PS_PER_S, Clock
 from ...core.train import StepTrain
-from ...errors import UsageError
 from ...language.ramps import (
     Accelerations,
     Calculator,
@@ -67,10 +66,11 @@ class GscRamp(Ramp):
     def reached_from(self) -> int | None:
         return least(lambda number: GscMove(self, number).reached, 1, len(POSITIONS[self.part]) - 1)
 
-    def move(self, distance: int) -> GscMove:
-        most = len(POSITIONS[self.part]) - 1
-        if not 1 <= distance <= most:
-            raise UsageError(f"{self.part}: a move of {distance} steps; allowed 1..{most}")
+    @property
+    def distances(self) -> tuple[int, int, str]:
+        return 1, len(POSITIONS[self.part]) - 1, ""
+
+    def made(self, distance: int) -> GscMove:
         return GscMove(self, distance)
 
 

@@ -140,7 +140,7 @@ class Chipset(Chip):
     def registers_of(self, number: int) -> dict[str, int]:
         """Return the registers of an axis, from 1, named after the commands that write and read them."""
         self.motion.catch_up()
-        return self.state.by_name(number, self.motion.cycle)
+        return self.known(self.state.by_name(number, self.motion.cycle), number if len(self.axes) > 1 else 0)
 
     def axis(self, number: int) -> OneAxis:
         """Return an axis by its number, from 1.

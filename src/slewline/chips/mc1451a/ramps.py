@@ -61,7 +61,7 @@ class ChipsetRamp(Ramp):
     cycles: int
 
     def __init__(self, units: Units, values: Values, crystal_hz: int) -> None:
-        self.units, self.values, self.crystal_hz = units, values, crystal_hz
+        self.part, self.units, self.values, self.crystal_hz = units.part, units, values, crystal_hz
         self.velocity = min(int(values["SET_VEL"]), RANGES[str(values["output"])] * ONE)
 
     @property
@@ -79,10 +79,9 @@ class ChipsetRamp(Ramp):
     def reached_from(self) -> int | None:
         return least(lambda distance: self.made(distance).reached, 1, POSITION.high)
 
-    def move(self, distance: int) -> ChipsetMove:
-        if not 1 <= distance <= POSITION.high:
-            raise UsageError(f"{self.units.part}: a move of {distance} steps; allowed 1..{POSITION.high} (SET_POS)")
-        return self.made(distance)
+    @property
+    def distances(self) -> tuple[int, int, str]:
+        return 1, POSITION.high, " (SET_POS)"
 
     @abstractmethod
     def made(self, distance: int) -> ChipsetMove:

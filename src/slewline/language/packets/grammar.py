@@ -23,6 +23,7 @@ from math import isfinite
 
 from ...core.near import hint
 from ...core.table import Arg, Bits, Row, Sheet
+from ...core.whole import whole
 from ...errors import UnknownName, UsageError
 from .. import rates
 from ..dialect import Command, Dialect, Refusal, spoken_as
@@ -62,17 +63,20 @@ def words(row: Row, values: Sequence[int]) -> tuple[int, ...]:
     """
     if len(values) != len(row.args):
         raise UsageError(f"{row.name} takes {row.takes}, not {len(values)} values")
+    found = []
     for arg, value in zip(row.args, values, strict=True):
-        if not isinstance(value, int) or isinstance(value, bool) or not arg.allows(value):
+        number = whole(value)
+        if number is None or not arg.allows(number):
             meant = (
                 f"; {_scaled(arg, repr(value))}"
                 if isinstance(value, float) and arg.fraction and isfinite(value)
                 else ""
             )
-            kind = "" if type(value) is int else "a whole number, "
+            kind = "" if number is not None else "a whole number, "
             allowed = f"{kind}{arg.low}..{arg.high} ({row.where})"
             raise UsageError(f"{row.name} {arg.name} {value!r}: allowed {allowed}{meant}")
-    data = row.pack(values)[1:]
+        found.append(number)
+    data = row.pack(found)[1:]
     return tuple(int.from_bytes(data[at : at + 2], "big") for at in range(0, len(data), 2))
 
 

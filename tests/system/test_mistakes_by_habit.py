@@ -1,0 +1,303 @@
+"""Mistakes of habit, as users of other libraries make them: names that are set, numbers as text, functions that take
+something, a condition as a truth value; each with the end of its answer.  More in test_mistakes_in_python.py."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+import slewline
+from slewline import errors
+from slewline.links.pace import Lockstep
+from slewline.links.server import Server
+from tests.system.test_mistakes_in_python import World
+
+RAMPS = {
+    "cy500": 'slewline.ramp("cy500", R=100, S=10)',
+    "cy525": 'slewline.ramp("cy525", F=3, R=127, S=200)',
+    "cy545": 'slewline.ramp("cy545", F=10, R=100, S=100)',
+    "gs-c200s": 'slewline.ramp("gs-c200s", S=10, T=50, R=10)',
+    "mc1451a": 'slewline.ramp("mc1451a", SET_VEL=100000, SET_ACC=100)',
+}
+MISTAKES = [  # the line, the error, the end of its message
+    # ------------------------------------------------------------------------------------------------ what is set
+    ("x.abort = 0", "NoSuchAttribute", "x has no 'abort'; it is a pin: x.pin(\"abort\").drive(0), or drive(1)"),
+    ("x.rate = 5", "NoSuchAttribute", "a host sends the command that loads it: bench.host(x).send(...)"),
+    ("x.speed = 5", "NoSuchAttribute", "x has no 'speed'; x.velocity_at(\"3 ms\"), or x.velocity_at(bench.now)"),
+    ('x.crystal = "11 MHz"', "NoSuchAttribute", "x has no 'crystal'; write x.crystal_hz"),
+    ('x.program = "A 0"', "NoSuchAttribute", "a host sends it, instruction after instruction: bench.host(x).send(...)"),
+    ("x.moving = False", "NoSuchAttribute", "x: moving cannot be set; x.moving is only read"),
+    ("x.registers = {}", "NoSuchAttribute", "a host sends the commands that load them: bench.host(x).send(...)"),
+    ('x.registers["rate"] = 5', "NoSuchAttribute", "a host sends the command that loads one: bench.host(x).send(...)"),
+    ("x.registers.update(rate=5)", "NoSuchAttribute", "registers cannot be set here; a host sends the command that"),
+    ('del x.registers["rate"]', "NoSuchAttribute", "x (cy525): registers cannot be set here"),
+    ('x.pins["abort"] = 0', "NoSuchAttribute", 'a pin is driven: x.pin("io_request").drive(0)'),
+    ("b.now = 5", "NoSuchAttribute", 'now cannot be set; time passes: bench.run("1 ms"), or bench.run_to("5 ms")'),
+    (
+        "b.seed = 1",
+        "NoSuchAttribute",
+        "seed cannot be set; it is given where the bench is made: slewline.Bench(seed=...)",
+    ),
+    ("b.sedd = 1", "NoSuchAttribute", "bench has no 'sedd' that could be set; did you mean seed?"),
+    ("b.baud = 9600", "NoSuchAttribute", "bench has no 'baud' that could be set; keep what is yours in a variable"),
+    ("b.on_finding = print", "NoSuchAttribute", "on_finding cannot be set; add a listener: .add(function)"),
+    # -------------------------------------------------------------------------------------- what there is, by name
+    ('x.registers["R"]', "UnknownName", "number, slope, rate, firstrate, divisor, position; did you mean rate?"),
+    ('x.registers["raet"]', "UnknownName", "x (cy525) has no register 'raet'; its registers: number, slope, rate"),
+    (
+        'm.axis(2).registers["foo"]',
+        "UnknownName",
+        "mc1451a (mc1451a) axis 2 has no register 'foo'; its registers: pos,",
+    ),
+    ('g.registers["S"]', "UnknownName", "did you mean start_stop?"),
+    ("x.registers.rate", "NoSuchAttribute", "x (cy525): registers have no attribute 'rate'; write ['rate']"),
+    ('x.pins["abrt"]', "UnknownName", "wait, io_select; did you mean abort?"),
+    ('x.pin(["abort"])', "UnknownName", "x (cy525) has no pin ['abort']; its pins: io_request"),
+    ("x.steps()[10**6]", "NoSuchStep", "steps[1000000]: there are 40, 0 to 39, and -1 is the last"),
+    ("x.steps()[-41]", "NoSuchStep", "steps[-41]: there are 40, 0 to 39, and -1 is the last"),
+    ('x.steps("0 s", "1 us")[0]', "NoSuchStep", "steps[0]: there are none"),
+    ("x.steps()[1.5]", "UsageError", "arrays are steps.times_ps, steps.directions and steps.positions"),
+    (
+        "x.steps()[x.steps().positions > 3]",
+        "UsageError",
+        "allowed a whole number, or a slice such as [:10]; arrays are",
+    ),
+    ("x.axis(1.0)", "UnknownName", "x (cy525) has one axis, number 1; not 1.0"),
+    ("x.deviation(3)", "UsageError", "x: deviation(3): expected a motion, such as x.motions()[0]"),
+    # -------------------------------------------------------------------------------------------------------- ramps
+    *(
+        (f"{ramp}.move('100')", "UsageError", f"{part}: a move of '100' steps; allowed 1..")
+        for part, ramp in RAMPS.items()
+    ),
+    *((f"{ramp}.move(1.5)", "UsageError", f"{part}: a move of 1.5 steps; allowed 1..") for part, ramp in RAMPS.items()),
+    *((f"{ramp}.move(0)", "UsageError", f"{part}: a move of 0 steps; allowed 1..") for part, ramp in RAMPS.items()),
+    (f"{RAMPS['cy525']}.move(True)", "UsageError", "a move of True steps; allowed 1..65535 (steps, N)"),
+    (f"{RAMPS['cy525']}.time", "NoSuchAttribute", "ramp has no 'time'; write ramp.time_ps"),
+    (f"{RAMPS['cy525']}.duration", "NoSuchAttribute", "ramp has no 'duration'; write ramp.time_ps"),
+    (f"{RAMPS['mc1451a']}.speed", "NoSuchAttribute", "ramp has no 'speed'; ramp.start and ramp.top, in steps/s"),
+    (f"{RAMPS['cy525']}.move(9).time", "NoSuchAttribute", "move has no 'time'; write move.time_ps"),
+    # ------------------------------------------------------------------------------------------------------- module
+    ("slewline.run", "AttributeError", 'x = bench.add("PART"), then bench.run_until_idle()'),
+    ("slewline.add", "AttributeError", 'write slewline.Bench().add("PART")'),
+    ("slewline.bench_", "AttributeError", "has no attribute 'bench_'; did you mean Bench?"),
+    ("slewline.open", "AttributeError", 'write serial.serial_for_url("slewline://PART"), of pySerial'),
+    ("slewline.simulate", "AttributeError", "write bench = slewline.Bench()"),
+    # -------------------------------------------------------------------------------------------------------- bench
+    (
+        "slewline.Bench(speed=1)",
+        "UsageError",
+        "its arguments: seed, journal, shuffle, stores, keep; a chip is put on it",
+    ),
+    ("slewline.Bench(sed=1)", "UsageError", "did you mean seed?"),
+    (
+        "slewline.Bench(0, None, None, None, None, 6)",
+        "UsageError",
+        "Bench(): too many positional arguments; its arguments",
+    ),
+    ("slewline.Bench(journal=5)", "UsageError", "Bench(journal=5): allowed the name of a file, None"),
+    ('slewline.Bench(shuffle="yes")', "UsageError", "allowed a whole number, the seed of the order, None"),
+    (
+        'slewline.Bench(stores="dir")',
+        "UsageError",
+        "allowed a function that is given a name and returns a memory, None",
+    ),
+    ('b.add("cy525", bare="no")', "UsageError", "add('cy525'): bare 'no'; allowed True, False"),
+    ('b.wire("x.abort", "x.slew", invert="no")', "UsageError", "invert 'no'; allowed True, False"),
+    ("b.close()", "NoSuchAttribute", "there is nothing to close; a journal: bench.journal.close()"),
+    (
+        "b.run_until(lambda b: b.now > 1)",
+        "UsageError",
+        "missing a required argument: 'b'; the function takes nothing: lambda: x.position > 40",
+    ),
+    (
+        "b.run_until(x.reaches)",
+        "UsageError",
+        "run_until(reaches): missing a required argument: 'position'; the function takes nothing",
+    ),
+    (
+        'b.at("1 s", lambda b: 0)',
+        "UsageError",
+        "missing a required argument: 'b'; the function takes nothing: lambda: x.pin('abort').drive(0)",
+    ),
+    (
+        "b.run_until(x.reaches(3) or x.reaches(4))",
+        "UsageError",
+        "x at position 3: a condition is neither true nor false; bench.run_until waits for it",
+    ),
+    ("assert x.reaches(3)", "UsageError", "x at position 3: a condition is neither true nor false"),
+    (
+        "b.run_until(x.reaches(3) & x.reaches(4))",
+        "UsageError",
+        "x at position 3: a condition is neither true nor false",
+    ),
+    (
+        "mb.run_until(x.reaches(3))",
+        "UsageError",
+        "run_until(x at position 3): that is on another bench, whose time does not pass here",
+    ),
+    (
+        'mb.run_until(x.pin("slew").is_(0) | m.reaches(3))',
+        "UsageError",
+        "that is on another bench, whose time does not pass here",
+    ),
+    ("mb.run_until(x.at_instruction(3))", "UsageError", "that is on another bench, whose time does not pass here"),
+    (
+        'b.run_until(x.at_instruction(99), timeout="1 s")',
+        "Timeout",
+        "x at instruction 99, where there is none: no program is stored; it is",
+    ),
+    # -------------------------------------------------------------------------------------------------------- hooks
+    ("x.on_step", "NoSuchAttribute", "x.on_motion_begin.add(...) hears of motions, x.steps() has every step"),
+    ("b.on_finding.append(print)", "NoSuchAttribute", "hook has no 'append'; write hook.add(function)"),
+    (
+        "b.on_finding(print)",
+        "UsageError",
+        "a listener <built-in function print> is given to the hook itself; write .add(...)",
+    ),
+    ("x.on_finding(lambda found: 0)", "UsageError", "is given to the hook itself; write .add(...)"),
+    ("b.on_finding += print", "UsageError", "a hook += <built-in function print>; write .add(...)"),
+    ("b.on_finding.remove(print)", "UsageError", "it does not listen; give what add() was given"),
+    (
+        'b.on_finding.add(lambda: 0); h.send("R 300\\r"); b.run_until_idle()',
+        "UsageError",
+        "too many positional arguments; it is called with 1 argument: Finding",
+    ),
+    # ----------------------------------------------------------------------------------------------- pins and hosts
+    ('x.pin("abort").pulse(0, "0 us")', "UsageError", "x.abort: a pulse of '0 us'; allowed more than 0"),
+    ('x.pin("slew").edges(True)', "UsageError", "x.slew: True edges; allowed 1 and more"),
+    (
+        'h.live("R 5")',
+        "UsageError",
+        "no program of x runs, which live commands go to; send() sends a command, run_program() starts the program",
+    ),
+    ("h.verify(True)", "UsageError", "host: verify(True, None); allowed groups 0 to 3, and 0 or more bytes"),
+    ("h.verify(1.0)", "UsageError", "host: verify(1.0, None); allowed groups 0 to 3, and 0 or more bytes"),
+    (
+        'h.write("A 0\\r")',
+        "UsageError",
+        "its arguments: chip, data; host.send(...) sends to the chip that is spoken to",
+    ),
+    ("h.close()", "NoSuchAttribute", "there is nothing to open or close; host.clear() forgets what is queued"),
+]
+
+
+@pytest.mark.parametrize(("line", "error", "says"), MISTAKES, ids=[line for line, *_ in MISTAKES])
+def test_a_mistake_is_answered(line, error, says, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(getattr(errors, error, AttributeError)) as raised:
+        exec(line, World(slewline=slewline))
+    assert says in str(raised.value)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_step_beyond_the_last_is_an_index_error_so_that_a_loop_over_steps_ends():
+    steps = World()["x"].steps()
+    assert [step.position for step in steps] == steps.positions.tolist()
+    assert errors.NoSuchStep.__mro__.index(IndexError) and steps[np.int64(-1)] == steps[39]
+
+
+def test_registers_and_pins_are_dicts_in_all_other_ways():
+    x = World()["x"]
+    registers = x.registers
+    assert isinstance(registers, dict) and registers.get("R") is None and "R" not in registers
+    for other in (
+        copy.copy(registers),
+        copy.deepcopy(registers),
+        pickle.loads(pickle.dumps(registers)),
+        registers | {},
+    ):
+        assert other == registers and type(other) is dict
+    with pytest.raises(KeyError):
+        x.pins["abrt"]
+    assert not hasattr(registers, "rate")
+
+
+def test_whole_numbers_of_numpy_are_whole_numbers():
+    world = World()
+    five = np.int64(5)
+    assert slewline.ramp("cy525", F=five, R=np.uint8(100), S=200).move(five).steps == 5
+    assert slewline.Bench(seed=five).seed == 5 and type(slewline.Bench(seed=five).seed) is int
+    assert world["x"].reaches(five).position == 5
+    world["mh"].command("SET_POS", five)
+    world["mh"].command("UPDATE")
+    assert world["mh"].query("GET_POS") == 5
+    assert world["h"].verify(np.int64(0)) == b"00040"
+
+
+def test_a_wait_for_an_instruction_names_those_that_there_are():
+    world = World()
+    world["h"].send("E\rP 3\r0\r")
+    world["b"].run_until_idle()
+    rows = ", ".join(str(row.address) for row in world["x"].program_rows())
+    with pytest.raises(errors.Timeout, match=f"instruction 99, where there is none: there are {rows}; it is") as raised:
+        world["b"].run_until(world["x"].reaches(3) | world["x"].at_instruction(99), timeout="1 s")
+    assert "x at position 3 or x at instruction 99" in str(raised.value)
+
+
+class Mine(slewline.Bench):
+    """A bench of one's own, which keeps what it likes."""
+
+    def __init__(self):
+        super().__init__()
+        self.motor = self.add("cy525")
+
+
+def test_benches_and_chips_of_ones_own_have_attributes_of_their_own():
+    bench = Mine()
+    bench.driver = "mine"
+    assert (bench.motor.name, bench.driver) == ("cy525", "mine")
+    with pytest.raises(errors.NoSuchAttribute, match="seed cannot be set"):
+        bench.seed = 5
+    cls = type("Own", (slewline.Chip,), {"sheet": type(bench.motor).sheet, "__module__": "my_lab"})
+    own = object.__new__(cls)
+    own.rate, own.abort, own.speed = 1, 2, 3
+    assert (own.rate, own.abort, own.speed) == (1, 2, 3)
+
+
+# --------------------------------------------------------------------------------------------------- what a host leaves
+def told(bench, code):
+    return [found.text for found in bench.findings if found.code == code]
+
+
+@pytest.mark.parametrize(
+    ("part", "enter", "ends"), [("gs-c200", "P", "E ends it"), ("gs-c200s", "Po", "E or Px ends it")]
+)
+def test_a_program_that_nobody_ends_is_told_at_rest_unless_it_has_been_kept(part, enter, ends):
+    bench = slewline.Bench()
+    host = bench.host(bench.add(part, straps={"chs": 0}))
+    for line in (enter, "S10", "T50"):
+        host.ask(line)
+    bench.run_until_idle()
+    bench.run_until_idle()
+    (text,) = told(bench, "unfinished")
+    assert text.startswith(f"program entry is open since {enter}: what comes is stored and not performed; {ends}")
+    host.ask("M")  # the stand-alone way: what has been entered is in the EEPROM
+    bench.run_until_idle()
+    host.ask("R20")
+    bench.run_until_idle()
+    assert len(told(bench, "unfinished")) == 2
+
+
+@pytest.mark.parametrize("command", ["M", "X", "H+", "E", "S10"])
+def test_what_has_no_effect_on_a_busy_module_is_told_once_in_a_run(command):
+    bench = slewline.Bench()
+    host = bench.host(bench.add("gs-c200s", straps={"chs": 0}))
+    for line in ("Po", "S10", "T50", "R10", "+90000", "E"):
+        host.ask(line)
+    assert [host.ask(line) for line in ("V1", "Q", command, command)] == ["B"] * 4
+    (text,) = told(bench, "busy")
+    assert text.startswith(
+        f"{command} while a program runs: B is the answer, nothing is done; wait until F is answered"
+    )
+
+
+def test_a_server_names_the_chip_whose_uart_only_receives():
+    heard = []
+    bench = slewline.Bench()
+    server = Server(bench, Lockstep(bench), tell=heard.append)
+    server.line(bench.add("cy525", name="feeder"))
+    server.close()
+    assert any("the UART of feeder only receives: no command is answered" in text for text in heard)
