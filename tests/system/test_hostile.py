@@ -136,7 +136,7 @@ def test_every_chip_and_part_declares_the_methods_that_report():
                 }
                 if verbs:
                     assert verbs == {function.name}, path
-                    assert [ast.unparse(one) for one in function.decorator_list] == ["from_outside"], path
+                    assert "from_outside" in [ast.unparse(one) for one in function.decorator_list], path
                     declared.add((cls.name, function.name))
     assert len(declared) > 30
     for cls in [*map(part_class, KINDS), *map(chip_class, PARTS)]:

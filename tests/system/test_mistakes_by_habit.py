@@ -166,7 +166,6 @@ MISTAKES = [  # the line, the error, the end of its message
         "too many positional arguments; it is called with 1 argument: Finding",
     ),
     # ----------------------------------------------------------------------------------------------- pins and hosts
-    ('x.pin("abort").pulse(0, "0 us")', "UsageError", "x.abort: a pulse of '0 us'; allowed more than 0"),
     ('x.pin("slew").edges(True)', "UsageError", "x.slew: True edges; allowed 1 and more"),
     (
         'h.live("R 5")',

@@ -210,8 +210,6 @@ class Terminal(Face):
         if level not in (0, 1):
             raise UsageError(f"{self.name}: level {level!r}; allowed 0, 1")
         start, ps = self._instant(at), picoseconds(width)
-        if not ps:
-            raise UsageError(f"{self.name}: a pulse of {width!r}; allowed more than 0")
 
         def begin() -> None:
             before = self._level

@@ -201,13 +201,6 @@ class Host(Computer):
 
     async def live_now(self, port: Port, commands: Sequence[str], number: int | None = None) -> list[tuple[int, bytes]]:
         """Give commands through PROG/LIVE, read out what they point at; return (group, bytes) of each read-out."""
-        if port.running.level != 0:
-            await level(port.ready, 1)  # a program may be about to begin
-        if port.running.level != 0:
-            raise UsageError(
-                f"{self.name}: no program of {port.chip} runs, which live commands go to; send() sends a command, "
-                "run_program() starts the program"
-            )
         port.prog.drive(0)
         await self._between_instructions(port)
         last, found = commands[-1], []
@@ -352,6 +345,11 @@ class Host(Computer):
                 raise UsageError(f"{self.name}: live command {command!r}; expected text such as 'R 20'")
         if not self.port.sheet.takes_live:
             raise UsageError(f"{self._part} takes no commands while its program runs; wait for its end")
+        if self.idle and self.port.running.level != 0 and self.port.ready.level == 1:
+            raise UsageError(
+                f"{self.name}: no program of {self.port.chip} runs, which live commands go to; send() sends a command, "
+                "run_program() starts the program"
+            )
         found = self.answer_of(self.interject(self.chip.name, commands), timeout)
         return b"".join(data for _, data in found or ())
 
