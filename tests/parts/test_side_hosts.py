@@ -158,7 +158,7 @@ def test_a_message_that_nobody_asked_for_is_read_while_the_host_does_nothing():
     desk.bench.run("210 ms")
     assert 9 <= desk.host.received.count(b"tick") <= 11
     desk.host.send("0\r")
-    desk.bench.run_until_idle()
+    desk.bench.run_until_idle("10 s")
     assert desk.codes == []
 
 
