@@ -33,7 +33,11 @@ def test_each_part_has_a_fixture_that_runs(module, request):
     assert module.chip.sheet.part == part
     sheet = module.chip.sheet
     serial_line = sheet.channel(SerialLine) or sheet.channel(AdaptiveLine)
-    assert module.url.startswith(f"slewline://{part}?") if serial_line else module.url == ""
+    if serial_line:
+        assert module.url.startswith(f"slewline://{part}?")
+    else:
+        with pytest.raises(UsageError, match=rf"has no url: .* speaks to it by {module.chip.name}\.host$"):
+            _ = module.url
     module.advance("250 ms")
     module.until_idle()
     assert module.now >= 250 * 10**9 and not module.chip.steps().times_ps.size

@@ -58,7 +58,16 @@ class Controller(Face):
 
     @property
     def url(self) -> str:
-        """Where a program finds the module: what serial.serial_for_url takes."""
+        """Where a program finds the module: what serial.serial_for_url takes.
+
+        Raises:
+            UsageError: nobody finds it: it is on a bus, or the test has it alone.
+        """
+        if not self.rig.url:
+            name, part = self.chip.name, self.chip.sheet.part
+            raise UsageError(
+                f"{name} ({part}) has no url: a program does not reach it; the test itself speaks to it by {name}.host"
+            )
         return self.rig.url
 
     @property
@@ -195,6 +204,8 @@ class Controller(Face):
                 f"assert_steps({expected!r}): expected how many, their instants, or the steps of another run, "
                 "such as other.chip.steps()"
             )
+        if direction not in (None, 1, -1):
+            raise UsageError(f"assert_steps: direction {direction!r}; allowed +1 (clockwise), -1, or none for either")
         origin = moment(since)
         steps: Steps = self.rig.do(lambda: self.chip.axis(axis).steps(origin))
         found = [(int(time) - origin, int(sign)) for time, sign in zip(steps.times_ps, steps.directions, strict=True)]
@@ -219,10 +230,18 @@ class Controller(Face):
         name = f"{self.chip.name}.{self.chip.pin(pin).row.name}"
         times, levels = self.rig.do(lambda: self.bench.edges(name, origin))
         found = [(int(time) - origin, int(level)) for time, level in zip(times, levels, strict=True)]
-        wanted = [(moment(time), int(level)) for time, level in expected]
+        wanted = [self._edge(each) for each in expected]
         text = difference(found, wanted, "edge", LEVELS, self.chip.clock.hz)
         if text:
             raise AssertionError(f"{pin}: {text}")
+
+    @staticmethod
+    def _edge(expected: object) -> tuple[int, int]:
+        """Return the instant (ps) and the level of an expected edge."""
+        match expected:
+            case (time, (0 | 1 | -1) as level):
+                return moment(time), int(level)
+        raise UsageError(f'assert_edges: {expected!r}; expected an instant, then the level from it on: ("10 ms", 1)')
 
     # --------------------------------------------------------------------------------------------------------- report
     def report(self) -> str:
@@ -233,11 +252,11 @@ class Controller(Face):
             SlewlineError,
             TimeoutError,
         ) as error:  # its server has ended or hangs, which may be why the test failed
-            return str(error) or f"{self.url}: the server does not answer"
+            return str(error) or f"{self.rig.url}: the server does not answer"
 
     def _told(self) -> Iterable[str]:
         self.bench.conclude()
-        at = self.url or f"a host over {self.rig.channel.says}"
+        at = self.rig.url or f"a host over {self.rig.channel.says}"
         yield f"{self.chip.sheet.part} at {at}, seed {self.seed}, {readable(self.now)}, position {self.position}"
         yield self.chip.waiting
         if self._idle():

@@ -57,7 +57,7 @@ def check_modules(modules: Mapping[str, Controller]) -> None:
         UsageError: one has no serial line, or has its line behind a port.
     """
     for name, module in modules.items():
-        if not module.url.startswith(f"{SCHEME}://"):
+        if not module.rig.url.startswith(f"{SCHEME}://"):
             raise UsageError(f"{name}: {module.label}; allowed a part with a serial line, on url")
 
 
