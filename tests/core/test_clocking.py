@@ -10,8 +10,8 @@ from promises import Early
 
 from slewline.core import clocking
 from slewline.core.clocking import Even, Still, Walked, clock_edges
-from slewline.core.cycles import CycleTrain, Linear
-from slewline.core.step_views import PulseView, SquareView, StrobeView
+from slewline.core.cycles import CycleTrain, Linear, SquareView
+from slewline.core.step_views import PulseView, StrobeView
 from slewline.core.timebase import Clock
 from slewline.core.train import OPEN, Playing, StepTrain, TrainEdges
 from slewline.core.views import Bounded, Repeated

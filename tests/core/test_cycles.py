@@ -12,9 +12,8 @@ from promises import bounds, check_promise
 
 from slewline.core.axis import Axis
 from slewline.core.curves import PLACES, Piece, SCurve
-from slewline.core.cycles import BLOCK, CYCLE, ONE, STRETCH, CycleTrain, Linear
+from slewline.core.cycles import BLOCK, CYCLE, ONE, STRETCH, CycleTrain, Linear, SquareView
 from slewline.core.kernel import Kernel
-from slewline.core.step_views import SquareView
 from slewline.core.timebase import Clock
 from slewline.core.train import OPEN, Playing, StepTrain
 

@@ -7,12 +7,12 @@ from random import Random
 
 import pytest
 
-from slewline.core.cycles import CycleTrain, Linear
+from slewline.core.cycles import CycleTrain, Linear, SquareView
 from slewline.core.kernel import Kernel
 from slewline.core.net import Driver, Net, Wave
 from slewline.core.pin import Terminal
 from slewline.core.reading import Reading
-from slewline.core.step_views import PulseView, SquareView
+from slewline.core.step_views import PulseView
 from slewline.core.table import Pin
 from slewline.core.timebase import Clock
 from slewline.core.train import OPEN, Playing, StepTrain

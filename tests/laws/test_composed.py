@@ -11,10 +11,10 @@ from random import Random
 import pytest
 
 import slewline
-from slewline.core.cycles import CycleTrain, Linear
+from slewline.core.cycles import CycleTrain, Linear, SquareView
 from slewline.core.net import Driver, Net, Wave
 from slewline.core.reading import Reading
-from slewline.core.step_views import PulseView, SquareView, StrobeView
+from slewline.core.step_views import PulseView, StrobeView
 from slewline.core.timebase import Clock
 from slewline.core.train import OPEN, Playing, StepTrain
 

@@ -13,11 +13,11 @@ from slewline.core.clocking import clock_edges
 from slewline.core.counter import Channel, Code, Scale, StepCounter
 from slewline.core.course import Course
 from slewline.core.curves import PLACES, Piece, SCurve
-from slewline.core.cycles import CycleTrain, Linear
+from slewline.core.cycles import CycleTrain, Linear, SquareView
 from slewline.core.kernel import Kernel
 from slewline.core.net import Driver, Net, Wave
 from slewline.core.reading import Reading
-from slewline.core.step_views import PulseView, SquareView, StrobeView
+from slewline.core.step_views import PulseView, StrobeView
 from slewline.core.timebase import Clock
 from slewline.core.train import OPEN, Playing, StepTrain
 from slewline.parts.encoder import Encoder, Quadrature

@@ -25,12 +25,15 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, Protocol
 
+from .step_views import TrainView
 from .timebase import Clock
-from .train import Train
+from .train import Playing, Train, TrainEdges
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from .clocking import ClockEdges
 
 ONE = 1 << 16  # a step
 CYCLE = 8192  # ticks
@@ -333,3 +336,67 @@ def _counting() -> NDArray[np.float64]:
     import numpy as np
 
     return np.arange(1, BLOCK + 1, dtype=np.float64)
+
+
+class SquareView(TrainView):
+    """PULSE of a played train of cycles: high in the second half of each step.
+
+    `high`: the movement begins with PULSE high, a half step having been left open; so it stays until the first step.
+    """
+
+    __slots__ = ("halves", "high")
+
+    def __init__(self, of: Playing, high: bool) -> None:
+        train: Any = of.train
+        self.halves: CycleTrain = train.halves
+        self.of, self.high = of, high
+
+    def clock(self, level: int, since: int) -> ClockEdges:
+        """Return the edges to a level after an instant (see clocking.py)."""
+        return TrainEdges(self, level, since)
+
+    def passed(self, level: int, tick: int) -> int:
+        """Return how many edges to a level there are by a tick, that tick included."""
+        over = self.halves.begun_by(tick)
+        return max((over + 1) // 2 - self.high, 0) if level else over // 2
+
+    def edge(self, level: int, k: int) -> int | None:
+        """Return the tick of edge k to a level, counting from 1; None: there are fewer."""
+        half = 2 * (k - 1 + self.high) if level else 2 * k - 1
+        return self.halves.begin(half) if half < self.halves.steps else None
+
+    def few(self, level: int, numbers: list[int]) -> list[int]:
+        """Return the ticks of some edges to a level, all of which come."""
+        ahead = 2 * (1 - self.high) if level else 1
+        return self.halves.few([2 * k - ahead for k in numbers])
+
+    def edge_times(self, level: int, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of edges first ... last to a level: (n,) int64 ps."""
+        if not level:
+            return self.of.train.begins(first - 1, last)
+        high = int(self.high)
+        return self.halves.begins(2 * (first - 1 + high), 2 * (last + high) - 1)[::2]
+
+    def level(self, ps: int) -> int:
+        """Return the level at an instant (ps), edges at that instant included."""
+        over = self.halves.begun(self.of.bounded(ps))
+        return over % 2 if over else int(self.high)
+
+    def after(self, ps: int) -> int | None:
+        """Return when the level may change next, strictly after an instant (ps); None: as things stand never."""
+        halves = self.halves
+        k = max(halves.begun(ps), int(self.high))  # what is high does not rise
+        if k >= halves.steps:
+            return None
+        time = halves.clock.ps(halves.begin(k))
+        return time if self.of.until is None or time < self.of.until else None
+
+    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
+        import numpy as np
+
+        a = max(self.halves.begun(start), int(self.high))
+        times = self.halves.begins(a, self.halves.begun(self.of.bounded(stop)))
+        levels = np.empty(len(times), np.int8)
+        levels[::2], levels[1::2] = (a + 1) % 2, a % 2
+        return times, levels

@@ -19,7 +19,8 @@ from ..core.kernel import Task
 from ..core.serial import Character, Setting, Word
 from ..core.waits import edge, first_of, until
 from ..errors import Timeout
-from .rs232 import POWER_UP_PS, SILENCE_PS, LineHost
+from .line_host import LineHost
+from .rs232 import POWER_UP_PS, SILENCE_PS
 from .shadow import Shadow, ShadowHost
 from .worker import as_bytes
 

@@ -1,4 +1,4 @@
-"""RS-232: the serial connector of a computer, and what every host that speaks through one does alike.
+"""RS-232: the serial connector of a computer.
 
 computer   txd --------> rxd   module          three wires; mark, the idle state, is the negative voltage,
            rxd <-------- txd                   which is level 0 here
@@ -7,9 +7,7 @@ computer   txd --------> rxd   module          three wires; mark, the idle state
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
 from types import MappingProxyType
-from typing import TYPE_CHECKING, ClassVar
 
 from ..core.hook import Hook
 from ..core.inputs import from_outside
@@ -30,12 +28,8 @@ from ..core.serial import (
 )
 from ..core.waits import until
 from ..errors import UsageError
-from .computer import Computer
 from .far_end import FarEnd
 from .worker import Data, Worker, as_bytes
-
-if TYPE_CHECKING:
-    pass
 
 FAULTS = ("parity", "framing", "late")
 LATE_PS = 10**11  # how much later than it could a late character begins
@@ -197,38 +191,3 @@ class SerialPort(Worker):
         """Return a condition for `bench.run_until`: these bytes have been received, one behind the other."""
         mute = "" if self.pins["rxd"].net.drivers else " (whose rxd nobody drives: what listens there only receives)"
         return GotCondition(f"{self.name}{mute}", self.received, as_bytes(self.name, data))
-
-
-class LineHost(SerialPort, Computer):
-    """A host computer on a serial line."""
-
-    for_users: ClassVar[tuple[str, ...]] = (
-        "write",
-        "change_line",
-        "faulty",
-        "baud",
-        "word",
-    )
-
-    @from_outside
-    def give_up(self) -> None:
-        """Take back the last command, which was not answered in time."""
-        self.input("give_up")
-        self.forget_characters()
-
-    def drop(self) -> None:
-        """Forget what is queued; characters that are on the line already, and the command asked last, go on."""
-        super().drop()
-        self.take_back(1, "drop()")
-
-    def lent(self) -> Callable[[], object]:
-        """Return what restores rate and format, when somebody else has spoken over this line (`spoken`)."""
-        baud, word = self.baud, self.word
-        return lambda: self.set_line(baud, word)
-
-    def rest(self) -> None:
-        """Forget what is queued, and put the line to mark."""
-        if self.sender is not None:
-            self.sender.kill()
-        self.outgoing.clear()
-        self.drivers["txd"].drive(self.mark)

@@ -12,7 +12,8 @@ from ..core.waits import first_of, until
 from ..errors import ChecksumError, Timeout, UsageError
 from ..language.dialect import spoken_as
 from ..language.lines import Lines, checksum, framed
-from .rs232 import POWER_UP_PS, SILENCE_PS, LineHost
+from .line_host import LineHost
+from .rs232 import POWER_UP_PS, SILENCE_PS
 
 if TYPE_CHECKING:
     from ..core.channel import SerialLine

@@ -19,8 +19,7 @@ from typing import NamedTuple
 
 from ...core.chip import Chip
 from ...core.curves import SCurve
-from ...core.cycles import CycleTrain, Law
-from ...core.step_views import SquareView
+from ...core.cycles import CycleTrain, Law, SquareView
 from ...core.train import Playing
 from .cycle_clock import CycleClock
 from .profile import Phases, Run
