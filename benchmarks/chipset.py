@@ -18,7 +18,7 @@ import numpy as np
 from rows import Row, best, best_of, timed
 
 import slewline
-from slewline.bench.script import run_script
+from slewline.bench.scripts.script import run_script
 
 ONE = 1 << 16  # a step
 TOP = 512 * ONE  # 1.5625 Mpulses/s

@@ -10,8 +10,8 @@ from rows import Row, best, best_of
 import slewline
 from slewline.chips import sheet_of
 from slewline.chips.cy545 import profile
-from slewline.core.timebase import Clock
-from slewline.core.train import StepTrain
+from slewline.core.motion.train import StepTrain
+from slewline.core.time.timebase import Clock
 
 NUMBER, FIRST, RATE, SLOPE = 16_000_000, 14, 255, 220
 

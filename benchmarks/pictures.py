@@ -8,10 +8,10 @@ import numpy as np
 from rows import Row, best
 
 import slewline
-from slewline.core.axis import Axis
-from slewline.core.quantity import Position, Velocity
-from slewline.core.train import Playing, StepTrain
-from slewline.record import outlines
+from slewline.core.motion.axis import Axis
+from slewline.core.motion.quantity import Position, Velocity
+from slewline.core.motion.train import Playing, StepTrain
+from slewline.record.recording import outlines
 
 BOUND = "matplotlib: some 50 ticks and 100 texts, and the PNG of 1.3 million pixels"
 

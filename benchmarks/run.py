@@ -35,8 +35,8 @@ from rows import Row, best, best_of, table, timed
 
 import slewline
 from slewline.chips.cy525 import profile
-from slewline.core.timebase import Clock
-from slewline.core.train import StepTrain
+from slewline.core.motion.train import StepTrain
+from slewline.core.time.timebase import Clock
 
 CLOCK = Clock(11_000_000)
 ONE_THREAD = os.environ | dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")

@@ -26,7 +26,7 @@ from time import perf_counter, sleep
 
 from rows import Row
 
-from slewline.links.chipset_port import COMMAND, DATA, HOSTRDY, STATUS, ChipsetPort
+from slewline.links.clients.chipset_port import COMMAND, DATA, HOSTRDY, STATUS, ChipsetPort
 
 CHARACTER_MS = 11 / 9.6
 TURNROUND_MS = 1.0

@@ -13,7 +13,7 @@ docs/reference/control.md       the requests of the control port
 docs/reference/parts.md         what stands around a chip
 docs/reference/conformance_*.md facts and their tests
 
-And one file that goes with the package: src/slewline/links/control.schema.json, the requests once more.
+And one file that goes with the package: src/slewline/links/control/control.schema.json, the requests once more.
 """
 
 from __future__ import annotations
@@ -37,15 +37,15 @@ from slewline.chips import PARTS, listed, quirks_of, ramps_of, sheet_of
 from slewline.chips.cy545 import sheet as cy545
 from slewline.cli.commands import cli
 from slewline.core.chip import Chip
-from slewline.core.roles import ROLES
+from slewline.core.datasheet.roles import ROLES
 from slewline.errors import WiringError
 from slewline.language.describe import describe, option_table, table
 from slewline.language.lines import usage
 from slewline.language.lines.reference import line_table
 from slewline.language.packets import Packets
-from slewline.links.requests import COMMON, NAMES, REQUESTS, Key, Request, schema
+from slewline.links.control.requests import COMMON, NAMES, REQUESTS, Key, Request, schema
 from slewline.parts import KINDS, part_class
-from slewline.parts.part import Part
+from slewline.parts.base.part import Part
 
 EXAMPLES: dict[str, dict[str, Any]] = {"prom": {"image": ""}, "switch": {"low": 0}}  # parts that must be told something
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -224,7 +224,7 @@ def options(command: click.Command, context: click.Context) -> Iterator[tuple[st
 
 def script_guide() -> list[str]:
     """The guide to run scripts, as `slewline run --help` ends with it."""
-    from slewline.bench import script
+    from slewline.bench.scripts import script
 
     lines = (script.__doc__ or "").splitlines()
     return ["```text", *lines, "```"]
@@ -374,7 +374,7 @@ FILES = {
     "reference/mc1451a.md": mc1451a_page,
     "reference/cli.md": cli_page,
     "reference/control.md": control_page,
-    "../src/slewline/links/control.schema.json": control_schema,
+    "../src/slewline/links/control/control.schema.json": control_schema,
     "reference/parts.md": parts_page,
     **{f"reference/conformance_{folder}.md": partial(conformance_page, folder) for folder in conformance.tables()},
 }

@@ -140,7 +140,7 @@ def blocks(page: str) -> list[str]:
 def claims() -> str:
     """Return a program that says of what class everything is that a bench hands out by name."""
     lines = ["from typing import assert_type", "import slewline", "from slewline.core.chip import Chip"]
-    lines += ["from slewline.parts.part import Part", "bench = slewline.Bench()"]
+    lines += ["from slewline.parts.base.part import Part", "bench = slewline.Bench()"]
     lines += ['assert_type(bench["x"], Chip | Part)', 'assert_type(slewline.load("bench.toml")["x"], Chip | Part)']
     for number in PARTS:
         chip, host = chip_class(number), host_of(number)

@@ -18,19 +18,19 @@ from .version import __version__ as __version__
 TYPE_CHECKING = False  # without loading `typing`: an interrupt before the command line begins is a traceback
 if TYPE_CHECKING:
     from .bench import Bench, load, replay
-    from .bench.images import read_image, write_image
+    from .bench.files.images import read_image, write_image
     from .bench.ramps import find_ramps, ramp
-    from .core.axis import Steps
     from .core.chip import Chip, Finding
+    from .core.motion.axis import Steps
     from .errors import ChecksumError, ProgramError, SlewlineError, Timeout, UsageError, WaveformError, WiringError
-    from .record.compare import compare_edges
-    from .record.read_vcd import read_vcd
+    from .record.measuring.compare import compare_edges
+    from .record.waveforms.read_vcd import read_vcd
 
 _FROM = {  # loaded when first asked for, so that `import slewline` costs nothing
     "bench": ("Bench", "load", "replay"),
-    "bench.images": ("read_image", "write_image"),
+    "bench.files.images": ("read_image", "write_image"),
     "bench.ramps": ("find_ramps", "ramp"),
-    "core.axis": ("Steps",),
+    "core.motion.axis": ("Steps",),
     "core.chip": ("Chip", "Finding"),
     "errors": (
         "ChecksumError",
@@ -41,8 +41,8 @@ _FROM = {  # loaded when first asked for, so that `import slewline` costs nothin
         "WaveformError",
         "WiringError",
     ),
-    "record.compare": ("compare_edges",),
-    "record.read_vcd": ("read_vcd",),
+    "record.measuring.compare": ("compare_edges",),
+    "record.waveforms.read_vcd": ("read_vcd",),
 }
 __all__ = [
     "Bench",
@@ -75,7 +75,7 @@ _MEANT = {  # names that there are not, and what to write
     **dict.fromkeys(("host", "send", "Host", "connect"), f"{_ON_A_BENCH}bench.host(x).send(...)"),
     **dict.fromkeys(("open", "Serial", "serial", "port"), 'serial.serial_for_url("slewline://PART"), of pySerial'),
     **dict.fromkeys(
-        ("open_bench", "load_bench", "read_bench", "from_file", "from_toml"), 'slewline.load("bench.toml")'
+        ("open_bench", "load_bench", "read_bench", "from_file", "from_toml"), 'slewline.load("bench.files.toml")'
     ),
     **dict.fromkeys(("ramps", "Ramp", "calculate"), 'slewline.ramp("PART", ...)'),
     **dict.fromkeys(("plot", "show", "figure"), f'{_ON_A_BENCH}bench.plot("run.svg")'),
@@ -85,7 +85,7 @@ _MEANT = {  # names that there are not, and what to write
 
 def _instead(name: str) -> str:
     """What there is instead of a name that there is not: a chip, or a name like it."""
-    from .core.near import hint
+    from .core.messages.near import hint
 
     if name in _MEANT:
         return f"; write {_MEANT[name]}"

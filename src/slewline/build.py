@@ -16,24 +16,24 @@ from .lazy import lazily
 if TYPE_CHECKING:
     from .chips import checks_of, chip_class, sheet_of
     from .chips.line import Line, LineChip
-    from .core.axis import Axis
-    from .core.channel import AdaptiveLine, BusHandshake, FlowBus, HostPort, SerialLine
     from .core.chip import Chip, Finding
-    from .core.hook import Hook
-    from .core.inputs import from_outside
-    from .core.net import Bus, Driver, Net
-    from .core.one_axis import OneAxis
-    from .core.option import Option
-    from .core.pin import Condition, Terminal
-    from .core.plan import Leg, Plan, plan
+    from .core.datasheet.channel import AdaptiveLine, BusHandshake, FlowBus, HostPort, SerialLine
+    from .core.datasheet.option import Option
+    from .core.datasheet.quirk import Quirk
+    from .core.datasheet.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing
+    from .core.motion.axis import Axis
+    from .core.motion.one_axis import OneAxis
+    from .core.motion.plan import Leg, Plan, plan
+    from .core.motion.step_views import PatternView, PulseView, StrobeView
+    from .core.motion.train import Playing, StepTrain
     from .core.program import ProgramRow
-    from .core.quirk import Quirk
-    from .core.step_views import PatternView, PulseView, StrobeView
-    from .core.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing
-    from .core.timebase import Clock, Time, moment, picoseconds, readable
-    from .core.train import Playing, StepTrain
-    from .core.views import gated, inverted
-    from .core.waits import edge, first_of, level, next_round, polled, until
+    from .core.time.hook import Hook
+    from .core.time.inputs import from_outside
+    from .core.time.timebase import Clock, Time, moment, picoseconds, readable
+    from .core.wires.net import Bus, Driver, Net
+    from .core.wires.pin import Condition, Terminal
+    from .core.wires.views import gated, inverted
+    from .core.wires.waits import edge, first_of, level, next_round, polled, until
     from .language.assemble import assemble
     from .language.disassemble import listing
     from .language.letters import Letters
@@ -41,32 +41,32 @@ if TYPE_CHECKING:
     from .language.lint import lint
     from .language.packets import Packets
     from .language.verbatim import Verbatim
-    from .parts.clocked import Clocked
-    from .parts.follower import Follower, Stateless
-    from .parts.part import Part
-    from .parts.sensors import Sensor
+    from .parts.base.clocked import Clocked
+    from .parts.base.follower import Follower, Stateless
+    from .parts.base.part import Part
+    from .parts.shafts.sensors import Sensor
 
 _FROM = {
     "chips": ("checks_of", "chip_class", "sheet_of"),
     "chips.line": ("Line", "LineChip"),
-    "core.axis": ("Axis",),
-    "core.channel": ("AdaptiveLine", "BusHandshake", "FlowBus", "HostPort", "SerialLine"),
+    "core.motion.axis": ("Axis",),
+    "core.datasheet.channel": ("AdaptiveLine", "BusHandshake", "FlowBus", "HostPort", "SerialLine"),
     "core.chip": ("Chip", "Finding"),
-    "core.one_axis": ("OneAxis",),
-    "core.hook": ("Hook",),
-    "core.net": ("Bus", "Driver", "Net"),
-    "core.option": ("Option",),
-    "core.inputs": ("from_outside",),
-    "core.pin": ("Condition", "Terminal"),
-    "core.plan": ("Leg", "Plan", "plan"),
+    "core.motion.one_axis": ("OneAxis",),
+    "core.time.hook": ("Hook",),
+    "core.wires.net": ("Bus", "Driver", "Net"),
+    "core.datasheet.option": ("Option",),
+    "core.time.inputs": ("from_outside",),
+    "core.wires.pin": ("Condition", "Terminal"),
+    "core.motion.plan": ("Leg", "Plan", "plan"),
     "core.program": ("ProgramRow",),
-    "core.quirk": ("Quirk",),
-    "core.step_views": ("PatternView", "PulseView", "StrobeView"),
-    "core.table": ("Arg", "Limit", "Pin", "Register", "Row", "Sheet", "Table", "Timing"),
-    "core.timebase": ("Clock", "Time", "moment", "picoseconds", "readable"),
-    "core.train": ("Playing", "StepTrain"),
-    "core.views": ("gated", "inverted"),
-    "core.waits": ("edge", "first_of", "level", "next_round", "polled", "until"),
+    "core.datasheet.quirk": ("Quirk",),
+    "core.motion.step_views": ("PatternView", "PulseView", "StrobeView"),
+    "core.datasheet.table": ("Arg", "Limit", "Pin", "Register", "Row", "Sheet", "Table", "Timing"),
+    "core.time.timebase": ("Clock", "Time", "moment", "picoseconds", "readable"),
+    "core.motion.train": ("Playing", "StepTrain"),
+    "core.wires.views": ("gated", "inverted"),
+    "core.wires.waits": ("edge", "first_of", "level", "next_round", "polled", "until"),
     "language.assemble": ("assemble",),
     "language.disassemble": ("listing",),
     "language.letters": ("Letters",),
@@ -74,10 +74,10 @@ _FROM = {
     "language.lint": ("lint",),
     "language.packets": ("Packets",),
     "language.verbatim": ("Verbatim",),
-    "parts.clocked": ("Clocked",),
-    "parts.follower": ("Follower", "Stateless"),
-    "parts.part": ("Part",),
-    "parts.sensors": ("Sensor",),
+    "parts.base.clocked": ("Clocked",),
+    "parts.base.follower": ("Follower", "Stateless"),
+    "parts.base.part": ("Part",),
+    "parts.shafts.sensors": ("Sensor",),
 }
 __all__ = [
     "AdaptiveLine",

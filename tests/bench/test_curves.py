@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import slewline
-from slewline.core.history import Lines, Staircase
-from slewline.core.kernel import Kernel
+from slewline.core.motion.history import Lines, Staircase
+from slewline.core.time.kernel import Kernel
 from slewline.errors import UnknownName, UsageError
-from slewline.parts.part import Part
+from slewline.parts.base.part import Part
 from tests.oracles import waveform
 
 MS = 10**9

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 import slewline
-from slewline.bench.told import differences
+from slewline.bench.pictures.told import differences
 from slewline.cli.main import invoke
 from slewline.core.chip import Chip
-from slewline.core.deviation import Deviation
+from slewline.core.motion.deviation import Deviation
 from slewline.errors import NotRecorded, UnknownName
-from slewline.record.traces import Trace
-from slewline.record.tracks import Track
+from slewline.record.pictures.tracks import Track
+from slewline.record.recording.traces import Trace
 
 MS = 10**9
 ROOT = Path(__file__).parents[2]

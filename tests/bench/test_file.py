@@ -14,7 +14,7 @@ import pytest
 import slewline
 from slewline.bench import file as file_module
 from slewline.bench.file import BenchFile, load_bench
-from slewline.bench.toml import read_toml
+from slewline.bench.files.toml import read_toml
 
 X = '[[chip]]\npart = "cy525"\nname = "x"\n'
 Y = '[[chip]]\npart = "cy525"\nname = "y"\n'

@@ -8,7 +8,7 @@ import pytest
 
 import slewline
 from slewline.bench.file import load_bench
-from slewline.bench.script import run_script
+from slewline.bench.scripts.script import run_script
 
 MS = 10**9
 FAST = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}

@@ -8,7 +8,7 @@ import pytest
 
 import slewline
 from slewline.chips import PARTS
-from slewline.core.net import Bus, Driver
+from slewline.core.wires.net import Bus, Driver
 from slewline.parts import KINDS, part_class
 
 S, MS = 10**12, 10**9  # picoseconds; whole seconds lie on the clocks of all parts

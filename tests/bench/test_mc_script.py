@@ -6,7 +6,7 @@ import pytest
 
 import slewline
 from slewline.bench.file import load_bench
-from slewline.bench.script import read_script, run_script
+from slewline.bench.scripts.script import read_script, run_script
 
 NS, US, MS = 10**3, 10**6, 10**9  # picoseconds
 MOVE = "SET_POS 50\nSET_VEL 65536\nSET_ACC 8192\nUPDATE\n"

@@ -127,7 +127,7 @@ def test_runs_of_benches_and_steps_can_be_mixed(model, measured):
 
 def test_a_longer_measured_motion_is_in_the_window(model, measured):
     steps = measured.steps("pulse")
-    late = slewline.core.axis.Steps(steps.times_ps * 5, steps.directions, steps.positions)
+    late = slewline.core.motion.axis.Steps(steps.times_ps * 5, steps.directions, steps.positions)
     axes = model.figure(pins=[], runs={"measured": late}).axes[0]
     assert drawn(axes, "velocity of measured").get_xdata()[-1] <= axes.get_xlim()[1]
     assert len(drawn(axes, "velocity of measured").get_xdata()) > 100

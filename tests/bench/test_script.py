@@ -7,10 +7,10 @@ import re
 import pytest
 
 import slewline
-from slewline.bench.directives import DIRECTIVES
-from slewline.bench.script import EXAMPLES, read_script, run_script
+from slewline.bench.scripts.directives import DIRECTIVES
+from slewline.bench.scripts.script import EXAMPLES, read_script, run_script
 from slewline.chips.cy525.sheet import SHEET
-from slewline.core.timebase import picoseconds
+from slewline.core.time.timebase import picoseconds
 
 SET_UP = "F 3\nR 20\nS 255\nZ 1\nA 0\n"
 SLEWING = SET_UP + "N 65000\nH\nG\n@until slew=0\n"

@@ -9,10 +9,10 @@ import pytest
 import slewline
 from slewline.bench.wiring import met
 from slewline.chips import PARTS, chip_class, sheet_of
-from slewline.core.roles import AXIS_ROLES, ROLES
-from slewline.core.table import Pin
+from slewline.core.datasheet.roles import AXIS_ROLES, ROLES
+from slewline.core.datasheet.table import Pin
 from slewline.errors import SheetError, SlewlineError, UnknownName, UsageError, WiringError
-from slewline.parts.part import Part
+from slewline.parts.base.part import Part
 
 LINE = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import slewline
-from slewline.core.net import Driver
-from slewline.core.timebase import picoseconds
+from slewline.core.time.timebase import picoseconds
+from slewline.core.wires.net import Driver
 
 US, MS = 10**6, 10**9  # picoseconds
 LINES = ("io_request", "busy", "usrb6", "txd")

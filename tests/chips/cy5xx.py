@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import slewline
-from slewline.core.timebase import picoseconds
-from slewline.core.waits import level, until
-from slewline.parts.host import Port
+from slewline.core.time.timebase import picoseconds
+from slewline.core.wires.waits import level, until
+from slewline.parts.hosts.host import Port
 
 US = 1_000_000  # picoseconds
 

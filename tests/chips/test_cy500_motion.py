@@ -13,7 +13,7 @@ from slewline.chips import sheet_of
 from slewline.chips.cy5xx.slope import Law
 from slewline.chips.cy500 import profile
 from slewline.chips.cy500.sheet import PERIODS
-from slewline.core.plan import steps as steps_of
+from slewline.core.motion.plan import steps as steps_of
 from slewline.errors import UsageError, WiringError
 
 LAW = Law(PERIODS)

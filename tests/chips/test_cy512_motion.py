@@ -287,7 +287,7 @@ def test_a_host_that_leaves_io_request_low_ends_its_motion_behind_the_first_step
     since = r.bench.now_ps
 
     async def slow(port):
-        from slewline.core.waits import level, until
+        from slewline.core.wires.waits import level, until
 
         for byte in b"G\r":
             await level(port.ready, 1)

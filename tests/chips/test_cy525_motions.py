@@ -12,7 +12,7 @@ import slewline
 from slewline import UsageError
 from slewline.chips.cy525.profile import unit_ticks
 from slewline.chips.cy525.sheet import STEP_TICKS
-from slewline.core.one_axis import OneAxis
+from slewline.core.motion.one_axis import OneAxis
 
 HZ = 11_000_000
 BOTH = pytest.mark.parametrize("stepwise", (False, True))

@@ -210,7 +210,7 @@ def test_the_chip_says_what_it_waits_for(hand, name):
     assert waiting(h) == STATES[name][0]
     assert h.x.idle == (name == "idle" or name == "half a command")
     since = h.x.waiting.rpartition(" since ")[2].partition(";")[0]  # behind it, what has come of a command
-    assert slewline.core.timebase.picoseconds(since) <= h.bench.now_ps
+    assert slewline.core.time.timebase.picoseconds(since) <= h.bench.now_ps
     if not h.x.idle:
         with pytest.raises(slewline.Timeout) as caught:
             h.bench.run_until_idle(timeout="1 ps")
@@ -539,7 +539,9 @@ def test_an_open_reset_pin_has_its_capacitor(hand, released):
         h.x.pin("reset").release()
     h.x.power(True)
     on = h.bench.now_ps
-    assert waiting(h) == f"the capacitor at RESET, charged at {slewline.core.timebase.readable(on + POWER_UP_RC_PS)}"
+    assert (
+        waiting(h) == f"the capacitor at RESET, charged at {slewline.core.time.timebase.readable(on + POWER_UP_RC_PS)}"
+    )
     h.bench.run_to(on + POWER_UP_RC_PS - 1)
     assert not h.x.idle
     h.bench.run_to(on + POWER_UP_RC_PS)

@@ -10,7 +10,7 @@ from cy545 import MS, US, Rig545
 from cy545_hand import Hand
 
 import slewline
-from slewline.core.kernel import Kernel
+from slewline.core.time.kernel import Kernel
 
 BOTH = pytest.mark.parametrize("part", ["cy545", "cy545b"])
 CTS = 0x20

@@ -6,7 +6,7 @@ import pytest
 from cy545_hand import MS, US, Hand
 
 from slewline.chips.cy545.sheet import CY545, CY545B
-from slewline.parts.parallel_card import ParallelCard
+from slewline.parts.boards.parallel_card import ParallelCard
 
 BOTH = pytest.mark.parametrize("part", ["cy545", "cy545b"])
 REPLY = b"R=00100\r"

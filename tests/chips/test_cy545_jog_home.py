@@ -12,7 +12,7 @@ from cy545 import MS, US, Rig545, near, periods, steppable
 
 import slewline
 from slewline.chips.cy545 import sheet
-from slewline.core.net import Driver
+from slewline.core.wires.net import Driver
 
 PINS = ("pulse", "ccw", "stopped", "slew", "usrb0")
 RATES = sheet.TABLES["20k"]

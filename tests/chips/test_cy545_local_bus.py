@@ -8,7 +8,7 @@ import pytest
 from cy545 import CC10, MS, US, Rig545
 
 import slewline
-from slewline.parts.panel_parts import switch_address
+from slewline.parts.front_panel.panel_parts import switch_address
 
 LINES = ("xmem_sel", "sw_sel", "ale", "rd", "wr", "usrb7")
 

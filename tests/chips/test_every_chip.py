@@ -10,13 +10,13 @@ import re
 import pytest
 
 import slewline
-from slewline.bench.script import run_script
+from slewline.bench.scripts.script import run_script
 from slewline.chips import PARTS, sheet_of
-from slewline.core.option import checked, read
-from slewline.core.store import Memory
-from slewline.parts.flow_host import FlowHost
-from slewline.parts.host import Host
-from slewline.parts.packet_host import PacketHost
+from slewline.core.datasheet.option import checked, read
+from slewline.core.memory.store import Memory
+from slewline.parts.hosts.flow_host import FlowHost
+from slewline.parts.hosts.host import Host
+from slewline.parts.hosts.packet_host import PacketHost
 from tests.options import wrong_options
 
 DIALOGUES = {

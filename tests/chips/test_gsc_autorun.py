@@ -11,7 +11,7 @@ import pytest
 from gsc import C200, CHARACTER, MS, NINE_SIX, SETUP, STR, TURNROUND, US, Rig, base, both, gaps
 
 import slewline
-from slewline.core.store import Memory
+from slewline.core.memory.store import Memory
 
 RESET = 400 * US
 PROGRAM = (*STR, "+50")

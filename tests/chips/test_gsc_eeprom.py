@@ -8,7 +8,7 @@ import pytest
 from gsc import C200, C200S, CHARACTER, MS, STR, Rig, base, both
 
 import slewline
-from slewline.core.store import Memory
+from slewline.core.memory.store import Memory
 
 BYTE = 10 * MS
 PROGRAM, OTHER = [*STR, "+5"], [*STR, "+9"]  # 16 locations each

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slewline.chips.gs_c200 import profile
-from slewline.core.plan import Plan, Runs
-from slewline.core.timebase import PS_PER_S
-from slewline.core.train import OPEN
+from slewline.core.motion.plan import Plan, Runs
+from slewline.core.motion.train import OPEN
+from slewline.core.time.timebase import PS_PER_S
 from slewline.errors import UsageError
 
 speeds, lengths = st.integers(1, 1000), st.integers(1, 999)

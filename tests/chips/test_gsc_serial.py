@@ -11,8 +11,8 @@ import pytest
 from gsc import C200, C200S, MS, NINE_SIX, STR, Rig, base, both
 
 import slewline
-from slewline.core.serial import Word
-from slewline.core.store import Memory
+from slewline.core.memory.store import Memory
+from slewline.core.wires.serial import Word
 
 BAUDS = {"000": 9600, "100": 4800, "010": 2400, "110": 1200, "001": 600, "101": 300, "011": 150, "111": 110}
 BITS = 11  # of a character
@@ -92,7 +92,7 @@ def test_an_answer_begins_a_millisecond_behind_the_return_and_looks_like_this(pa
 def test_the_time_before_an_answer_can_be_chosen(part: str, turnround: str) -> None:
     rig = base(part, options={"turnround": turnround})
     rig.wire("F\r")
-    assert rig.edges("txd") == drawn("R\r", sent("F\r") + slewline.core.timebase.picoseconds(turnround))
+    assert rig.edges("txd") == drawn("R\r", sent("F\r") + slewline.core.time.timebase.picoseconds(turnround))
 
 
 @both

@@ -8,13 +8,13 @@ from random import Random
 import pytest
 
 from slewline.chips.mc1451a.enc import FilteredInput, QuadratureCounter
-from slewline.core.kernel import Kernel
-from slewline.core.net import Driver, Net, Wave
-from slewline.core.pin import Terminal
-from slewline.core.step_views import PulseView
-from slewline.core.table import Pin
-from slewline.core.timebase import Clock
-from slewline.core.train import OPEN, Playing, StepTrain
+from slewline.core.datasheet.table import Pin
+from slewline.core.motion.step_views import PulseView
+from slewline.core.motion.train import OPEN, Playing, StepTrain
+from slewline.core.time.kernel import Kernel
+from slewline.core.time.timebase import Clock
+from slewline.core.wires.net import Driver, Net, Wave
+from slewline.core.wires.pin import Terminal
 
 NS, US, MS = 1_000, 1_000_000, 1_000_000_000
 CYCLE = 8192

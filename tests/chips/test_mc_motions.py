@@ -11,7 +11,7 @@ from ruckig import InputParameter, Ruckig
 from ruckig import Trajectory as Found
 
 import slewline
-from slewline.core.quantity import Quantity
+from slewline.core.motion.quantity import Quantity
 
 BOTH = pytest.mark.parametrize("stepwise", (False, True))
 ONE = 1 << 16

@@ -13,7 +13,7 @@ import pytest
 from mc import ONE, Rig
 from mc_motion import mover
 
-from slewline.bench.script import run_script
+from slewline.bench.scripts.script import run_script
 
 PHASES = 100
 FAST = ("SET_OUTPUT_HIGH", f"SET_VEL {4 * ONE}", f"SET_ACC {4 * ONE}")  # four steps in a cycle, from the first on

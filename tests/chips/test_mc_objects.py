@@ -11,7 +11,7 @@ from slewline.chips.mc1451a.cycle_clock import CycleClock
 from slewline.chips.mc1451a.instructions import Instructions
 from slewline.chips.mc1451a.interrupt import HostInterrupt
 from slewline.chips.mc1451a.registers import MOTION_COMPLETE, POSITIVE_LIMIT, AxisState, Profile, Registers
-from slewline.core.timebase import Clock
+from slewline.core.time.timebase import Clock
 
 
 def test_a_reset_leaves_nothing_of_what_was_in_the_registers():

@@ -10,7 +10,7 @@ import pytest
 import slewline
 from slewline.chips import PARTS, sheet_of
 from slewline.chips.mc1451a.sheet import CYCLE_TICKS, HIGH_RANGE, NOTES, SLICE_TICKS, STANDARD_RANGE, TIMES
-from slewline.core.table import Row, Table
+from slewline.core.datasheet.table import Row, Table
 from slewline.errors import SheetError, UnknownName
 
 SHEETS = {part: sheet_of(part) for part, row in PARTS.items() if row.folder == "mc1451a"}

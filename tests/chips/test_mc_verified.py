@@ -6,11 +6,11 @@ import pytest
 
 import slewline
 from slewline.chips.mc1451a import generator
+from slewline.chips.mc1451a.curves import PLACES, SCurve
+from slewline.chips.mc1451a.cycle_train import Linear
 from slewline.chips.mc1451a.profile import Limits, Phases, Run, brake, contour, s_curve, trapezoid
 from slewline.chips.mc1451a.verified import fault_of_curve, fault_of_run
-from slewline.core.curves import PLACES, SCurve
-from slewline.core.cycles import Linear
-from slewline.core.train import OPEN
+from slewline.core.motion.train import OPEN
 from slewline.errors import PlanError, SlewlineError
 
 LIMITS = Limits(velocity=1000, acceleration=70, start=200)

@@ -12,15 +12,15 @@ import pytest
 import slewline
 from slewline import chips
 from slewline.bench.file import BenchFile
-from slewline.bench.script import run_script
-from slewline.core.axis import Axis
-from slewline.core.channel import BusHandshake, HostPort, SerialLine
+from slewline.bench.scripts.script import run_script
 from slewline.core.chip import Chip
-from slewline.core.serial import RS232, Receiver, Word, bit_clock, transmit
-from slewline.core.step_views import StrobeView
-from slewline.core.table import Arg, Pin, Row, Sheet, Table
-from slewline.core.train import Playing, StepTrain
-from slewline.core.waits import level, until
+from slewline.core.datasheet.channel import BusHandshake, HostPort, SerialLine
+from slewline.core.datasheet.table import Arg, Pin, Row, Sheet, Table
+from slewline.core.motion.axis import Axis
+from slewline.core.motion.step_views import StrobeView
+from slewline.core.motion.train import Playing, StepTrain
+from slewline.core.wires.serial import RS232, Receiver, Word, bit_clock, transmit
+from slewline.core.wires.waits import level, until
 from slewline.errors import BenchFileError, ProgramError, SheetError, UsageError
 from slewline.language.assemble import assemble, to_ascii
 from slewline.language.describe import describe
@@ -28,9 +28,9 @@ from slewline.language.dialect import Command, dialect_of, spoken_as
 from slewline.language.letters import Letters
 from slewline.language.lines import Lines
 from slewline.language.lint import lint
-from slewline.links.framing import FramedLine
-from slewline.links.line import SerialLine as ServedLine
-from slewline.links.pace import Lockstep
+from slewline.links.lines.framing import FramedLine
+from slewline.links.lines.line import SerialLine as ServedLine
+from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
 
 US = 1_000_000

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from slewline.chips.cy525 import profile
 from slewline.chips.cy525.sheet import STEP_TICKS, STEPS_PER_SECOND
-from slewline.core.train import OPEN
+from slewline.core.motion.train import OPEN
 from slewline.errors import SlewlineError
 
 rates, slopes, divisors = st.integers(0, 127), st.integers(0, 255), st.integers(0, 255)

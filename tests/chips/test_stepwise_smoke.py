@@ -7,9 +7,9 @@ from itertools import pairwise
 import pytest
 
 from slewline.chips.cy525.firmware import Cy525
-from slewline.core.kernel import Kernel
-from slewline.core.net import Driver
-from slewline.core.waits import level
+from slewline.core.time.kernel import Kernel
+from slewline.core.wires.net import Driver
+from slewline.core.wires.waits import level
 
 MHZ = 11
 US = 1_000_000  # ps

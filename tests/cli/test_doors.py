@@ -13,7 +13,7 @@ import pytest
 import slewline
 from slewline.cli import examples as module
 from slewline.cli.main import invoke
-from slewline.core.near import hint
+from slewline.core.messages.near import hint
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from slewline.bench.images import read_image, write_image
+from slewline.bench.files.images import read_image, write_image
 
 PROGRAM = b"N 5\r+\rG\r0\r"
 ENTER = ("Y 0", "E", "N 5", "+", "G", "0", "Q", "Y 0", "X")

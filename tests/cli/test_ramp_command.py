@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import slewline
-from slewline.core.timebase import readable
+from slewline.core.time.timebase import readable
 
 CY, GSC, MC = (
     ("cy525", "F=3", "R=80", "S=100"),

@@ -179,7 +179,7 @@ def test_a_bench_file_says_how_long(call, bench):
 
 
 def test_loops_without_time_are_a_problem_of_the_run(call, write, monkeypatch):
-    monkeypatch.setattr("slewline.core.kernel.ROUNDS_LIMIT", 1000)
+    monkeypatch.setattr("slewline.core.time.kernel.ROUNDS_LIMIT", 1000)
     write("b.toml", "[[chip]]", 'part = "cy525"', 'name = "x"', "[[part]]", 'kind = "inverter"', 'name = "i"')
     with open("b.toml", "a") as file:
         file.write('[[wire]]\nfrom = "i.out"\nto = "i.in1"\n')

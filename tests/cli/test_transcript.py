@@ -7,7 +7,7 @@ from contextlib import suppress
 import pytest
 
 import slewline
-from slewline.bench.script import run_script
+from slewline.bench.scripts.script import run_script
 from slewline.cli.transcript import MOST, Transcript, counted, seconds
 
 SET_UP = "F 3\nR 40\nS 255\nZ 1\nA 0\n"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from random import Random
 
-from slewline.core.timebase import Clock
+from slewline.core.time.timebase import Clock
 
 
 def bounds(random: Random, ticks: list[int], clock: Clock) -> list[int | None]:

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 import slewline
-from slewline.core.axis import Axis
 from slewline.core.chip import Chip, Finding
-from slewline.core.kernel import Kernel
-from slewline.core.net import Driver
-from slewline.core.table import Pin, Sheet, Table
-from slewline.core.timebase import Clock
-from slewline.core.train import Playing, StepTrain
-from slewline.core.waits import level
+from slewline.core.datasheet.table import Pin, Sheet, Table
+from slewline.core.motion.axis import Axis
+from slewline.core.motion.train import Playing, StepTrain
+from slewline.core.time.kernel import Kernel
+from slewline.core.time.timebase import Clock
+from slewline.core.wires.net import Driver
+from slewline.core.wires.waits import level
 from slewline.errors import (
     LONGEST_FINDING,
     LONGEST_LINE,

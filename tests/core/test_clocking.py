@@ -8,14 +8,14 @@ from random import Random
 import pytest
 from promises import Early
 
-from slewline.core import clocking
-from slewline.core.clocking import Even, Still, Walked, clock_edges
-from slewline.core.cycles import CycleTrain, Linear, SquareView
-from slewline.core.step_views import PulseView, StrobeView
-from slewline.core.timebase import Clock
-from slewline.core.train import OPEN, Playing, StepTrain, TrainEdges
-from slewline.core.views import Bounded, Repeated
-from slewline.core.wave import Wave
+from slewline.chips.mc1451a.cycle_train import CycleTrain, Linear, SquareView
+from slewline.core.motion.step_views import PulseView, StrobeView
+from slewline.core.motion.train import OPEN, Playing, StepTrain, TrainEdges
+from slewline.core.time.timebase import Clock
+from slewline.core.wires import clocking
+from slewline.core.wires.clocking import Even, Still, Walked, clock_edges
+from slewline.core.wires.views import Bounded, Repeated
+from slewline.core.wires.wave import Wave
 
 END = 1 << 50
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import slewline
-from slewline.core import kernel as kernel_module
-from slewline.core.kernel import Kernel
-from slewline.core.net import Driver, Net, Wave
-from slewline.core.waits import until
+from slewline.core.time import kernel as kernel_module
+from slewline.core.time.kernel import Kernel
+from slewline.core.wires.net import Driver, Net, Wave
+from slewline.core.wires.waits import until
 from slewline.errors import Endless
 
 

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from promises import bounds, check_promise
 
-from slewline.core.axis import Axis
-from slewline.core.curves import PLACES, Piece, SCurve
-from slewline.core.cycles import BLOCK, CYCLE, ONE, STRETCH, CycleTrain, Linear, SquareView
-from slewline.core.kernel import Kernel
-from slewline.core.timebase import Clock
-from slewline.core.train import OPEN, Playing, StepTrain
+from slewline.chips.mc1451a.curves import PLACES, Piece, SCurve
+from slewline.chips.mc1451a.cycle_train import BLOCK, CYCLE, ONE, STRETCH, CycleTrain, Linear, SquareView
+from slewline.core.motion.axis import Axis
+from slewline.core.motion.train import OPEN, Playing, StepTrain
+from slewline.core.time.kernel import Kernel
+from slewline.core.time.timebase import Clock
 
 CRYSTALS = [25_000_000, 24_999_999, 6_700_000, 20_480_000]
 TOP = 512 * ONE

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slewline.core.history import History, Lines, Staircase
-from slewline.core.kernel import Kernel
+from slewline.core.motion.history import History, Lines, Staircase
+from slewline.core.time.kernel import Kernel
 from slewline.errors import TimeError, UsageError
 
 MS = 10**9
@@ -27,7 +27,7 @@ def kernel():
 # ------------------------------------------------------------------------------------------------------------- history
 @pytest.mark.parametrize("many", [False, True])
 def test_an_endless_history_keeps_the_latest_values_and_says_what_is_gone(many, monkeypatch, kernel):
-    monkeypatch.setattr("slewline.core.history.KEPT", 10)
+    monkeypatch.setattr("slewline.core.motion.history.KEPT", 10)
     history = History(0)
     for n in range(1, 1000):
         if many:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from slewline.core.hook import Hook
+from slewline.core.time.hook import Hook
 from slewline.errors import UsageError
 
 

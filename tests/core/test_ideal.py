@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from slewline.core.axis import Axis
-from slewline.core.deviation import deviation
-from slewline.core.ideal import Ideal, IdealPiece, head, mirrored, there_and_down, travelled
-from slewline.core.kernel import Kernel
-from slewline.core.timebase import Clock
-from slewline.core.train import Playing, StepTrain
+from slewline.core.motion.axis import Axis
+from slewline.core.motion.deviation import deviation
+from slewline.core.motion.ideal import Ideal, IdealPiece, head, mirrored, there_and_down, travelled
+from slewline.core.motion.train import Playing, StepTrain
+from slewline.core.time.kernel import Kernel
+from slewline.core.time.timebase import Clock
 
 S = 10**12
 UP = [IdealPiece(2.0, 0.0, 3.0, 0.0), IdealPiece(1.0, 6.0, 4.0, 0.0)]  # to 6 and 10 steps/s, 6 and 8 steps

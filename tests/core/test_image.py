@@ -6,8 +6,8 @@ from random import Random
 
 import pytest
 
-from slewline.bench.images import read_image, write_image
-from slewline.core.image import LARGEST, SIZES, from_file, from_hex, is_hex, size_of, to_hex
+from slewline.bench.files.images import read_image, write_image
+from slewline.core.memory.image import LARGEST, SIZES, from_file, from_hex, is_hex, size_of, to_hex
 from slewline.errors import BenchFileError, UsageError
 
 PRINTED = """\

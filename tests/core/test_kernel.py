@@ -9,10 +9,10 @@ from random import Random
 import pytest
 
 import slewline
-from slewline.core import kernel as kernel_module
-from slewline.core.kernel import Kernel
-from slewline.core.net import Driver, Net, Wave
-from slewline.core.waits import edge, first_of, level, until
+from slewline.core.time import kernel as kernel_module
+from slewline.core.time.kernel import Kernel
+from slewline.core.wires.net import Driver, Net, Wave
+from slewline.core.wires.waits import edge, first_of, level, until
 from slewline.errors import Endless, SlewlineError
 
 SEEDS = [None, *range(12)]

@@ -8,9 +8,9 @@ from random import Random
 import pytest
 
 import slewline
-from slewline.core.kernel import Kernel
-from slewline.core.net import Bus, Driver, Net, Wave
-from slewline.core.waits import edge, level
+from slewline.core.time.kernel import Kernel
+from slewline.core.wires.net import Bus, Driver, Net, Wave
+from slewline.core.wires.waits import edge, level
 from slewline.errors import WiringError
 
 

@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from slewline.core.option import Option, checked, flat, read
+from slewline.core.datasheet.option import Option, checked, flat, read
 from slewline.errors import UsageError
 
 LOAD = Option(

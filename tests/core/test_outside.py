@@ -7,10 +7,10 @@ import json
 import pytest
 
 import slewline
-from slewline.bench.script import run_script
-from slewline.core.kernel import Kernel
-from slewline.core.outside import Outside
-from slewline.parts.isa import Isa
+from slewline.bench.scripts.script import run_script
+from slewline.core.time.kernel import Kernel
+from slewline.core.time.outside import Outside
+from slewline.parts.boards.isa import Isa
 
 
 def listened(bench: slewline.Bench) -> list[tuple[int, str, dict[str, object]]]:

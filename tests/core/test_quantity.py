@@ -12,14 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import slewline
-from slewline.bench.script import run_script
+from slewline.bench.scripts.script import run_script
 from slewline.chips import PARTS, sheet_of
-from slewline.core.axis import Axis
-from slewline.core.cycles import CycleTrain, Linear
-from slewline.core.kernel import Kernel
-from slewline.core.quantity import Outline, Position, Quantity, Velocity, column_edges
-from slewline.core.timebase import Clock
-from slewline.core.train import Playing, StepTrain
+from slewline.chips.mc1451a.cycle_train import CycleTrain, Linear
+from slewline.core.motion.axis import Axis
+from slewline.core.motion.quantity import Outline, Position, Quantity, Velocity, column_edges
+from slewline.core.motion.train import Playing, StepTrain
+from slewline.core.time.kernel import Kernel
+from slewline.core.time.timebase import Clock
 from slewline.errors import UsageError
 
 US, MS, S = 10**6, 10**9, 10**12

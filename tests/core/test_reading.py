@@ -7,15 +7,15 @@ from random import Random
 
 import pytest
 
-from slewline.core.cycles import CycleTrain, Linear, SquareView
-from slewline.core.kernel import Kernel
-from slewline.core.net import Driver, Net, Wave
-from slewline.core.pin import Terminal
-from slewline.core.reading import Reading
-from slewline.core.step_views import PulseView
-from slewline.core.table import Pin
-from slewline.core.timebase import Clock
-from slewline.core.train import OPEN, Playing, StepTrain
+from slewline.chips.mc1451a.cycle_train import CycleTrain, Linear, SquareView
+from slewline.chips.mc1451a.reading import Reading
+from slewline.core.datasheet.table import Pin
+from slewline.core.motion.step_views import PulseView
+from slewline.core.motion.train import OPEN, Playing, StepTrain
+from slewline.core.time.kernel import Kernel
+from slewline.core.time.timebase import Clock
+from slewline.core.wires.net import Driver, Net, Wave
+from slewline.core.wires.pin import Terminal
 
 CLOCK = Clock(10**12)  # a tick is a picosecond
 

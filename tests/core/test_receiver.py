@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from slewline.core.kernel import Kernel
-from slewline.core.net import Driver, Net
-from slewline.core.serial import RS232, Character, Receiver, Word, bit_clock, transmit
+from slewline.core.time.kernel import Kernel
+from slewline.core.wires.net import Driver, Net
+from slewline.core.wires.serial import RS232, Character, Receiver, Word, bit_clock, transmit
 
 WORD = Word(7, "odd", 2)
 CLOCK = bit_clock(9600, "test")

@@ -11,7 +11,7 @@ import pytest
 
 import slewline
 from slewline.chips import PARTS, sheet_of
-from slewline.core.table import Sheet, Table
+from slewline.core.datasheet.table import Sheet, Table
 from slewline.errors import BenchFileError, OtherLaws, TornJournal
 
 

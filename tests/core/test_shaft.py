@@ -8,16 +8,16 @@ from random import Random
 import numpy as np
 import pytest
 
-from slewline.core.clocking import Even, Still, clock_edges
-from slewline.core.course import Made
-from slewline.core.kernel import Kernel
-from slewline.core.reading import Reading
-from slewline.core.shaft import Shaft
-from slewline.core.step_views import PulseView
-from slewline.core.timebase import Clock, picoseconds
-from slewline.core.train import OPEN, Playing, StepTrain
-from slewline.parts.carriage import Carriage, Gear
-from slewline.parts.sensors import Switch
+from slewline.chips.mc1451a.reading import Reading
+from slewline.core.motion.step_views import PulseView
+from slewline.core.motion.train import OPEN, Playing, StepTrain
+from slewline.core.time.kernel import Kernel
+from slewline.core.time.timebase import Clock, picoseconds
+from slewline.core.wires.clocking import Even, Still, clock_edges
+from slewline.parts.shafts.carriage import Carriage, Gear
+from slewline.parts.shafts.course import Made
+from slewline.parts.shafts.sensors import Switch
+from slewline.parts.shafts.shaft import Shaft
 
 US, MS = 1_000_000, 1_000_000_000
 END = 4 * MS
@@ -261,8 +261,8 @@ def test_what_a_shaft_forgets_is_gone_and_the_rest_is_as_it_was():
 
 @pytest.mark.parametrize("there_and_back", [False, True])
 def test_an_endless_shaft_keeps_its_latest_courses(there_and_back, monkeypatch):
-    monkeypatch.setattr("slewline.core.shaft.KEPT", 10)
-    monkeypatch.setattr("slewline.core.shaft.SINGLE", 4)
+    monkeypatch.setattr("slewline.parts.shafts.shaft.KEPT", 10)
+    monkeypatch.setattr("slewline.parts.shafts.shaft.SINGLE", 4)
     kernel = Kernel()
     shaft, places = Shaft(kernel), [0]
     for n in range(1, 1000):

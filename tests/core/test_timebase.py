@@ -10,7 +10,7 @@ from random import Random
 import numpy as np
 import pytest
 
-from slewline.core.timebase import Clock, Seconds, hertz, moment, moments, picoseconds, readable
+from slewline.core.time.timebase import Clock, Seconds, hertz, moment, moments, picoseconds, readable
 from slewline.errors import TimeError
 
 PS = 10**12

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from promises import bounds, check_promise
 
-from slewline.core.step_views import PatternView, PulseView, StrobeView
-from slewline.core.timebase import Clock
-from slewline.core.train import OPEN, Playing, StepTrain
+from slewline.core.motion.step_views import PatternView, PulseView, StrobeView
+from slewline.core.motion.train import OPEN, Playing, StepTrain
+from slewline.core.time.timebase import Clock
 
 CRYSTALS = [11_000_000, 3_579_545, 10_999_999, 1_000_000]
 HIGH = 3

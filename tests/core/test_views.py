@@ -8,20 +8,20 @@ from random import Random
 import numpy as np
 import pytest
 
-from slewline.core.clocking import clock_edges
-from slewline.core.counted import Counted
-from slewline.core.kernel import Kernel
-from slewline.core.net import Bus, Driver, Net, Wave
-from slewline.core.outlook import Outlook
-from slewline.core.pin import EdgeCondition, LevelCondition, Terminal
-from slewline.core.reading import Reading
-from slewline.core.step_views import PulseView, StrobeView
-from slewline.core.table import Pin
-from slewline.core.timebase import Clock
-from slewline.core.train import OPEN, Playing, StepTrain
-from slewline.core.views import Delayed, Gated, Inverted, Repeated, Rested, View, Wired, gated, inverted
-from slewline.core.wave import promised
-from slewline.record.recorder import Recorder
+from slewline.chips.mc1451a.reading import Reading
+from slewline.core.datasheet.table import Pin
+from slewline.core.motion.step_views import PulseView, StrobeView
+from slewline.core.motion.train import OPEN, Playing, StepTrain
+from slewline.core.time.kernel import Kernel
+from slewline.core.time.timebase import Clock
+from slewline.core.wires.clocking import clock_edges
+from slewline.core.wires.net import Bus, Driver, Net, Wave
+from slewline.core.wires.pin import EdgeCondition, LevelCondition, Terminal
+from slewline.core.wires.views import Delayed, Gated, Inverted, Repeated, Rested, View, Wired, gated, inverted
+from slewline.core.wires.wave import promised
+from slewline.parts.base.counted import Counted
+from slewline.parts.base.outlook import Outlook
+from slewline.record.recording.recorder import Recorder
 
 CLOCK = Clock(10**12)  # a tick is a picosecond
 END = 160

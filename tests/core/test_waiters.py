@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from slewline.core.kernel import Kernel
-from slewline.core.net import Net
-from slewline.core.waits import STALE, first_of
+from slewline.core.time.kernel import Kernel
+from slewline.core.wires.net import Net
+from slewline.core.wires.waits import STALE, first_of
 
 
 def test_ended_waits_are_sorted_out_of_a_quiet_net() -> None:

@@ -10,17 +10,17 @@ import pytest
 
 import slewline
 from slewline import build
-from slewline.core.axis import Steps
 from slewline.core.chip import Chip, Finding
-from slewline.core.one_axis import OneAxis
-from slewline.core.pin import Terminal
-from slewline.parts.adaptive_host import AdaptiveHost
-from slewline.parts.flow_host import FlowHost
-from slewline.parts.host import Host
-from slewline.parts.packet_host import PacketHost
-from slewline.parts.serial_host import SerialHost
-from slewline.record.compare import Comparison
-from slewline.record.waveforms import Waveforms
+from slewline.core.motion.axis import Steps
+from slewline.core.motion.one_axis import OneAxis
+from slewline.core.wires.pin import Terminal
+from slewline.parts.hosts.adaptive_host import AdaptiveHost
+from slewline.parts.hosts.flow_host import FlowHost
+from slewline.parts.hosts.host import Host
+from slewline.parts.hosts.packet_host import PacketHost
+from slewline.parts.hosts.serial_host import SerialHost
+from slewline.record.measuring.compare import Comparison
+from slewline.record.waveforms.waveforms import Waveforms
 
 from .blocks import ROOT
 

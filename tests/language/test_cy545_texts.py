@@ -7,7 +7,7 @@ from contextlib import nullcontext
 import pytest
 
 import slewline
-from slewline.bench.script import run_script
+from slewline.bench.scripts.script import run_script
 from slewline.chips import checks_of, sheet_of
 from slewline.errors import ProgramError, UsageError
 from slewline.language.assemble import assemble, to_ascii, to_binary

@@ -7,7 +7,7 @@ from random import Random
 from typing import Any
 
 import slewline
-from slewline.core.net import Driver
+from slewline.core.wires.net import Driver
 
 from .dialogues import Dialogue, Played, heard, in_order
 

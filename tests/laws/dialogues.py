@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 import slewline
-from slewline.core.net import Driver
+from slewline.core.wires.net import Driver
 
 OUTPUTS = (
     "ready", "instrobe", "outstrobe", "slew", "prog", "run", "direction", "programmable_output", "pulse",

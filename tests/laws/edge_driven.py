@@ -1,4 +1,4 @@
-"""Gates, inverters and delay lines that follow every edge: the slow and obvious twins of parts/gates.py.
+"""Gates, inverters and delay lines that follow every edge: the slow and obvious twins of parts/logic/gates.py.
 
 They watch their inputs and drive a level after every change, and share nothing with views.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from slewline.parts.part import Part
+from slewline.parts.base.part import Part
 
 LAWS: dict[str, Callable[[list[bool]], bool]] = {
     "and": all,

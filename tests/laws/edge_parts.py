@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from math import sqrt
 
-from slewline.core.timebase import PS_PER_S, picoseconds
-from slewline.parts.part import Part
+from slewline.core.time.timebase import PS_PER_S, picoseconds
+from slewline.parts.base.part import Part
 
 STATES = ("0101", "0001", "1001", "1000", "1010", "0010", "0110", "0100")
 PHASES = "abcd"

@@ -290,7 +290,7 @@ def replayed(path: str) -> str:
 
 def run(part: str, operations: int, seed: int, *, wires: bool = False, journal: str | None = None) -> Mad:
     """Run until so many operations are done."""
-    with patch("slewline.core.kernel.ROUNDS_LIMIT", ROUNDS):
+    with patch("slewline.core.time.kernel.ROUNDS_LIMIT", ROUNDS):
         mad = Mad(part, seed, wires=wires, journal=journal)
         while mad.hand.operations < operations:
             mad.block(min(BLOCK, operations))

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 
 import slewline
 from slewline.chips import sheet_of
-from slewline.core.net import Driver
-from slewline.core.timebase import Clock
+from slewline.core.time.timebase import Clock
+from slewline.core.wires.net import Driver
 
 from .dialogues import Played, heard, told
 

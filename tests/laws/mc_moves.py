@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slewline.chips.mc1451a.curves import SCurve
 from slewline.chips.mc1451a.profile import UNIT, Limits, Phases, Run, s_curve, trapezoid
 from slewline.chips.mc1451a.twin.profile import SCurve as Twin
-from slewline.core.curves import SCurve
 
 ONE = 1 << 16
 CYCLES = 10**6  # longer moves are not asked for

@@ -11,12 +11,12 @@ from random import Random
 import pytest
 
 import slewline
-from slewline.core.cycles import CycleTrain, Linear, SquareView
-from slewline.core.net import Driver, Net, Wave
-from slewline.core.reading import Reading
-from slewline.core.step_views import PulseView, StrobeView
-from slewline.core.timebase import Clock
-from slewline.core.train import OPEN, Playing, StepTrain
+from slewline.chips.mc1451a.cycle_train import CycleTrain, Linear, SquareView
+from slewline.chips.mc1451a.reading import Reading
+from slewline.core.motion.step_views import PulseView, StrobeView
+from slewline.core.motion.train import OPEN, Playing, StepTrain
+from slewline.core.time.timebase import Clock
+from slewline.core.wires.net import Driver, Net, Wave
 
 from .edge_driven import placed
 
@@ -182,7 +182,7 @@ def _ignored(_net: Net) -> None:
     """An observer that only makes promised edges instants."""
 
 
-class Source(slewline.parts.part.Part):
+class Source(slewline.parts.base.part.Part):
     """A wire of the script."""
 
     def __init__(self, kernel, name: str, pull: int | None) -> None:

@@ -11,8 +11,8 @@ from random import Random
 import pytest
 
 import slewline
-from slewline.core.net import Driver
-from slewline.parts.part import Part
+from slewline.core.wires.net import Driver
+from slewline.parts.base.part import Part
 
 from . import dialogues, gsc_dialogues, mc_dialogues
 from .edge_driven import placed

@@ -7,7 +7,7 @@ from random import Random
 import pytest
 
 import slewline
-from slewline.core.motions import MotionEnd
+from slewline.core.motion.motions import MotionEnd
 
 from . import mc_dialogues
 from .mc_dialogues import CYCLE, HIGHEST, ONE, READY, Dialogue, Event, Maker, play

@@ -14,7 +14,7 @@ import time
 import pytest
 
 import slewline
-from slewline.links.pace import Lockstep
+from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
 
 PATIENCE = 30.0  # seconds of the wall clock after which a test gives up; nothing depends on it

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import slewline
-from slewline.links.pace import Lockstep
+from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
 
 from .conftest import PATIENCE, STRAPS, Threaded

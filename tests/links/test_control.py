@@ -11,9 +11,9 @@ import pytest
 
 import slewline
 from slewline.errors import UsageError
-from slewline.links import control
-from slewline.links.pace import Lockstep
-from slewline.links.requests import MOST_FINDINGS, REQUESTS, schema
+from slewline.links.control import control
+from slewline.links.control.requests import MOST_FINDINGS, REQUESTS, schema
+from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
 
 from .conftest import STRAPS, Asks, Threaded

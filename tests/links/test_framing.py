@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 import slewline
-from slewline.links.framing import BACKLOG, LONGEST
-from slewline.links.pace import Lockstep, Paced
+from slewline.links.lines.framing import BACKLOG, LONGEST
+from slewline.links.lines.pace import Lockstep, Paced
 from slewline.links.server import Server
 
 from .conftest import Threaded

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from slewline.links.pty import HINT
+from slewline.links.ports.pty import HINT
 
 from .conftest import PATIENCE
 

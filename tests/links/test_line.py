@@ -10,11 +10,11 @@ import pytest
 
 import slewline
 from slewline.errors import UsageError
-from slewline.links.line import BACKLOG, PATIENCE_PS
-from slewline.links.pace import Lockstep, Paced
+from slewline.links.control.status import as_line, status
+from slewline.links.lines.line import BACKLOG, PATIENCE_PS
+from slewline.links.lines.pace import Lockstep, Paced
 from slewline.links.server import Server
-from slewline.links.status import as_line, status
-from slewline.parts.noise import LINKED, Noise
+from slewline.parts.lines.noise import LINKED, Noise
 
 from .conftest import STRAPS
 

@@ -13,10 +13,10 @@ import pytest
 
 import slewline
 from slewline.errors import UnknownName
-from slewline.links import chipset_port
-from slewline.links.chipset_host import ChipsetHost
-from slewline.links.chipset_port import COMMAND, DATA, STATUS, ChipsetPort
-from slewline.links.pace import Lockstep
+from slewline.links.clients import chipset_port
+from slewline.links.clients.chipset_host import ChipsetHost
+from slewline.links.clients.chipset_port import COMMAND, DATA, STATUS, ChipsetPort
+from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
 
 from .conftest import PATIENCE, Asks, Threaded

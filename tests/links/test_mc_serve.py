@@ -17,10 +17,10 @@ import pytest
 import slewline
 from slewline.chips import PARTS, sheet_of
 from slewline.cli.main import invoke
-from slewline.links.pace import Lockstep, Paced
-from slewline.links.registers import BACKLOG
+from slewline.links.control.status import as_line
+from slewline.links.lines.pace import Lockstep, Paced
+from slewline.links.ports.registers import BACKLOG
 from slewline.links.server import Server
-from slewline.links.status import as_line
 
 from .conftest import Asks, Threaded
 
@@ -498,7 +498,7 @@ def test_chipsets_do_not_share_a_port(make):
 def test_the_help_says_where_the_other_end_is(capfd):
     assert invoke(["serve", "--help"]) == 0
     text = " ".join(capfd.readouterr().out.split())
-    assert "slewline.links.chipset_port" in text
+    assert "slewline.links.clients.chipset_port" in text
     assert "examples/mc1451a/slewline_port.h" in text
 
 

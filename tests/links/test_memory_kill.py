@@ -18,15 +18,15 @@ from random import Random
 
 import pytest
 
-from slewline.core.store import Gathered
-from slewline.links.store import FileStore
+from slewline.core.memory.store import Gathered
+from slewline.links.lines.store import FileStore
 
 DEADLINE_S = 60.0
 SIZE = 65536
 CHILD = """
 import sys
 import slewline
-from slewline.links.store import FileStore
+from slewline.links.lines.store import FileStore
 
 path, number = sys.argv[1], int(sys.argv[2])
 bench = slewline.Bench(stores=lambda name: FileStore(path))

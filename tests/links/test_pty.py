@@ -11,10 +11,10 @@ import serial
 
 import slewline
 from slewline.errors import UsageError
-from slewline.links import system
-from slewline.links.pace import Lockstep
-from slewline.links.pty import HINT, PLAIN
+from slewline.links.lines.pace import Lockstep
+from slewline.links.ports.pty import HINT, PLAIN
 from slewline.links.server import DEAF, Server
+from slewline.links.sockets import system
 
 from .conftest import PATIENCE, Threaded
 

@@ -6,8 +6,8 @@ import pytest
 
 import slewline
 from slewline.core.chip import Finding
-from slewline.links.pace import Lag, Paced
-from slewline.links.reports import CAUSES, PERIOD_S, Lateness, Reports, cause_of
+from slewline.links.control.reports import CAUSES, PERIOD_S, Lateness, Reports, cause_of
+from slewline.links.lines.pace import Lag, Paced
 from slewline.links.server import Server
 
 ONE = ("gs-c200s", "--strap", "chs=0", "--lockstep", "--tcp", "127.0.0.1:0")

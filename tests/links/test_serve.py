@@ -17,8 +17,8 @@ import serial
 import slewline
 from slewline.cli.main import invoke
 from slewline.cli.serve import Serve, signals
-from slewline.links.pty import HINT
-from slewline.links.reports import CAUSES
+from slewline.links.control.reports import CAUSES
+from slewline.links.ports.pty import HINT
 
 from .conftest import COMMAND, PATIENCE, Asks
 

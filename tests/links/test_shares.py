@@ -8,12 +8,12 @@ from itertools import pairwise
 import pytest
 
 import slewline
-from slewline.links.framing import SHARE as FRAMING
-from slewline.links.loop import Loop
-from slewline.links.pace import Lockstep
-from slewline.links.registers import SHARE as REGISTERS
-from slewline.links.rfc2217 import SHARE as SETTINGS
+from slewline.links.lines.framing import SHARE as FRAMING
+from slewline.links.lines.pace import Lockstep
+from slewline.links.ports.registers import SHARE as REGISTERS
+from slewline.links.ports.rfc2217 import SHARE as SETTINGS
 from slewline.links.server import Server
+from slewline.links.sockets.loop import Loop
 
 from .conftest import STRAPS, Client
 
@@ -92,9 +92,11 @@ def test_a_flood_of_settings_has_its_share_of_a_turn(turns):
 
 def test_a_flood_of_the_control_port_has_its_share_of_a_turn_and_every_answer(turns, monkeypatch):
     """Here a share is over as soon as it has begun."""
-    monkeypatch.setattr("slewline.links.control.SHARE_S", 0.0)
+    monkeypatch.setattr("slewline.links.control.control.SHARE_S", 0.0)
     answered = []
-    monkeypatch.setattr("slewline.links.control.Requests.do_read", lambda _, request: answered.append(request) or {})
+    monkeypatch.setattr(
+        "slewline.links.control.control.Requests.do_read", lambda _, request: answered.append(request) or {}
+    )
     control = turns.server.control("127.0.0.1:0")
     requests = [{"do": "read", "pins": [], "id": number} for number in range(50)]
     client = turns.client(control, b"".join(json.dumps(one).encode() + b"\n" for one in requests))

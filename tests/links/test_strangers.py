@@ -9,9 +9,9 @@ from time import perf_counter
 import pytest
 
 import slewline
-from slewline.links.pace import Lockstep
+from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
-from slewline.links.strangers import HOLD_S, LONGEST, METHODS, REGISTERS, TEXT, Beginning
+from slewline.links.sockets.strangers import HOLD_S, LONGEST, METHODS, REGISTERS, TEXT, Beginning
 
 from .conftest import STRAPS, Asks, Client, Threaded
 
@@ -124,7 +124,7 @@ class Stage:
 
     def __init__(self, monkeypatch):
         self.ahead = 0.0
-        monkeypatch.setattr("slewline.links.loop.perf_counter", lambda: perf_counter() + self.ahead)
+        monkeypatch.setattr("slewline.links.sockets.loop.perf_counter", lambda: perf_counter() + self.ahead)
         bench = self.bench = slewline.Bench()
         self.server = Server(bench, Lockstep(bench))
         self.reached = bytearray()  # what has come to a line, and accesses to a register
@@ -141,7 +141,7 @@ class Stage:
             )
         }
         self.ports["control"] = self.server.control("127.0.0.1:0")
-        perform = "slewline.links.control.Requests.perform"
+        perform = "slewline.links.control.control.Requests.perform"
         monkeypatch.setattr(perform, lambda _self, request: self.reached.extend(str(request).encode()) or {})
         self.server.pace.start()
 
@@ -244,7 +244,7 @@ def test_a_byte_that_comes_alone_is_passed_on_after_a_while(stage):
 @pytest.fixture
 def ports(lockstep, monkeypatch, tmp_path):
     """A module and its ports: the running server, the line, the port of the line, the control port."""
-    monkeypatch.setattr("slewline.links.tcp.HOLD_S", 1000.0)  # nothing is passed on because time has gone by
+    monkeypatch.setattr("slewline.links.ports.tcp.HOLD_S", 1000.0)  # nothing is passed on because time has gone by
     started = []
 
     def start(kind="tcp"):
@@ -313,7 +313,7 @@ def test_a_post_never_reaches_the_registers_of_a_chipset(lockstep):
 
 def test_a_host_that_types_slowly_is_heard_and_a_stranger_that_does_is_hung_up_on(ports, monkeypatch, tmp_path):
     running, line, port, _ = ports()
-    monkeypatch.setattr("slewline.links.tcp.HOLD_S", 0.001)
+    monkeypatch.setattr("slewline.links.ports.tcp.HOLD_S", 0.001)
     host = Client(port.where)
     host.send(b"P")
     running.until(lambda: line.taken == 1)

@@ -12,9 +12,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from slewline.links import system
-from slewline.links.loop import Loop
-from slewline.links.stream import QUEUE, Stream
+from slewline.links.sockets import system
+from slewline.links.sockets.loop import Loop
+from slewline.links.sockets.stream import QUEUE, Stream
 
 MUCH = bytes(range(256)) * 4096  # a megabyte
 

@@ -10,10 +10,10 @@ import pytest
 import serial
 
 import slewline
-from slewline.links.line import BACKLOG
-from slewline.links.pace import Lockstep, Paced
+from slewline.links.lines.line import BACKLOG
+from slewline.links.lines.pace import Lockstep, Paced
+from slewline.links.ports.tcp import AHEAD
 from slewline.links.server import Server
-from slewline.links.tcp import AHEAD
 
 from .conftest import PATIENCE, STRAPS, Client, Threaded
 
@@ -126,7 +126,7 @@ def test_what_a_host_has_left_keeps_nobody_out(kind, tmp_path):
 @pytest.fixture
 def little(monkeypatch):
     """The next host waits for little, so that the tests do."""
-    monkeypatch.setattr("slewline.links.tcp.REMAINS", LITTLE)
+    monkeypatch.setattr("slewline.links.ports.tcp.REMAINS", LITTLE)
 
 
 @KINDS
@@ -222,7 +222,7 @@ def test_a_live_host_that_has_much_to_say_keeps_its_port(little):
 
 def test_one_that_has_more_waiting_than_anybody_would_gives_way(little, monkeypatch):
     """Whether it has closed cannot be seen."""
-    monkeypatch.setattr("slewline.links.tcp.AHEAD", 2000)
+    monkeypatch.setattr("slewline.links.ports.tcp.AHEAD", 2000)
     wall, told = Wall(), []
     stand = Stand("tcp", wall.pace)
     stand.port.tell = told.append
@@ -318,7 +318,7 @@ def test_a_break_waits_for_its_turn():
 
 
 def test_so_many_hosts_come_and_go_that_they_wait_outside(monkeypatch):
-    monkeypatch.setattr("slewline.links.tcp.QUEUE", 500)
+    monkeypatch.setattr("slewline.links.ports.tcp.QUEUE", 500)
     wall = Wall()
     stand = Stand("tcp", wall.pace)
     with Threaded(stand.server) as running:

@@ -9,9 +9,9 @@ import pytest
 
 import slewline
 from slewline.cli.main import invoke
-from slewline.links.card_port import CONTROL, DRIVE, REQUEST, CardPort
-from slewline.links.chipset_port import DATA, IN, OUT, STATUS
-from slewline.links.pace import Lockstep
+from slewline.links.clients.card_port import CONTROL, DRIVE, REQUEST, CardPort
+from slewline.links.clients.chipset_port import DATA, IN, OUT, STATUS
+from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
 
 from .conftest import Process, Threaded

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import slewline
-from slewline.core.net import Driver
+from slewline.core.wires.net import Driver
 
 REST = {"select": 1, "ale": 0, "rd": 1, "wr": 1}
 

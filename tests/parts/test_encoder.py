@@ -9,18 +9,18 @@ from random import Random
 import pytest
 
 import slewline
-from slewline.core.clocking import clock_edges
-from slewline.core.counter import Channel, Code, Scale, StepCounter
-from slewline.core.course import Course
-from slewline.core.curves import PLACES, Piece, SCurve
-from slewline.core.cycles import CycleTrain, Linear, SquareView
-from slewline.core.kernel import Kernel
-from slewline.core.net import Driver, Net, Wave
-from slewline.core.reading import Reading
-from slewline.core.step_views import PulseView, StrobeView
-from slewline.core.timebase import Clock
-from slewline.core.train import OPEN, Playing, StepTrain
-from slewline.parts.encoder import Encoder, Quadrature
+from slewline.chips.mc1451a.curves import PLACES, Piece, SCurve
+from slewline.chips.mc1451a.cycle_train import CycleTrain, Linear, SquareView
+from slewline.chips.mc1451a.reading import Reading
+from slewline.core.motion.step_views import PulseView, StrobeView
+from slewline.core.motion.train import OPEN, Playing, StepTrain
+from slewline.core.time.kernel import Kernel
+from slewline.core.time.timebase import Clock
+from slewline.core.wires.clocking import clock_edges
+from slewline.core.wires.net import Driver, Net, Wave
+from slewline.parts.shafts.counter import Channel, Code, Scale, StepCounter
+from slewline.parts.shafts.course import Course
+from slewline.parts.shafts.encoder import Encoder, Quadrature
 
 US, MS = 1_000_000, 1_000_000_000
 END = 3 * MS  # of a story

@@ -7,9 +7,9 @@ from inspect import signature
 import pytest
 
 import slewline
-from slewline.core.option import Option, checked, flat
+from slewline.core.datasheet.option import Option, checked, flat
 from slewline.parts import CATALOGUE, KINDS, Listed, part_class
-from slewline.parts.part import Part
+from slewline.parts.base.part import Part
 from tests.options import wrong_options
 
 every_kind = pytest.mark.parametrize("kind", KINDS)

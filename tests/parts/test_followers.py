@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 
 import slewline
-from slewline.core.net import Driver, Wave
-from slewline.core.step_views import PulseView
-from slewline.core.timebase import Clock
-from slewline.core.train import OPEN, Playing, StepTrain
-from slewline.core.views import Inverted, Repeated
+from slewline.core.motion.step_views import PulseView
+from slewline.core.motion.train import OPEN, Playing, StepTrain
+from slewline.core.time.timebase import Clock
+from slewline.core.wires.net import Driver, Wave
+from slewline.core.wires.views import Inverted, Repeated
 from slewline.errors import Endless, UsageError
 
 US = 1_000_000
@@ -176,7 +176,7 @@ def edge_driven(bench):
 
 @pytest.mark.parametrize("count", [1, 3])
 def test_inverters_on_a_ring_never_come_to_rest_and_the_message_names_them(bench, count, monkeypatch):
-    monkeypatch.setattr("slewline.core.kernel.ROUNDS_LIMIT", 1000)
+    monkeypatch.setattr("slewline.core.time.kernel.ROUNDS_LIMIT", 1000)
     ring(bench, ["inverter"] * count)
     with pytest.raises(Endless, match=r"these answer each other without letting time pass: <Net g\d\.out"):
         bench.run("1 us")

@@ -9,7 +9,7 @@ import pytest
 from modules import C200S, STR, US, Modules, both
 
 import slewline
-from slewline.parts.gsd200 import NETWORKS, beside, set_point, to_ground, to_supply
+from slewline.parts.drivers.gsd200 import NETWORKS, beside, set_point, to_ground, to_supply
 
 GRAY = ["0101", "0001", "1001", "1000", "1010", "0010", "0110", "0100"]
 

@@ -7,7 +7,7 @@ from modules import C200, C200S, MS, STRAPS, Modules, both
 
 import slewline
 from slewline.chips import sheet_of
-from slewline.parts.noise import KINDS, Chance
+from slewline.parts.lines.noise import KINDS, Chance
 
 BIT = 10**12 / 9600
 

@@ -14,19 +14,19 @@ import slewline
 from slewline.chips import PARTS as CHIPS
 from slewline.chips import chip_class, sheet_of
 from slewline.core.chip import Chip
-from slewline.core.kernel import Kernel
-from slewline.core.net import Bus, Driver, Net
-from slewline.core.pin import Terminal
-from slewline.core.table import Table
-from slewline.core.timebase import Seconds, Time
-from slewline.core.waits import level
-from slewline.links.chipset_host import ChipsetHost
+from slewline.core.datasheet.table import Table
+from slewline.core.time.kernel import Kernel
+from slewline.core.time.timebase import Seconds, Time
+from slewline.core.wires.net import Bus, Driver, Net
+from slewline.core.wires.pin import Terminal
+from slewline.core.wires.waits import level
+from slewline.links.clients.chipset_host import ChipsetHost
 from slewline.parts import KINDS, part_class
-from slewline.parts.computer import Computer
-from slewline.parts.connection import Connection
-from slewline.parts.host import Host
-from slewline.parts.packet_host import AxisView, PacketHost
-from slewline.parts.serial_host import SerialHost
+from slewline.parts.hosts.computer import Computer
+from slewline.parts.hosts.connection import Connection
+from slewline.parts.hosts.host import Host
+from slewline.parts.hosts.packet_host import AxisView, PacketHost
+from slewline.parts.hosts.serial_host import SerialHost
 
 OLD = Path(__file__).parents[1] / "core/journal_of_a_bus_host.jsonl"
 STRAPS = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}  # 9600 baud, no checksums

@@ -12,13 +12,13 @@ from random import Random
 import numpy as np
 import pytest
 
-from slewline.core.clocking import ClockEdges
-from slewline.core.kernel import Kernel
-from slewline.core.reading import Reading
-from slewline.core.shaft import Shaft
-from slewline.parts.carriage import Carriage
-from slewline.parts.encoder import Encoder
-from slewline.parts.sensors import Switch
+from slewline.chips.mc1451a.reading import Reading
+from slewline.core.time.kernel import Kernel
+from slewline.core.wires.clocking import ClockEdges
+from slewline.parts.shafts.carriage import Carriage
+from slewline.parts.shafts.encoder import Encoder
+from slewline.parts.shafts.sensors import Switch
+from slewline.parts.shafts.shaft import Shaft
 
 US, MS = 1_000_000, 1_000_000_000
 END = 150 * MS

@@ -7,10 +7,10 @@ from random import Random
 import pytest
 
 import slewline
-from slewline.core.image import SIZES
-from slewline.core.store import Gathered, Memory
+from slewline.core.memory.image import SIZES
+from slewline.core.memory.store import Gathered, Memory
 from slewline.errors import BenchFileError, StoreError, UsageError
-from slewline.links.store import FileStore
+from slewline.links.lines.store import FileStore
 from tests.parts.bus_master import BusMaster
 
 every_kind = pytest.mark.parametrize("kind", ["ram", "eeprom", "eprom"])

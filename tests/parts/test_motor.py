@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import slewline
-from slewline.core.net import Driver, Net, Wave
+from slewline.core.wires.net import Driver, Net, Wave
 
 US = 1_000_000
 MOVES = "A 1000\rO 0\rF 20\rR 90\rS 230\rZ 1\rN 300\rG\r-\rN 77\rG\rP 5\rP 2040\r"

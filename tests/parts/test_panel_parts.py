@@ -6,7 +6,7 @@ import pytest
 
 import slewline
 from slewline.errors import UsageError
-from slewline.parts.panel_parts import switch_address
+from slewline.parts.front_panel.panel_parts import switch_address
 from tests.parts.bus_master import BusMaster
 
 

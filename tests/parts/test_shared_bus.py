@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import slewline
-from slewline.core.waits import level
+from slewline.core.wires.waits import level
 
 MOVE = "F 10\rR 10\rS 255\rZ 1\r"
 US, MS = 10**6, 10**9

@@ -8,10 +8,10 @@ import pytest
 
 import slewline
 from slewline import Timeout, UsageError, WiringError
-from slewline.core.timebase import Seconds, Time
-from slewline.parts.adaptive_host import AdaptiveHost
-from slewline.parts.computer import Computer
-from slewline.parts.flow_host import FlowHost
+from slewline.core.time.timebase import Seconds, Time
+from slewline.parts.hosts.adaptive_host import AdaptiveHost
+from slewline.parts.hosts.computer import Computer
+from slewline.parts.hosts.flow_host import FlowHost
 
 SIDES = pytest.mark.parametrize("over", ["parallel", "serial"])
 FACE = ("send", "ask", "got", "received", "drop", "clear", "idle", "waiting")

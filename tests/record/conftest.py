@@ -7,12 +7,12 @@ from random import Random
 
 import pytest
 
-from slewline.core.kernel import Kernel
-from slewline.core.net import Bus, Driver, Net, Wave
-from slewline.core.step_views import PatternView, PulseView
-from slewline.core.timebase import Clock
-from slewline.core.train import Playing, StepTrain
-from slewline.record.recorder import Recorder
+from slewline.core.motion.step_views import PatternView, PulseView
+from slewline.core.motion.train import Playing, StepTrain
+from slewline.core.time.kernel import Kernel
+from slewline.core.time.timebase import Clock
+from slewline.core.wires.net import Bus, Driver, Net, Wave
+from slewline.record.recording.recorder import Recorder
 
 Change = tuple[int, int]
 

@@ -7,7 +7,7 @@ import pytest
 
 import slewline
 from slewline.errors import TimeError, UsageError
-from slewline.record.compare import _fits, _pairs
+from slewline.record.measuring.compare import _fits, _pairs
 
 US = 10**6
 

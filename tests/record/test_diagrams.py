@@ -7,12 +7,12 @@ from itertools import combinations, pairwise
 import numpy as np
 import pytest
 
-from slewline.core.table import Limit
+from slewline.core.datasheet.table import Limit
 from slewline.errors import UsageError
-from slewline.record.diagram import Diagram, Lane, Layout, Scale, Word
-from slewline.record.intervals import Bound, Interval, Signal
-from slewline.record.pictures import save
-from slewline.record.timing import draw
+from slewline.record.measuring.intervals import Bound, Interval, Signal
+from slewline.record.pictures.diagram import Diagram, Lane, Layout, Scale, Word
+from slewline.record.pictures.pictures import save
+from slewline.record.pictures.timing import draw
 
 US, MS = 10**6, 10**9
 

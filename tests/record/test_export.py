@@ -7,11 +7,11 @@ import os
 import numpy as np
 import pytest
 
-from slewline.core.axis import Steps
+from slewline.core.motion.axis import Steps
 from slewline.errors import NotRecorded, UsageError
 from slewline.record import whole_file
-from slewline.record.export_csv import save_edges, save_steps
-from slewline.record.export_npz import edge_columns, save_npz
+from slewline.record.recording.export_csv import save_edges, save_steps
+from slewline.record.recording.export_npz import edge_columns, save_npz
 from slewline.record.whole_file import WholeFile
 
 
@@ -45,8 +45,8 @@ def test_edges_in_pieces_are_all_there(lively, tmp_path, monkeypatch):
     rig = lively(2, events=100)
     rig.kernel.run(80_000_000)
     save_edges(tmp_path / "a.csv", rig.nets, rig.recorder, 0, 80_000_000)
-    monkeypatch.setattr("slewline.record.recorder.FIRST_CHUNK_PS", 1_000_000)
-    monkeypatch.setattr("slewline.record.recorder.CHUNK_EDGES", 4)
+    monkeypatch.setattr("slewline.record.recording.recorder.FIRST_CHUNK_PS", 1_000_000)
+    monkeypatch.setattr("slewline.record.recording.recorder.CHUNK_EDGES", 4)
     save_edges(tmp_path / "b.csv", rig.nets, rig.recorder, 0, 80_000_000)
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
     lines = (tmp_path / "a.csv").read_text().splitlines()[1:]
@@ -56,7 +56,7 @@ def test_edges_in_pieces_are_all_there(lively, tmp_path, monkeypatch):
 
 
 def test_steps_by_time_then_chip_and_axis(tmp_path, monkeypatch):
-    monkeypatch.setattr("slewline.record.export_csv.ROWS", 2)
+    monkeypatch.setattr("slewline.record.recording.export_csv.ROWS", 2)
     rows = [
         ("y", 1, steps((5, -1, 65535), (9, -1, 65534))),
         ("x", 2, steps((5, 1, 1), (6, 1, 2))),

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from slewline.core.serial import RS232, TTL, Word, bit_clock, transmit
-from slewline.core.table import Limit
+from slewline.core.datasheet.table import Limit
+from slewline.core.wires.serial import RS232, TTL, Word, bit_clock, transmit
 from slewline.errors import UsageError
-from slewline.record.characters import characters, shown
-from slewline.record.intervals import Bound, Checked, Edge, Interval, Signal, TimingTable, intervals, pairs
+from slewline.record.measuring.characters import characters, shown
+from slewline.record.measuring.intervals import Bound, Checked, Edge, Interval, Signal, TimingTable, intervals, pairs
 
 NS, US = 1000, 1_000_000
 

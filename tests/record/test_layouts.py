@@ -8,8 +8,8 @@ import pytest
 from vcd.gtkw import GTKWFlag, GTKWSave
 
 from slewline.errors import UsageError
-from slewline.record.layouts import View, gtkwave_lines, layout_paths, save_layouts, surfer_lines
-from slewline.record.vcd_sources import Variable
+from slewline.record.waveforms.layouts import View, gtkwave_lines, layout_paths, save_layouts, surfer_lines
+from slewline.record.waveforms.vcd_sources import Variable
 
 WIRES = [Variable(f"x.db{bit}", bus="x.db") for bit in range(8)]
 VARIABLES = [

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from slewline.core.timebase import Clock
-from slewline.core.train import StepTrain
+from slewline.core.motion.train import StepTrain
+from slewline.core.time.timebase import Clock
 from slewline.errors import UsageError
-from slewline.record.measure import Ramp, glitches, intervals, pulse_widths, ramp, rates, runs
+from slewline.record.measuring.measure import Ramp, glitches, intervals, pulse_widths, ramp, rates, runs
 
 
 def at(*times: int):

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import slewline
-from slewline.bench.script import run_script
-from slewline.core.step_views import PatternView, PulseView
-from slewline.core.timebase import Clock
-from slewline.core.train import Playing, StepTrain
-from slewline.record import outlines
-from slewline.record.recorder import FLOATING, Recorder
+from slewline.bench.scripts.script import run_script
+from slewline.core.motion.step_views import PatternView, PulseView
+from slewline.core.motion.train import Playing, StepTrain
+from slewline.core.time.timebase import Clock
+from slewline.record.recording import outlines
+from slewline.record.recording.recorder import FLOATING, Recorder
 
 MS = 10**9
 S = outlines.STRIPES

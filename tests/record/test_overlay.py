@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from slewline.core.axis import Steps
+from slewline.core.motion.axis import Steps
 from slewline.errors import UsageError
-from slewline.record.diagram import Diagram, Lane
-from slewline.record.figures import Contents, description_of, figure
-from slewline.record.intervals import Signal
-from slewline.record.measured import position, track, velocity
-from slewline.record.overlay import differing, fitting, marked, told
+from slewline.record.measuring.intervals import Signal
+from slewline.record.measuring.overlay import differing, fitting, marked, told
+from slewline.record.pictures.diagram import Diagram, Lane
+from slewline.record.pictures.figures import Contents, description_of, figure
+from slewline.record.pictures.measured import position, track, velocity
+from slewline.record.pictures.timing import draw
+from slewline.record.recording.traces import Trace
 from slewline.record.style import LIGHT
-from slewline.record.timing import draw
-from slewline.record.traces import Trace
 
 US, MS = 10**6, 10**9
 

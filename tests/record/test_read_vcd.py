@@ -15,9 +15,9 @@ from vcd.writer import VCDWriter
 
 import slewline
 from slewline.errors import NotRecorded, SlewlineError, TimeError, UnknownName, UsageError, WaveformError
-from slewline.record import read_vcd as module
-from slewline.record.recorder import real_edges
-from slewline.record.vcd import TIMESCALES, write_vcd
+from slewline.record.recording.recorder import real_edges
+from slewline.record.waveforms import read_vcd as module
+from slewline.record.waveforms.vcd import TIMESCALES, write_vcd
 
 HEAD = "$timescale 1 ns $end\n$scope module x $end\n"
 VARIABLES = """\

@@ -11,12 +11,12 @@ from random import Random
 import numpy as np
 import pytest
 
-from slewline.core.net import Driver, Net, Wave
-from slewline.core.pin import Terminal
-from slewline.core.table import Pin
-from slewline.core.timebase import Clock
+from slewline.core.datasheet.table import Pin
+from slewline.core.time.timebase import Clock
+from slewline.core.wires.net import Driver, Net, Wave
+from slewline.core.wires.pin import Terminal
 from slewline.errors import NotRecorded, TimeError
-from slewline.record.recorder import TRIM_FROM, Log, chunks
+from slewline.record.recording.recorder import TRIM_FROM, Log, chunks
 
 MHZ = Clock(1_000_000)
 
@@ -250,8 +250,8 @@ def test_windows_add_up(lively, seed):
 
 @pytest.mark.parametrize("unit", [1, 1000, 7_000_000])
 def test_chunks_end_with_whole_units_and_add_up(lively, unit, monkeypatch):
-    monkeypatch.setattr("slewline.record.recorder.FIRST_CHUNK_PS", 100_000)
-    monkeypatch.setattr("slewline.record.recorder.CHUNK_EDGES", 4)
+    monkeypatch.setattr("slewline.record.recording.recorder.FIRST_CHUNK_PS", 100_000)
+    monkeypatch.setattr("slewline.record.recording.recorder.CHUNK_EDGES", 4)
     rig = lively(3)
     rig.kernel.run(80_000_000)
     nets = list(rig.nets.values())
@@ -320,7 +320,7 @@ def test_keep_forgets_to_the_picosecond_whenever_the_log_was_trimmed(rig):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_keep_changes_nothing_of_what_is_kept(lively, seed, monkeypatch):
-    monkeypatch.setattr("slewline.record.recorder.TRIM_FROM", 4)
+    monkeypatch.setattr("slewline.record.recording.recorder.TRIM_FROM", 4)
     whole, kept = lively(seed, events=300), lively(seed, events=300, keep=5_000_000)
     for now in range(1_000_000, 70_000_000, 1_000_000):
         whole.kernel.run(now)
@@ -375,17 +375,9 @@ def test_an_array_ends_after_106_days(rig):
 
 def test_import_loads_neither_numpy_nor_matplotlib():
     modules = [
-        "recorder",
-        "vcd",
-        "export_csv",
-        "export_npz",
-        "measure",
-        "outlines",
-        "figures",
-        "lanes",
-        "marks",
-        "pictures",
-        "cursors",
+        *(f"recording.{name}" for name in ("recorder", "export_csv", "export_npz", "outlines")),
+        *(f"pictures.{name}" for name in ("figures", "lanes", "marks", "pictures", "cursors")),
+        *("waveforms.vcd", "measuring.measure"),
     ]
     code = "import sys; " + "".join(f"import slewline.record.{m}; " for m in modules)
     code += "print([m for m in ('numpy', 'matplotlib') if m in sys.modules])"

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from slewline.record.svg import compact
+from slewline.record.pictures.svg import compact
 
 
 def points(path):

@@ -10,13 +10,13 @@ import pytest
 from vcd.reader import TokenKind, tokenize
 from vcd.writer import VCDWriter
 
-from slewline.core.net import Net
-from slewline.core.pin import Terminal
-from slewline.core.table import Pin
-from slewline.core.timebase import Clock
+from slewline.core.datasheet.table import Pin
+from slewline.core.time.timebase import Clock
+from slewline.core.wires.net import Net
+from slewline.core.wires.pin import Terminal
 from slewline.errors import NotRecorded, UsageError
-from slewline.record.recorder import FLOATING, width_of
-from slewline.record.vcd import TIMESCALES, VcdStream, identifier, write_vcd
+from slewline.record.recording.recorder import FLOATING, width_of
+from slewline.record.waveforms.vcd import TIMESCALES, VcdStream, identifier, write_vcd
 
 SMALL = b"""\
 $timescale 1 ns $end

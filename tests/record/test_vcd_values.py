@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from slewline.errors import UsageError
-from slewline.record.vcd import MISREAD, VcdStream, identifiers, real, string, write_vcd
-from slewline.record.vcd_sources import CurveSource, TextSource, Variable
+from slewline.record.waveforms.vcd import MISREAD, VcdStream, identifiers, real, string, write_vcd
+from slewline.record.waveforms.vcd_sources import CurveSource, TextSource, Variable
 from tests.oracles import waveform
 
 SEVENTH = 5978.260869565217  # needs all its digits
@@ -105,8 +105,8 @@ def test_parts_and_streams_give_the_same_bytes(lively, tmp_path, monkeypatch, se
     rig.kernel.run(80_000_000)
     write_vcd(tmp_path / "a.vcd", rig.nets, rig.recorder, 0, 80_000_000, timescale, values=sources())
     whole = (tmp_path / "a.vcd").read_bytes()
-    monkeypatch.setattr("slewline.record.recorder.FIRST_CHUNK_PS", 100_000)
-    monkeypatch.setattr("slewline.record.recorder.CHUNK_EDGES", 12)
+    monkeypatch.setattr("slewline.record.recording.recorder.FIRST_CHUNK_PS", 100_000)
+    monkeypatch.setattr("slewline.record.recording.recorder.CHUNK_EDGES", 12)
     saved = write_vcd(tmp_path / "b.vcd", rig.nets, rig.recorder, 0, 80_000_000, timescale, values=sources())
     assert (tmp_path / "b.vcd").read_bytes() == whole
     with VcdStream(tmp_path / "c.vcd", other.nets, other.recorder, timescale, values=sources()) as stream:
@@ -123,7 +123,7 @@ def test_reals_may_stand_in_a_chunk_of_an_hour_of_picoseconds(rig, tmp_path, mon
     """Time and code of a change share 63 bits: times count from the first change of the chunk."""
     rig.recorder.record(rig.net("x.slew", pull=1))
     hour = 3600 * 10**12
-    monkeypatch.setattr("slewline.record.recorder.LONGEST_CHUNK_PS", hour)
+    monkeypatch.setattr("slewline.record.recording.recorder.LONGEST_CHUNK_PS", hour)
     rig.on(hour, x_slew=0)
     rig.kernel.run(hour + 100_000)
     points = [(hour + n, n / 7) for n in range(1, 9_997)]

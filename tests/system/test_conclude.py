@@ -9,7 +9,7 @@ import slewline
 import slewline.testing
 from slewline.build import chip_class
 from slewline.cli.main import invoke
-from slewline.links.pace import Lockstep, Paced
+from slewline.links.lines.pace import Lockstep, Paced
 from slewline.links.server import Server
 from slewline.testing import aio, rig
 from slewline.testing.faces import running

@@ -13,7 +13,7 @@ import pytest
 import serial
 
 ROOT = Path(__file__).parents[2]
-HOME = {"src/slewline/links/system.py", "src/slewline/links/pty.py"}  # who may ask what there is
+HOME = {"src/slewline/links/sockets/system.py", "src/slewline/links/ports/pty.py"}  # who may ask what there is
 MODULES = {"fcntl", "termios", "tty", "pty", "resource", "pwd", "grp", "syslog", "readline", "curses", "posix"}
 NAMES = {
     "os": r"O_(DIRECTORY|NOCTTY|NONBLOCK)|fork|forkpty|openpty|ttyname|mkfifo|mknod|killpg|pipe|[gs]et_blocking|setsid"

@@ -26,7 +26,7 @@ def test_what_is_asked_for_is_loaded_and_nothing_else() -> None:
     light = {"slewline", "slewline.lazy", "slewline.version"}
     assert ours(loaded("import slewline")) == light
     assert ours(loaded("import slewline.build")) == {*light, "slewline.build"}
-    assert "slewline.core.table" in (sheet := loaded("from slewline.build import Row, Sheet"))
+    assert "slewline.core.datasheet.table" in (sheet := loaded("from slewline.build import Row, Sheet"))
     assert not sheet & {"slewline.core.chip", "slewline.parts", "slewline.chips", "slewline.bench"}
 
 
@@ -37,22 +37,17 @@ def within(modules: set[str], *layers: str) -> set[str]:
 
 def test_an_empty_bench_loads_no_chip_no_language_no_host_and_nothing_that_draws() -> None:
     empty = loaded("import slewline; slewline.Bench()")
-    assert within(empty, "chips", "language", "parts", "record", "links") == {"slewline.parts.part"}
-    asked = {
-        "by_name",
-        "bench",
-        "curves",
-        "drawing",
-        "furnishing",
-        "hosting",
-        "motions",
-        "recording",
-        "timing",
-        "told",
-        "wiring",
+    assert within(empty, "chips", "language", "parts", "record", "links") == {
+        "slewline.parts.base",
+        "slewline.parts.base.part",
     }
+    asked = {"bench", "by_name", "furnishing", "hosting", "pictures", "wiring"}
+    drawn = {"curves", "drawing", "motions", "recording", "timing", "told"}
+    asked |= {f"pictures.{name}" for name in drawn}
     assert within(empty, "bench") == {f"slewline.bench.{name}" for name in asked}
-    assert not within(empty, "core") & {f"slewline.core.{name}" for name in ("deviation", "ideal", "serial", "shaft")}
+    assert not within(empty, "core") & {
+        f"slewline.core.{name}" for name in ("motion.deviation", "motion.ideal", "wires.serial")
+    }
     assert not empty & {"difflib", "json", "numpy", "pathlib", "textwrap"}
 
 
@@ -62,8 +57,8 @@ def test_an_empty_bench_loads_no_chip_no_language_no_host_and_nothing_that_draws
 )
 def test_a_chip_brings_its_own_language_and_its_own_host(part: str, host: str, speech: str) -> None:
     furnished = loaded(f"import slewline; bench = slewline.Bench(); bench.host(bench.add({part!r}))")
-    hosts = {"slewline.parts.host", "slewline.parts.serial_host", "slewline.parts.packet_host"}
-    assert furnished & hosts == {f"slewline.parts.{host}"}
+    hosts = {"slewline.parts.hosts.host", "slewline.parts.hosts.serial_host", "slewline.parts.hosts.packet_host"}
+    assert furnished & hosts == {f"slewline.parts.hosts.{host}"}
     spoken = {"slewline.language.letters", "slewline.language.lines", "slewline.language.packets"}
     assert furnished & spoken == {f"slewline.language.{speech}"}
     assert not within(furnished, "record")

@@ -19,7 +19,7 @@ from slewline.bench.file import BenchFile
 from slewline.chips import CATALOGUE, checks_of, chip_class, quirks_of, ramps_of, sheet_of
 from slewline.cli.main import invoke
 from slewline.errors import BenchFileError, UnknownName, UsageError
-from slewline.links.chipset_host import ChipsetHost
+from slewline.links.clients.chipset_host import ChipsetHost
 from slewline.parts import part_class
 from slewline.testing.faces import running
 from slewline.testing.rig import NAMED
@@ -31,8 +31,8 @@ MODULES = {
     "__init__": "",
     "mx10": MX10,
     "lamp": """
-from slewline.core.option import Option
-from slewline.parts.part import Part
+from slewline.core.datasheet.option import Option
+from slewline.parts.base.part import Part
 
 class Lamp(Part):
     wiring = {"on": "output1"}
@@ -49,7 +49,7 @@ class Lamp(Part):
 """,
     "careful": """
 from slewline.chips import ramps_of, sheet_of
-from slewline.core.quirk import Quirk
+from slewline.core.datasheet.quirk import Quirk
 from .mx10 import Mx10
 
 def slow(source):

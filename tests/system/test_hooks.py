@@ -13,11 +13,11 @@ from pathlib import Path
 import pytest
 
 import slewline
-from slewline.bench.script import run_script
-from slewline.core.hook import Hook
-from slewline.core.reading import Reading
+from slewline.bench.scripts.script import run_script
+from slewline.chips.mc1451a.reading import Reading
+from slewline.core.time.hook import Hook
 from slewline.errors import StoreError
-from slewline.links.store import FileStore
+from slewline.links.lines.store import FileStore
 
 SOURCES = Path(slewline.__file__).parent
 

@@ -14,12 +14,12 @@ import serial
 
 import slewline
 import slewline.testing  # pySerial knows slewline:// from now on
-from slewline.bench import entries
+from slewline.bench.files import entries
 from slewline.build import Part, from_outside
 from slewline.chips import PARTS, chip_class
-from slewline.core.inputs import input_of
+from slewline.core.time.inputs import input_of
 from slewline.errors import LONGEST_LINE, BenchFileError, SlewlineError, UsageError
-from slewline.links.store import FileStore, packed
+from slewline.links.lines.store import FileStore, packed
 from slewline.parts import KINDS, part_class
 
 SOURCES = Path(__file__).parents[2] / "src/slewline"

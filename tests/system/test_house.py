@@ -78,16 +78,16 @@ def test_circles_are_found() -> None:
 def test_imports_are_read_wherever_they_stand() -> None:
     source = """
 from .. import chips
-from .net import Net as Wire
-import slewline.core.hook
+from .wires.net import Net as Wire
+import slewline.core.time.hook
 if TYPE_CHECKING:
     from ..bench import Bench
 def late():
-    from . import pin
+    from .wires import pin
 """
-    found = {"slewline.chips", "slewline.core.net.Net", "slewline.core.hook", "slewline.bench.Bench"}
-    assert set(imported("slewline.core.chip", source, package=False)) == found | {"slewline.core.pin"}
-    assert set(imported("slewline.core", "from .net import Net", package=True)) == {"slewline.core.net.Net"}
+    found = {"slewline.chips", "slewline.core.wires.net.Net", "slewline.core.time.hook", "slewline.bench.Bench"}
+    assert set(imported("slewline.core.chip", source, package=False)) == found | {"slewline.core.wires.pin"}
+    assert set(imported("slewline.core.wires", "from .net import Net", package=True)) == {"slewline.core.wires.net.Net"}
 
 
 def bound(tree: ast.AST) -> Iterator[str]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 import slewline
-from slewline.core import kept
+from slewline.core.motion import kept
 from slewline.errors import NotRecorded, TimeError
 from slewline.links import server as served
-from slewline.links.pace import Lockstep
+from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
 
 NOW, SINCE = 3 * 10**12, 25 * 10**11

@@ -11,7 +11,7 @@ import pytest
 
 import slewline
 from slewline import errors
-from slewline.links.pace import Lockstep
+from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
 from tests.system.test_mistakes_in_python import World
 

@@ -16,7 +16,7 @@ import pytest
 import slewline
 from slewline.bench.file import BenchFile
 from slewline.errors import LONGEST_LINE, SlewlineError
-from slewline.links.store import FileStore
+from slewline.links.lines.store import FileStore
 
 SHORT, LONG = 25, 16  # mutations of each kind in a short run; so many times the seeds in a long one
 SHARES = {"journal": 700, "vcd": 700, "bench": 350, "hex": 125, "state": 125}  # 2000 a seed of the long run

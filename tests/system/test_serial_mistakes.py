@@ -18,7 +18,7 @@ from click.testing import CliRunner
 import slewline
 import slewline.testing
 from slewline.cli.commands import cli
-from slewline.links.pace import Lockstep
+from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
 from slewline.testing.faces import running
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import serial
 
-from slewline.core.timebase import readable
+from slewline.core.time.timebase import readable
 from slewline.errors import ChecksumError, Timeout, UnknownName, UsageError
 from slewline.testing.faces import running
 

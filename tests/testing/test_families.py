@@ -8,9 +8,9 @@ import pytest
 import serial
 
 from slewline.chips import PARTS
-from slewline.core.channel import AdaptiveLine, BusHandshake, HostPort, SerialLine
+from slewline.core.datasheet.channel import AdaptiveLine, BusHandshake, HostPort, SerialLine
 from slewline.errors import UsageError
-from slewline.links.chipset_host import ChipsetHost
+from slewline.links.clients.chipset_host import ChipsetHost
 
 BUS = ("cy500", "cy512", "cy525")
 CHIPSETS = tuple(part for part in PARTS if part.startswith("mc"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import slewline.testing  # noqa: F401  # pySerial knows slewline:// from now on
-from slewline.bench.images import write_image
+from slewline.bench.files.images import write_image
 from slewline.errors import BenchFileError, UsageError
 from slewline.testing.faces import running
 

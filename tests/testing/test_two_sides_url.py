@@ -6,7 +6,7 @@ import pytest
 
 import slewline
 import slewline.testing
-from slewline.bench.script import run_script
+from slewline.bench.scripts.script import run_script
 from slewline.cli.main import invoke
 from slewline.testing.faces import running
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 from ..errors import UsageError
 
 if TYPE_CHECKING:
-    from ..core.net import Net
+    from ..core.wires.net import Net
 
 
 class VirtualLoop(Protocol):

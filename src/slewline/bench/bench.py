@@ -13,19 +13,19 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..chips import CATALOGUE as CHIPS
-from ..core.calls import misfit
-from ..core.instead import missing
-from ..core.near import hint
-from ..core.net import Net
-from ..core.pin import Condition
-from ..core.timebase import Seconds, Time, picoseconds, readable
+from ..core.messages.calls import misfit
+from ..core.messages.instead import missing
+from ..core.messages.near import hint
+from ..core.time.timebase import Seconds, Time, picoseconds, readable
+from ..core.wires.net import Net
+from ..core.wires.pin import Condition
 from ..errors import NoSuchAttribute, Timeout, UsageError
 from .hosting import Hosted
-from .timing import TimingDiagrams
+from .pictures.timing import TimingDiagrams
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
-    from ..parts.part import Part
+    from ..parts.base.part import Part
     from .awaiting import VirtualLoop
 
 
@@ -168,7 +168,7 @@ class Bench(Hosted, TimingDiagrams):
         `run_until_idle`, the fixtures of tests, `slewline run` and a server that a host leaves do so by themselves.  Of
         a host that has more to say nothing is told yet.
         """
-        from ..parts.caller import Caller  # an empty bench has no host, and does not load any
+        from ..parts.base.caller import Caller  # an empty bench has no host, and does not load any
 
         if all(part.idle for part in self.parts.values() if isinstance(part, Caller)) and any(
             [chip.conclude() for chip in self.chips.values()]  # of every one

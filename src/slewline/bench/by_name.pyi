@@ -11,37 +11,37 @@ from ..chips.gs_c200.firmware import GsC200, GsC200S
 from ..chips.line import LineChip
 from ..chips.mc1451a.firmware import Mc1151A, Mc1151AE, Mc1251A, Mc1251AE, Mc1451A, Mc1451AE
 from ..core.chip import Chip
-from ..core.timebase import Time
-from ..parts.adaptive_host import AdaptiveHost
-from ..parts.carriage import Carriage, Gear
-from ..parts.computer import Computer
-from ..parts.computer8080 import Host8080, Ppi8255
-from ..parts.displays import HpDisplay, Lcd
-from ..parts.drilling import Bar, Drill
-from ..parts.encoder import Encoder, Quadrature
-from ..parts.flow_host import FlowHost
-from ..parts.gates import And, Delay, Inverter, Latch8, Nand, Nor, Or
-from ..parts.gpib import GpibListener, GpibTalker
-from ..parts.gpib_device import GpibController, GpibDevice, GpibInterrupts
-from ..parts.gsc_circuits import Damping, StepCheck, TwoClocks
-from ..parts.gsd200 import GsD200, PhaseCurrent
-from ..parts.host import Host
-from ..parts.isa import Isa
-from ..parts.keyboard import Keyboard
-from ..parts.latches import PhaseLatch, PositionLatch
-from ..parts.memory import Eeprom, Eprom, Ram
-from ..parts.motor import Motor, Rotor, Translator
-from ..parts.packet_host import PacketHost
-from ..parts.panel_parts import JogSwitch, Thumbwheels
-from ..parts.parallel_card import ParallelCard
-from ..parts.part import Part
-from ..parts.prom import Prom
-from ..parts.rs232 import SerialPort
-from ..parts.rs232_line import Rs232Line
-from ..parts.sensors import Switch
-from ..parts.serial import SerialSender, Uart
-from ..parts.serial_host import SerialHost
-from ..parts.welding import Welder, Workpieces
+from ..core.time.timebase import Time
+from ..parts.base.part import Part
+from ..parts.boards.computer8080 import Host8080, Ppi8255
+from ..parts.boards.gpib import GpibListener, GpibTalker
+from ..parts.boards.gpib_device import GpibController, GpibDevice, GpibInterrupts
+from ..parts.boards.isa import Isa
+from ..parts.boards.parallel_card import ParallelCard
+from ..parts.drivers.gsc_circuits import Damping, StepCheck, TwoClocks
+from ..parts.drivers.gsd200 import GsD200, PhaseCurrent
+from ..parts.front_panel.displays import HpDisplay, Lcd
+from ..parts.front_panel.keyboard import Keyboard
+from ..parts.front_panel.panel_parts import JogSwitch, Thumbwheels
+from ..parts.hosts.adaptive_host import AdaptiveHost
+from ..parts.hosts.computer import Computer
+from ..parts.hosts.flow_host import FlowHost
+from ..parts.hosts.host import Host
+from ..parts.hosts.packet_host import PacketHost
+from ..parts.hosts.serial_host import SerialHost
+from ..parts.lines.rs232 import SerialPort
+from ..parts.lines.rs232_line import Rs232Line
+from ..parts.lines.serial import SerialSender, Uart
+from ..parts.logic.gates import And, Delay, Inverter, Latch8, Nand, Nor, Or
+from ..parts.logic.latches import PhaseLatch, PositionLatch
+from ..parts.machines.drilling import Bar, Drill
+from ..parts.machines.welding import Welder, Workpieces
+from ..parts.memories.memory import Eeprom, Eprom, Ram
+from ..parts.memories.prom import Prom
+from ..parts.shafts.carriage import Carriage, Gear
+from ..parts.shafts.encoder import Encoder, Quadrature
+from ..parts.shafts.motor import Motor, Rotor, Translator
+from ..parts.shafts.sensors import Switch
 
 C = TypeVar("C", bound=Chip)
 P = TypeVar("P", bound=Part)

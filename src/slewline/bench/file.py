@@ -59,23 +59,23 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..chips import CATALOGUE as CHIPS
 from ..chips import chip_class, sheet_of
-from ..core.near import hint
-from ..core.timebase import picoseconds
+from ..core.messages.near import hint
+from ..core.time.timebase import picoseconds
 from ..errors import BenchFileError, ProgramError, SlewlineError
 from ..parts import part_class
 from .bench import Bench
+from .files.images import read_image
+from .files.tables import Place, Tables, ValidationError, convert, keys_of
+from .files.text import read_text
+from .files.toml import read_toml
 from .hosting import channel_over
-from .images import read_image
-from .script import check_script, read_script, run_script
-from .stage import Script
-from .tables import Place, Tables, ValidationError, convert, keys_of
-from .text import read_text
-from .toml import read_toml
+from .scripts.script import check_script, read_script, run_script
+from .scripts.stage import Script
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
-    from ..parts.computer import Computer
-    from ..parts.part import Part
+    from ..parts.base.part import Part
+    from ..parts.hosts.computer import Computer
 
 PORTS = ("tcp", "pty", "rfc2217", "serial")
 TIMES = 'a time such as "25 us"; text, because a number with a point would be rounded'

@@ -10,28 +10,28 @@ from typing import TYPE_CHECKING, Any
 
 from ..chips import CATALOGUE as CHIPS
 from ..chips import chip_class, sheet_of
-from ..core.calls import answering
 from ..core.chip import Chip, Finding
-from ..core.hook import Hook
-from ..core.kernel import Kernel
-from ..core.near import hint
-from ..core.net import Bus, Net
-from ..core.pin import Terminal
-from ..core.store import Witnessed
-from ..core.timebase import Time, hertz, picoseconds, readable
-from ..core.whole import whole
+from ..core.memory.store import Witnessed
+from ..core.messages.calls import answering
+from ..core.messages.near import hint
+from ..core.messages.whole import whole
+from ..core.time.hook import Hook
+from ..core.time.kernel import Kernel
+from ..core.time.timebase import Time, hertz, picoseconds, readable
+from ..core.wires.net import Bus, Net
+from ..core.wires.pin import Terminal
 from ..errors import UnknownName, UsageError, WiringError
 from ..parts import CATALOGUE as PARTS
 from ..parts import make_part, part_class
-from ..parts.part import Part
+from ..parts.base.part import Part
 from .by_name import adds, makes
-from .drawing import Drawing
+from .pictures.drawing import Drawing
 from .wiring import as_needed, joints
 
 if TYPE_CHECKING:
-    from ..core.shaft import Shaft
-    from ..core.table import Sheet
-    from .journal import Journal
+    from ..core.datasheet.table import Sheet
+    from ..parts.shafts.shaft import Shaft
+    from .files.journal import Journal
 
 
 SHOWN = 8  # chips and parts in the text of a bench
@@ -77,7 +77,7 @@ class Furnished(Drawing):
         self.outside.let_pass = self._wait_for
         self.journal: Journal | None = None
         if journal is not None:
-            from .journal import Journal
+            from .files.journal import Journal
 
             self.journal = Journal(journal, self.kernel, seed)
             self.outside.write = self.journal.write
@@ -182,7 +182,7 @@ class Furnished(Drawing):
         if self.stores is not None and cls.keeps:
             options.setdefault("store", self.stores(name))
         if "image" in options:
-            from .images import image_given  # most benches read no file
+            from .files.images import image_given  # most benches read no file
 
             options["image"] = image_given(name, options["image"])
         kept = self._witnessed(name, options) if cls.keeps else dict
@@ -232,7 +232,7 @@ class Furnished(Drawing):
             return {}
         if not sits:
             raise UsageError(f"{name}: a {kind} sits on no shaft; leave out on=")
-        from ..core.shaft import Shaft
+        from ..parts.shafts.shaft import Shaft
 
         carrier = self._there(on)
         shaft = getattr(carrier, "shaft", None)
@@ -345,7 +345,7 @@ class Furnished(Drawing):
             raise WiringError(f"wire {a} to {b}: a bus of eight wires does not fit a single pin; wire bus to bus")
         self.outside.tell("wire", a=a, b=b, invert=invert)
         if invert:
-            from ..parts.gates import WireInverter
+            from ..parts.logic.gates import WireInverter
 
             two.tie = None
             WireInverter(self.kernel, f"inverter of {a}", one, two).rewired()

@@ -5,23 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..core.channel import AdaptiveLine, BusHandshake, Channel, FlowBus, HostPort, SerialLine
 from ..core.chip import Chip
-from ..core.timebase import Time, picoseconds
+from ..core.datasheet.channel import AdaptiveLine, BusHandshake, Channel, FlowBus, HostPort, SerialLine
+from ..core.time.timebase import Time, picoseconds
 from ..errors import UsageError, WiringError
-from ..parts.part import Part
+from ..parts.base.part import Part
 from .by_name import hosts
 from .furnishing import Furnished
 from .wiring import in_role, joints
 
 if TYPE_CHECKING:
-    from ..parts.adaptive_host import AdaptiveHost
-    from ..parts.computer import Computer
-    from ..parts.connection import Connection
-    from ..parts.flow_host import FlowHost
-    from ..parts.host import Host
-    from ..parts.packet_host import PacketHost
-    from ..parts.serial_host import SerialHost
+    from ..parts.hosts.adaptive_host import AdaptiveHost
+    from ..parts.hosts.computer import Computer
+    from ..parts.hosts.connection import Connection
+    from ..parts.hosts.flow_host import FlowHost
+    from ..parts.hosts.host import Host
+    from ..parts.hosts.packet_host import PacketHost
+    from ..parts.hosts.serial_host import SerialHost
 
 HOSTS: Mapping[type[Channel], str] = {  # the method that furnishes the host of a channel
     BusHandshake: "_bus_host",
@@ -83,7 +83,7 @@ class Hosted(Furnished):
         self, chips: Sequence[Chip], channel: Channel, name: str | None, delay: Time, asked: dict[str, str], **_: None
     ) -> Computer:
         """A host on a bus, which its chips share."""
-        from ..parts.host import Host
+        from ..parts.hosts.host import Host
 
         return self._on_bus(Host, chips, channel, name, delay, asked)
 
@@ -91,7 +91,7 @@ class Hosted(Furnished):
         self, chips: Sequence[Chip], channel: Channel, name: str | None, delay: Time, asked: dict[str, str], **_: None
     ) -> Computer:
         """A host that sends packets over a bus, which its chips share."""
-        from ..parts.packet_host import PacketHost
+        from ..parts.hosts.packet_host import PacketHost
 
         self._alone(PacketHost, chips)
         return self._on_bus(PacketHost, chips, channel, name, delay, asked)
@@ -100,7 +100,7 @@ class Hosted(Furnished):
         self, chips: Sequence[Chip], channel: Channel, name: str | None, delay: Time, asked: dict[str, str], **_: None
     ) -> Computer:
         """A host on a bus that works both ways."""
-        from ..parts.flow_host import FlowHost
+        from ..parts.hosts.flow_host import FlowHost
 
         self._one_of_its_kind(FlowHost, chips)
         host = self._on_bus(FlowHost, chips, channel, name, delay, asked)
@@ -136,7 +136,7 @@ class Hosted(Furnished):
         line: Part | None = None,
     ) -> AdaptiveHost:
         """A host on a serial line whose rate the chip finds, with CTS."""
-        from ..parts.adaptive_host import AdaptiveHost
+        from ..parts.hosts.adaptive_host import AdaptiveHost
 
         if line is not None:
             raise UsageError(
@@ -185,7 +185,7 @@ class Hosted(Furnished):
         line: Part | None = None,
     ) -> SerialHost:
         """A host on an RS-232 line, wired to every module on it."""
-        from ..parts.serial_host import SerialHost
+        from ..parts.hosts.serial_host import SerialHost
 
         for other in self.parts.values():
             taken = [chip.name for chip in chips if isinstance(other, SerialHost) and chip.name in other.chips]
@@ -219,8 +219,8 @@ class Hosted(Furnished):
         self._connect(connector, [chip for chip in chips if chip.sheet.channel(SerialLine) is not None])
 
     def _connect(self, connector: Part, chips: Sequence[Any]) -> None:
-        from ..parts.rs232 import SerialPort
-        from ..parts.serial_host import straps_of
+        from ..parts.hosts.serial_host import straps_of
+        from ..parts.lines.rs232 import SerialPort
 
         out, rxd = in_role(connector, "computer_out").net, in_role(connector, "computer_in").net
         for chip in chips:
@@ -245,11 +245,11 @@ class Hosted(Furnished):
 
 def connection(chip: Chip, channel: Channel) -> Connection:
     """Return what a host is handed of a chip that it reaches over a channel."""
-    from ..parts.connection import Connection
+    from ..parts.hosts.connection import Connection
 
     straps = getattr(chip, "straps", None)
     if straps is None and isinstance(channel, SerialLine):
-        from ..core.serial import Straps
+        from ..core.wires.serial import Straps
         from ..language.lines import KEPT
 
         straps = Straps(channel, chip.pins, kept=KEPT)

@@ -6,12 +6,12 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from ..errors import UsageError
-from .images import read_image
+from .files.images import read_image
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
-    from ..core.store import Store
-    from ..core.table import Sheet
+    from ..core.datasheet.table import Sheet
+    from ..core.memory.store import Store
     from .bench import Bench
 
 NAME = "memory"

@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..chips import ramps_of
-from ..core.timebase import Time, picoseconds
-from ..core.whole import whole
+from ..core.messages.whole import whole
+from ..core.time.timebase import Time, picoseconds
 from ..errors import UsageError
 from ..language.ramps import Goal, Ramp, Search, Value, Wanted, nearest, read
 from .furnishing import crystal_for

@@ -14,20 +14,20 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..chips import chip_class
-from ..core.inputs import input_of
-from ..core.store import Recalled
-from ..core.timebase import Time, moment
+from ..core.memory.store import Recalled
+from ..core.time.inputs import input_of
+from ..core.time.timebase import Time, moment
 from ..errors import BenchFileError, OtherLaws, SlewlineError, UnknownName, UsageError
 from ..parts import part_class
-from ..parts.computer import Computer
-from ..parts.host import Host
+from ..parts.hosts.computer import Computer
+from ..parts.hosts.host import Host
 from ..version import __version__
 from .bench import Bench
-from .entries import Entries
+from .files.entries import Entries
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
-    from ..parts.part import Part
+    from ..parts.base.part import Part
 
 STRANGE = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)  # what comes of entries of no sense
 CALLS = ("change_rate", "live", "read_position", "run_program", "verify")  # of a host on a bus, in journals of 0.1.0
@@ -234,7 +234,7 @@ def tell(bench: Bench, name: str, do: str, args: list[Any]) -> None:
         with bench.outside.queued():  # the journal itself says how time passed
             getattr(host.to(chip), verb)(*more)
     elif do == "script":
-        from .script import run_script  # a bench without scripts does not load their language
+        from .scripts.script import run_script  # a bench without scripts does not load their language
 
         chip, text, where = args
         run_script(bench, host.to(chip), text, where)

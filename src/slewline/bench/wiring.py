@@ -14,12 +14,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..core.chip import Chip
-from ..core.net import Bus
-from ..core.pin import Terminal
-from ..core.roles import AXIS_ROLES, ROLES
-from ..core.table import Pin
+from ..core.datasheet.roles import AXIS_ROLES, ROLES
+from ..core.datasheet.table import Pin
+from ..core.wires.net import Bus
+from ..core.wires.pin import Terminal
 from ..errors import WiringError
-from ..parts.part import Part
+from ..parts.base.part import Part
 
 
 def joints(kind: str, part: Part, neighbour: Chip | Part) -> list[tuple[Terminal, Terminal]]:

@@ -6,7 +6,7 @@ A guest is a class whose `sheet` is all that it must have.  What the tools take 
         sheet = MX10
         checks = (go_without_speed,)     # rules for its linter (language/lint.py, Check)
         ramps = Mx10Ramps(MX10)          # its ramp calculator (language/ramps.py, Calculator)
-        quirks = (Quirk(...),)           # what its manual leaves open (core/quirk.py)
+        quirks = (Quirk(...),)           # what its manual leaves open (core/datasheet/quirk.py)
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from ..core.catalogue import Catalogue
 from ..core.chip import Chip
-from ..core.option import checked
-from ..core.table import Sheet
+from ..core.datasheet.catalogue import Catalogue
+from ..core.datasheet.option import checked
+from ..core.datasheet.table import Sheet
 from ..errors import UsageError
 
 if TYPE_CHECKING:
-    from ..core.quirk import Quirk
+    from ..core.datasheet.quirk import Quirk
     from ..language.lint import Check
     from ..language.ramps import Calculator
 

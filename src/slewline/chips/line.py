@@ -14,11 +14,11 @@ from collections.abc import Sequence
 from inspect import isawaitable
 from typing import Any, NamedTuple
 
-from ..core.channel import SerialLine
 from ..core.chip import Chip
-from ..core.kernel import Kernel, Task
-from ..core.serial import RS232, Receiver, Straps, Word, bit_clock, transmit
-from ..core.waits import next_round
+from ..core.datasheet.channel import SerialLine
+from ..core.time.kernel import Kernel, Task
+from ..core.wires.serial import RS232, Receiver, Straps, Word, bit_clock, transmit
+from ..core.wires.waits import next_round
 from ..language.dialect import Refusal, dialect_of
 from ..language.lines import KEPT, parse, refusal
 

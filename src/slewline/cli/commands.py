@@ -336,12 +336,12 @@ def serve_command(**options: Any) -> int:
     or rfc2217://HOST:PORT (--rfc2217); a program in Python can also open slewline://gs-c200s, without any server.
 
     The MC1451A family has registers instead of a line, and is served with --tcp only.  registers://HOST:PORT takes the
-    messages of slewline.links.registers; slewline.links.chipset_port is their other end for a program in Python, and
-    examples/mc1451a/slewline_port.h for one in C that reads and writes I/O ports.
+    messages of slewline.links.ports.registers; their other end is slewline.links.clients.chipset_port for a program in
+    Python, and examples/mc1451a/slewline_port.h for one in C that reads and writes I/O ports.
 
     A chip with a bus beside its serial line has the line on one of these ports and the bus on --registers: the
-    registers of a parallel card, at registers://HOST:PORT, whose other end is slewline.links.card_port.  The line has
-    9600 baud, unless a host on --rfc2217 says otherwise.
+    registers of a parallel card, at registers://HOST:PORT, whose other end is slewline.links.clients.card_port.
+    The line has 9600 baud, unless a host on --rfc2217 says otherwise.
     """
     from .serve import Serve
 

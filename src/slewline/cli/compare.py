@@ -6,11 +6,11 @@ from collections.abc import Iterable
 
 import click
 
-from ..core.timebase import Time
+from ..core.time.timebase import Time
 from ..errors import UsageError
-from ..record.compare import Comparison, compare_edges
-from ..record.read_vcd import read_vcd
-from ..record.waveforms import Waveforms
+from ..record.measuring.compare import Comparison, compare_edges
+from ..record.waveforms.read_vcd import read_vcd
+from ..record.waveforms.waveforms import Waveforms
 from . import FOUND
 from .programs import print_json
 

@@ -14,7 +14,7 @@ import click
 from click.shell_completion import CompletionItem
 
 if TYPE_CHECKING:
-    from ..core.table import Sheet
+    from ..core.datasheet.table import Sheet
 
 Complete = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
 

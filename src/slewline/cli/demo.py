@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..core.timebase import readable
+from ..core.time.timebase import readable
 from ..errors import UsageError
-from ..record.layouts import layout_paths
+from ..record.waveforms.layouts import layout_paths
 from .files import Outputs
 from .transcript import seconds
 
 if TYPE_CHECKING:
     from ..bench import Bench
-    from ..core.net import Net
+    from ..core.wires.net import Net
 
 HERE = Path(__file__).parent
 MACHINE, PROGRAM = "weld.toml", "weld.cy525"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from ..core.near import hint
+from ..core.messages.near import hint
 from ..errors import UsageError
 from ..record.whole_file import WholeFile
 from .demo import made

@@ -11,12 +11,12 @@ from typing import Any
 
 import click
 
-from ..bench.text import read_text
-from ..bench.toml import read_toml
+from ..bench.files.text import read_text
+from ..bench.files.toml import read_toml
 from ..chips import CATALOGUE, sheet_of
-from ..core.near import hint
-from ..core.option import checked
-from ..core.table import Sheet
+from ..core.datasheet.option import checked
+from ..core.datasheet.table import Sheet
+from ..core.messages.near import hint
 from ..errors import BenchFileError, UsageError
 
 LONGEST = 1000  # characters of a line
@@ -87,7 +87,7 @@ def say_replaced(journal: str | None) -> None:
     Raises:
         BenchFileError: a file that is no journal would be.
     """
-    from ..bench.journal import replaced
+    from ..bench.files.journal import replaced
 
     if journal is not None and replaced(journal):
         click.echo(f"slewline: {journal}: replaces the journal that stands there", err=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from ..core.near import hint
+from ..core.messages.near import hint
 
 MEANT = {  # what is meant by a command, or an option of one, that there is not
     "plot": "slewline run FILE --plot F.svg draws a run, slewline ramp CHIP ... --plot F.svg a ramp",
@@ -78,7 +78,7 @@ class Guided(Helpful):
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the docstring of the script module, as it stands, and the exit status."""
-        from ..bench import script
+        from ..bench.scripts import script
 
         formatter.write_paragraph()
         formatter.write((script.__doc__ or "") + "\n")

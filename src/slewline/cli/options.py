@@ -10,7 +10,7 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
-from ..core.timebase import hertz, picoseconds
+from ..core.time.timebase import hertz, picoseconds
 from ..errors import TimeError
 from . import completion
 

@@ -11,20 +11,20 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from ..bench.text import read_file, read_text
+from ..bench.files.text import read_file, read_text
 from ..chips import CATALOGUE, PARTS, checks_of, sheet_of
-from ..core.image import ERASED, from_file, is_hex, to_hex
+from ..core.memory.image import ERASED, from_file, is_hex, to_hex
 from ..errors import BenchFileError, UsageError
 from .files import STDIN, Outputs, chip_of, is_bench, read_options, read_program, sheet_for
 
 if TYPE_CHECKING:
     from ..bench import Bench
-    from ..bench.stage import Script
-    from ..core.table import Sheet
+    from ..bench.scripts.stage import Script
+    from ..core.datasheet.table import Sheet
     from ..language.assemble import Assembly
     from ..language.problems import Problem
     from ..language.statements import Instruction
-    from ..parts.computer import Computer
+    from ..parts.hosts.computer import Computer
 
 SOURCE = "a program text, not the bytes of a program; slewline asm makes bytes of it"
 FORMS = {".hex": "hex", ".bin": "bin", ".ihx": "image", ".ihex": "image"}  # by the ending of a name
@@ -257,7 +257,7 @@ def problems_of(bench: Bench, host: Computer, script: Script) -> list[Problem]:
 
     What is said to several chips is not followed: of such a script only the lines that cannot be played are listed.
     """
-    from ..bench.script import refused
+    from ..bench.scripts.script import refused
     from ..language.lint import lint as check
 
     alone = len(host.chips) == 1

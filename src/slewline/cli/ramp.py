@@ -10,16 +10,16 @@ import click
 from ..bench.ramps import find_ramps
 from ..bench.ramps import ramp as ramp_of
 from ..chips import ramps_of
-from ..core.timebase import readable
+from ..core.time.timebase import readable
 from ..errors import UsageError
 from ..language.ramps import Calculator, Move, Ramp
-from ..record.pictures import SUFFIXES
+from ..record.pictures.pictures import SUFFIXES
 from .files import Outputs, read_options
 from .programs import print_json
 from .transcript import counted
 
 if TYPE_CHECKING:
-    from ..record.tracks import Track
+    from ..record.pictures.tracks import Track
 
 UNREACHED = 10**18  # ps, steps or steps/s^2: more than any ramp has
 MOST_COMPARED = 8  # ramps, of a list of values
@@ -278,8 +278,8 @@ def draw(path: str, calculator: Calculator, ramps: Sequence[Ramp], moves: Sequen
     Raises:
         UsageError: no move reaches the rate, or one of too many steps.
     """
-    from ..record.figures import Contents, description_of, figure
-    from ..record.pictures import save
+    from ..record.pictures.figures import Contents, description_of, figure
+    from ..record.pictures.pictures import save
     from ..record.style import grouped
 
     reached = [ramp.reached_from for ramp in ramps]
@@ -320,12 +320,12 @@ def drawable(path: str, ramp: Ramp, move: Move | None) -> Move:
 
 def track_of(name: str, ramp: Ramp, move: Move) -> Track:
     """Return what an axis does in a move."""
-    from ..core.axis import Axis
-    from ..core.kernel import Kernel
-    from ..core.motions import MotionStart
-    from ..core.quantity import Position, Velocity
-    from ..core.train import Playing
-    from ..record.tracks import Track
+    from ..core.motion.axis import Axis
+    from ..core.motion.motions import MotionStart
+    from ..core.motion.quantity import Position, Velocity
+    from ..core.motion.train import Playing
+    from ..core.time.kernel import Kernel
+    from ..record.pictures.tracks import Track
 
     kernel = Kernel()
     axis = Axis(kernel, range(move.steps + 1), 0)

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..bench import Bench
-from ..core.channel import HostPort
 from ..core.chip import Chip, Finding
-from ..core.one_axis import OneAxis
-from ..core.timebase import PS_PER_S, readable
-from ..parts.computer import Computer
-from ..parts.packet_host import PacketHost
+from ..core.datasheet.channel import HostPort
+from ..core.motion.one_axis import OneAxis
+from ..core.time.timebase import PS_PER_S, readable
+from ..parts.hosts.computer import Computer
+from ..parts.hosts.packet_host import PacketHost
 from .transcript import counted
 
 WINDOW_PS = 10**13  # steps are counted in windows of 10 s: an hour of them need not fit into memory

@@ -11,24 +11,24 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..bench.recording import STEPS, VCD
+from ..bench.pictures.recording import STEPS, VCD
 from ..chips import sheet_of
-from ..core.timebase import picoseconds, readable
+from ..core.time.timebase import picoseconds, readable
 from ..errors import ProgramError, Timeout, TornJournal
-from ..record.layouts import layout_paths
-from ..record.pictures import SUFFIXES
-from ..record.vcd import unit_of
+from ..record.pictures.pictures import SUFFIXES
+from ..record.waveforms.layouts import layout_paths
+from ..record.waveforms.vcd import unit_of
 from .files import STDIN, Outputs, chip_of, is_bench, read_options, read_program, say_replaced
 from .transcript import Transcript, seconds
 
 if TYPE_CHECKING:
     from ..bench import Bench
-    from ..bench.stage import Script
+    from ..bench.scripts.stage import Script
     from ..core.chip import Chip, Finding
-    from ..core.table import Sheet
-    from ..parts.memory import Ram
-    from ..parts.part import Part
-    from ..record.vcd_sources import Buses
+    from ..core.datasheet.table import Sheet
+    from ..parts.base.part import Part
+    from ..parts.memories.memory import Ram
+    from ..record.waveforms.vcd_sources import Buses
 
 TIMEOUT = "60 s"
 PLOTTED = (  # pins in these roles, beside the curves
@@ -165,7 +165,7 @@ class Run:
         """Return a bench with a chip, a host, and a program."""
         from ..bench import Bench
         from ..bench.memories import put_memory
-        from ..bench.script import check_script, run_script
+        from ..bench.scripts.script import check_script, run_script
 
         text = read_program(file)
         part = chip_of(file, self.chip)
@@ -251,7 +251,7 @@ class Run:
     # ------------------------------------------------------------------------------------------------------- afterwards
     def write(self, bench: Bench, ended: str, outputs: Outputs) -> None:
         """Write what was asked for."""
-        from ..bench.images import write_image
+        from ..bench.files.images import write_image
         from .report import as_json
 
         if bench.journal is not None:
@@ -299,7 +299,7 @@ class Run:
 
 def memory_of(bench: Bench, path: str) -> Ram:
     """Return the only memory on a bench, which is to be written to a file."""
-    from ..parts.memory import Ram
+    from ..parts.memories.memory import Ram
 
     found = [part for part in bench.parts.values() if isinstance(part, Ram)]
     if len(found) != 1:
@@ -314,7 +314,7 @@ def read(text: str, file: str, sheet: Sheet) -> tuple[Script, dict[str, int]]:
     The bytes of a .hex file go to a chip in binary mode, to a chipset packet by packet; a module on a serial line runs
     at its highest rate and without checksums.
     """
-    from ..bench.script import read_script
+    from ..bench.scripts.script import read_script
     from ..language.dialect import dialect_of
 
     straps = sheet.fastest | sheet.plain

@@ -16,17 +16,17 @@ import click
 from ..bench import Bench
 from ..bench.memories import is_outside, put_memory
 from ..chips import sheet_of
-from ..core.channel import AdaptiveLine, FlowBus
-from ..core.option import checked, read
+from ..core.datasheet.channel import AdaptiveLine, FlowBus
+from ..core.datasheet.option import checked, read
 from ..errors import UsageError
 from .files import read_options, say_replaced
 
 if TYPE_CHECKING:
-    from ..core.table import Sheet
-    from ..links.line import Line
-    from ..links.pace import Pace
+    from ..core.datasheet.table import Sheet
+    from ..links.lines.line import Line
+    from ..links.lines.pace import Pace
+    from ..links.lines.store import FileStore
     from ..links.server import Server
-    from ..links.store import FileStore
 
     Stores = Callable[[str], FileStore]
     Call = Callable[..., object]
@@ -153,7 +153,7 @@ class Serve:
 
     def server(self, bench: Bench) -> Server:
         """Return the server, without ports."""
-        from ..links.pace import Lockstep, Paced
+        from ..links.lines.pace import Lockstep, Paced
         from ..links.server import Server
 
         pace: Pace = Lockstep(bench) if self.lockstep else Paced(bench, self.rate or "1")
@@ -225,7 +225,7 @@ def state_directory(path: str | None) -> Iterator[Stores | None]:
     if path is None:
         yield None
         return
-    from ..links import system
+    from ..links.sockets import system
 
     directory = Path(path)
     try:
@@ -244,7 +244,7 @@ def state_directory(path: str | None) -> Iterator[Stores | None]:
 
 def stored(path: Path) -> FileStore:
     """Return a memory in a file; a damaged one is reported now, not when a program is missing."""
-    from ..links.store import FileStore
+    from ..links.lines.store import FileStore
 
     store = FileStore(path)
     store.read()
@@ -259,7 +259,7 @@ def say(text: str, end: str = "\n") -> None:
 
 def show(server: Server, end: str = "\n") -> None:
     """Print a status line."""
-    from ..links.status import as_line
+    from ..links.control.status import as_line
 
     say(as_line(server), end)
 
@@ -277,7 +277,7 @@ def signals(server: Server) -> Iterator[None]:
     From the first one on they mean nothing any more: the process ends anyway.  A SIGHUP that is ignored, as `nohup` has
     it, stays so.  A system may lack some of them.
     """
-    from ..links import system
+    from ..links.sockets import system
 
     hangup = system.numbers("SIGHUP")
     ends = system.numbers("SIGINT", "SIGTERM", "SIGBREAK")

@@ -12,15 +12,15 @@ from functools import partial
 
 from ..bench import Bench
 from ..core.chip import Chip, Finding
-from ..core.kernel import Task
-from ..core.motions import MotionEnd, MotionStart
-from ..core.net import Net
-from ..core.one_axis import OneAxis
-from ..core.table import Pin
-from ..core.timebase import PS_PER_S, readable
-from ..core.waits import level
-from ..parts.computer import Computer
-from ..parts.displays import Display
+from ..core.datasheet.table import Pin
+from ..core.motion.motions import MotionEnd, MotionStart
+from ..core.motion.one_axis import OneAxis
+from ..core.time.kernel import Task
+from ..core.time.timebase import PS_PER_S, readable
+from ..core.wires.net import Net
+from ..core.wires.waits import level
+from ..parts.front_panel.displays import Display
+from ..parts.hosts.computer import Computer
 
 STAYS_PS = 20 * 10**9  # that a display stays as it is before it is told
 MOST = 100  # lines about the same pin; an endless program would never come to an end

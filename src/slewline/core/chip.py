@@ -12,21 +12,21 @@ from types import SimpleNamespace
 from typing import Any, ClassVar
 
 from ..errors import LONGEST_FINDING, UnknownName, UsageError, shortened
-from .axis import Axis
-from .hook import CommandHook, Hook
-from .inputs import HasInputs
-from .instead import OF_CHIPS, OURS, missing
-from .kernel import Kernel, Task
-from .known import Known, Told
-from .net import Bus, Driver, Net
-from .one_axis import OneAxis
-from .option import checked
-from .pin import Condition, Terminal
+from .datasheet.option import checked
+from .datasheet.table import Sheet
+from .messages.instead import OF_CHIPS, OURS, missing
+from .messages.known import Known, Told
+from .messages.whole import whole
+from .motion.axis import Axis
+from .motion.one_axis import OneAxis
 from .program import InstructionCondition, ProgramRow
-from .table import Sheet
-from .timebase import Clock, readable
-from .waits import first_of, until
-from .whole import whole
+from .time.hook import CommandHook, Hook
+from .time.inputs import HasInputs
+from .time.kernel import Kernel, Task
+from .time.timebase import Clock, readable
+from .wires.net import Bus, Driver, Net
+from .wires.pin import Condition, Terminal
+from .wires.waits import first_of, until
 
 RETURN = "carriage return"
 TO_DRIVE = 'it is a pin: {it}.pin("PIN").drive(0), or drive(1)'

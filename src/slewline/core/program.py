@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from ..errors import UsageError
-from .pin import Condition
-from .whole import whole
+from .messages.whole import whole
+from .wires.pin import Condition
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from .hook import Hook
-    from .kernel import Kernel
+    from .time.hook import Hook
+    from .time.kernel import Kernel
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from ..core.table import Row, Sheet
+from ..core.datasheet.table import Row, Sheet
 from ..errors import ProgramError, UsageError
 from .dialect import dialect_of
 from .problems import Problem, picture

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ..core.channel import AdaptiveLine, FlowBus, SerialLine
-from ..core.option import Option, flat
-from ..core.roles import AXIS_ROLES
-from ..core.table import Pin, Sheet
+from ..core.datasheet.channel import AdaptiveLine, FlowBus, SerialLine
+from ..core.datasheet.option import Option, flat
+from ..core.datasheet.roles import AXIS_ROLES
+from ..core.datasheet.table import Pin, Sheet
 from .assemble import units
 from .dialect import Dialect, dialect_of
 from .lookup import find

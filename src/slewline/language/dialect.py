@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from ..core.table import Row, Sheet
+from ..core.datasheet.table import Row, Sheet
 from ..errors import SheetError, UsageError
 from .statements import Instruction, Source, Statement
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from ..core.datasheet.table import Sheet
 from ..core.program import ProgramRow
-from ..core.table import Sheet
 from .assemble import entry_and_end, listed
 from .dialect import Command, Note, dialect_of
 from .statements import Instruction

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
-from ..core.table import Row, Sheet
+from ..core.datasheet.table import Row, Sheet
 from . import dialogue
 from .assemble import link, units
 from .dialect import Check, dialect_of

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ..core.near import hint
-from ..core.table import Row, Sheet
+from ..core.datasheet.table import Row, Sheet
+from ..core.messages.near import hint
 from ..errors import UnknownName
 from .dialect import dialect_of
 

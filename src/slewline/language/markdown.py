@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ..core.table import Pin, Row
+    from ..core.datasheet.table import Pin, Row
 
 
 def mhz(hz: float) -> str:

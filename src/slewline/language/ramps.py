@@ -18,12 +18,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from ..core.instead import missing
-from ..core.near import hint
-from ..core.table import Arg, Sheet
-from ..core.timebase import PS_PER_S, readable
-from ..core.train import Train
-from ..core.whole import whole
+from ..core.datasheet.table import Arg, Sheet
+from ..core.messages.instead import missing
+from ..core.messages.near import hint
+from ..core.messages.whole import whole
+from ..core.motion.train import Train
+from ..core.time.timebase import PS_PER_S, readable
 from ..errors import UnknownName, UsageError
 from .packets import range_of
 

@@ -18,7 +18,7 @@ from decimal import ROUND_DOWN, Context, Decimal
 from fractions import Fraction
 from math import floor
 
-from ..core.table import Arg, Sheet
+from ..core.datasheet.table import Arg, Sheet
 from ..errors import UsageError
 
 _SPOKEN = re.compile(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..core.table import Row
+from ..core.datasheet.table import Row
 from .problems import Place
 from .statements import Operand, Source, Statement
 

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ..core.table import Sheet
+from ..core.datasheet.table import Sheet
 from .dialect import dialect_of, state_remedy
 from .statements import Block, Directive, Source, Statement
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from ..core.table import Row, Sheet
+from ..core.datasheet.table import Row, Sheet
 from .problems import Problem, Severity, Spot
 
 

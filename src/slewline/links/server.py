@@ -19,23 +19,23 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any, Protocol
 
 from ..bench.hosting import channel_over
-from ..core.channel import AdaptiveLine, BusHandshake, Channel, FlowBus, HostPort
-from ..core.channel import SerialLine as SerialChannel
 from ..core.chip import Chip, Finding
-from ..core.pin import strapped
+from ..core.datasheet.channel import AdaptiveLine, BusHandshake, Channel, FlowBus, HostPort
+from ..core.datasheet.channel import SerialLine as SerialChannel
+from ..core.wires.pin import strapped
 from ..errors import UsageError
-from ..parts.board import Board
-from ..parts.host import Host
-from ..parts.rs232 import SerialPort
-from .framing import FramedLine
-from .line import Line, SerialLine
-from .log import Log
-from .loop import Loop
-from .pace import Pace, Paced
-from .registers import RegisterLine, RegisterPort
-from .reports import Lateness, Reports
-from .system import fine_timer
-from .tcp import TcpPort, is_loopback, parse_address
+from ..parts.boards.board import Board
+from ..parts.hosts.host import Host
+from ..parts.lines.rs232 import SerialPort
+from .control.reports import Lateness, Reports
+from .lines.framing import FramedLine
+from .lines.line import Line, SerialLine
+from .lines.log import Log
+from .lines.pace import Pace, Paced
+from .ports.registers import RegisterLine, RegisterPort
+from .ports.tcp import TcpPort, is_loopback, parse_address
+from .sockets.loop import Loop
+from .sockets.system import fine_timer
 
 if TYPE_CHECKING:
     from ..bench import Bench
@@ -118,7 +118,7 @@ class Server:
         """Make a line to a chip, or to modules that share it; to a chipset, one on which its registers are found.
 
         Args:
-            framing: lines of text with read-back, for a chip on a bus (see `links.framing`).
+            framing: lines of text with read-back, for a chip on a bus (see `links.lines.framing`).
             over: the channel of a chip that has several, as for `bench.host`.
 
         Raises:
@@ -205,7 +205,7 @@ class Server:
 
     def rfc2217(self, line: Line, address: str) -> Opened:
         """Serve a line on a TCP port that takes settings, HOST:PORT."""
-        from .rfc2217 import NetPort
+        from .ports.rfc2217 import NetPort
 
         self._check(line, "rfc2217")
         port = self._on_tcp(NetPort, line, address)
@@ -214,7 +214,7 @@ class Server:
 
     def pty(self, line: Line, link: str) -> Opened:
         """Serve a line on a pseudo-terminal, found by a symbolic link."""
-        from .pty import PtyPort
+        from .ports.pty import PtyPort
 
         self._check(line, "pty")
         port = PtyPort(self.loop, line, link)
@@ -225,7 +225,7 @@ class Server:
 
     def serial(self, line: Line, device: str) -> Opened:
         """Serve a line on a serial port of this machine."""
-        from .device import DevicePort
+        from .ports.device import DevicePort
 
         self._check(line, "serial")
         port = self._opened(DevicePort(self.loop, line, device, lambda text: self._say(line.name, text)))
@@ -234,7 +234,7 @@ class Server:
 
     def control(self, address: str, token: str | None = None) -> Opened:
         """Open a control port, HOST:PORT; with a token, which clients must know, other machines may reach it, too."""
-        from .control import Control
+        from .control.control import Control
 
         port = self._opened(Control(self, address, token))
         self._say_who("control", port.where, "whoever knows the token can work every pin")

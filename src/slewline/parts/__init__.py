@@ -11,13 +11,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from ..core.catalogue import Catalogue
-from ..core.option import checked
-from .part import Part
+from ..core.datasheet.catalogue import Catalogue
+from ..core.datasheet.option import checked
+from .base.part import Part
 
 if TYPE_CHECKING:
-    from ..core.kernel import Kernel
-    from ..core.shaft import Shaft
+    from ..core.time.kernel import Kernel
+    from .shafts.shaft import Shaft
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,54 +30,54 @@ class Listed:
 
 # fmt: off
 KINDS = {
-    "inverter": Listed(at="gates:Inverter", says="one gate of a 7404"),
-    "and": Listed(at="gates:And", says="AND gate"),
-    "or": Listed(at="gates:Or", says="OR gate"),
-    "nand": Listed(at="gates:Nand", says="NAND gate"),
-    "nor": Listed(at="gates:Nor", says="NOR gate"),
-    "delay": Listed(at="gates:Delay", says="delay line"),
-    "latch8": Listed(at="gates:Latch8", says="74LS373, eight transparent latches with output enable"),
-    "uart": Listed(at="serial:Uart", says="receive-only UART with baud rate generator (fig. 10.16)"),
-    "serial_sender": Listed(at="serial:SerialSender", says="serial output of a host computer"),
-    "serial_port": Listed(at="rs232:SerialPort", says="serial connector of a computer, RS-232 or TTL"),
-    "rs232_line": Listed(at="rs232_line:Rs232Line", says="RS-232 line on which characters are lost, garbled or come with faults"),
-    "prom": Listed(at="prom:Prom", says="PROM with address counter: commands without a host (fig. 10.18)"),
-    "ram": Listed(at="memory:Ram", says="RAM of up to 64K bytes on the bus of a chip, with its address latches"),
-    "eeprom": Listed(at="memory:Eeprom", says="the same as EEPROM: slow to write, and kept without power"),
-    "eprom": Listed(at="memory:Eprom", says="the same as EPROM: read only"),
-    "thumbwheels": Listed(at="panel_parts:Thumbwheels", says="thumbwheel switches that set the number of a command"),
-    "hp_display": Listed(at="displays:HpDisplay", says="eight-character LED display HDSP-211x on the bus of a chip"),
-    "lcd": Listed(at="displays:Lcd", says="serial LCD: texts on the right, parameters on the left"),
-    "jog_switch": Listed(at="panel_parts:JogSwitch", says="three-position switch for jogging"),
-    "position_latch": Listed(at="latches:PositionLatch", says="two latches that catch the position on the fly (fig. 6.3)"),
-    "phase_latch": Listed(at="latches:PhaseLatch", says="latch that keeps the coils energised (fig. 4.1)"),
-    "translator": Listed(at="motor:Translator", says="pulse-to-step translator (fig. 10.4)"),
-    "rotor": Listed(at="motor:Rotor", says="rotor between two windings"),
-    "motor": Listed(at="motor:Motor", says="motor that may lose steps, with the detector of its steps (GS-C fig. 14, 17, 18)"),
-    "encoder": Listed(at="encoder:Encoder", says="encoder on the shaft of a step motor, which may be blocked or slip"),
-    "switch": Listed(at="sensors:Switch", says="home or limit switch on a shaft or a carriage"),
-    "gear": Listed(at="carriage:Gear", says="gear between two shafts"),
-    "carriage": Listed(at="carriage:Carriage", says="carriage that a shaft moves, with backlash and hard stops"),
-    "quadrature": Listed(at="encoder:Quadrature", says="encoder on a shaft that another machine turns, the master of a gear"),
-    "gs_d200": Listed(at="gsd200:GsD200", says="GS-D200 or GS-D200S driver module: translator and enable (GS-C fig. 7)"),
-    "phase_current": Listed(at="gsd200:PhaseCurrent", says="phase current that MOV and RAMP choose (GS-C fig. 6, 11)"),
-    "two_clocks": Listed(at="gsc_circuits:TwoClocks", says="a clock line for each direction (GS-C fig. 10)"),
-    "step_check": Listed(at="gsc_circuits:StepCheck", says="closes the loop through ENABLE (GS-C fig. 19)"),
-    "damping": Listed(at="gsc_circuits:Damping", says="brakes the last step of a move (GS-C fig. 23)"),
-    "bar": Listed(at="drilling:Bar", says="bar that is fed, drilled and cut (GS-C example 2)"),
-    "drill": Listed(at="drilling:Drill", says="drill that is lowered and lifted (GS-C example 2)"),
-    "ppi8255": Listed(at="computer8080:Ppi8255", says="8080 with 8255 ports (Table IX)"),
-    "host8080": Listed(at="computer8080:Host8080", says="8080 with one output port (fig. 5.3)"),
-    "keyboard": Listed(at="keyboard:Keyboard", says="keyboard with write strobe generator (fig. 10.8)"),
-    "parallel_card": Listed(at="parallel_card:ParallelCard", says="parallel card of a PC: a bus that works both ways as I/O addresses"),
-    "isa": Listed(at="isa:Isa", says="ISA board of a PC: the host port of an MC1451A as I/O addresses"),
-    "gpib_listener": Listed(at="gpib:GpibListener", says="simple IEEE-488 listener (fig. 12.4)"),
-    "gpib_talker": Listed(at="gpib:GpibTalker", says="IEEE-488 talker for the simple listener (fig. 12.3)"),
-    "gpib_device": Listed(at="gpib_device:GpibDevice", says="IEEE-488 talker and listener with address (fig. 12.8)"),
-    "gpib_controller": Listed(at="gpib_device:GpibController", says="IEEE-488 controller"),
-    "gpib_interrupts": Listed(at="gpib_device:GpibInterrupts", says="IEEE-488 interrupt logic (fig. 12.9)"),
-    "workpieces": Listed(at="welding:Workpieces", says="workpieces under a welding machine"),
-    "welder": Listed(at="welding:Welder", says="carriage and torch of a welding machine"),
+    "inverter": Listed(at="logic.gates:Inverter", says="one gate of a 7404"),
+    "and": Listed(at="logic.gates:And", says="AND gate"),
+    "or": Listed(at="logic.gates:Or", says="OR gate"),
+    "nand": Listed(at="logic.gates:Nand", says="NAND gate"),
+    "nor": Listed(at="logic.gates:Nor", says="NOR gate"),
+    "delay": Listed(at="logic.gates:Delay", says="delay line"),
+    "latch8": Listed(at="logic.gates:Latch8", says="74LS373, eight transparent latches with output enable"),
+    "uart": Listed(at="lines.serial:Uart", says="receive-only UART with baud rate generator (fig. 10.16)"),
+    "serial_sender": Listed(at="lines.serial:SerialSender", says="serial output of a host computer"),
+    "serial_port": Listed(at="lines.rs232:SerialPort", says="serial connector of a computer, RS-232 or TTL"),
+    "rs232_line": Listed(at="lines.rs232_line:Rs232Line", says="RS-232 line on which characters are lost, garbled or come with faults"),
+    "prom": Listed(at="memories.prom:Prom", says="PROM with address counter: commands without a host (fig. 10.18)"),
+    "ram": Listed(at="memories.memory:Ram", says="RAM of up to 64K bytes on the bus of a chip, with its address latches"),
+    "eeprom": Listed(at="memories.memory:Eeprom", says="the same as EEPROM: slow to write, and kept without power"),
+    "eprom": Listed(at="memories.memory:Eprom", says="the same as EPROM: read only"),
+    "thumbwheels": Listed(at="front_panel.panel_parts:Thumbwheels", says="thumbwheel switches that set the number of a command"),
+    "hp_display": Listed(at="front_panel.displays:HpDisplay", says="eight-character LED display HDSP-211x on the bus of a chip"),
+    "lcd": Listed(at="front_panel.displays:Lcd", says="serial LCD: texts on the right, parameters on the left"),
+    "jog_switch": Listed(at="front_panel.panel_parts:JogSwitch", says="three-position switch for jogging"),
+    "position_latch": Listed(at="logic.latches:PositionLatch", says="two latches that catch the position on the fly (fig. 6.3)"),
+    "phase_latch": Listed(at="logic.latches:PhaseLatch", says="latch that keeps the coils energised (fig. 4.1)"),
+    "translator": Listed(at="shafts.motor:Translator", says="pulse-to-step translator (fig. 10.4)"),
+    "rotor": Listed(at="shafts.motor:Rotor", says="rotor between two windings"),
+    "motor": Listed(at="shafts.motor:Motor", says="motor that may lose steps, with the detector of its steps (GS-C fig. 14, 17, 18)"),
+    "encoder": Listed(at="shafts.encoder:Encoder", says="encoder on the shaft of a step motor, which may be blocked or slip"),
+    "switch": Listed(at="shafts.sensors:Switch", says="home or limit switch on a shaft or a carriage"),
+    "gear": Listed(at="shafts.carriage:Gear", says="gear between two shafts"),
+    "carriage": Listed(at="shafts.carriage:Carriage", says="carriage that a shaft moves, with backlash and hard stops"),
+    "quadrature": Listed(at="shafts.encoder:Quadrature", says="encoder on a shaft that another machine turns, the master of a gear"),
+    "gs_d200": Listed(at="drivers.gsd200:GsD200", says="GS-D200 or GS-D200S driver module: translator and enable (GS-C fig. 7)"),
+    "phase_current": Listed(at="drivers.gsd200:PhaseCurrent", says="phase current that MOV and RAMP choose (GS-C fig. 6, 11)"),
+    "two_clocks": Listed(at="drivers.gsc_circuits:TwoClocks", says="a clock line for each direction (GS-C fig. 10)"),
+    "step_check": Listed(at="drivers.gsc_circuits:StepCheck", says="closes the loop through ENABLE (GS-C fig. 19)"),
+    "damping": Listed(at="drivers.gsc_circuits:Damping", says="brakes the last step of a move (GS-C fig. 23)"),
+    "bar": Listed(at="machines.drilling:Bar", says="bar that is fed, drilled and cut (GS-C example 2)"),
+    "drill": Listed(at="machines.drilling:Drill", says="drill that is lowered and lifted (GS-C example 2)"),
+    "ppi8255": Listed(at="boards.computer8080:Ppi8255", says="8080 with 8255 ports (Table IX)"),
+    "host8080": Listed(at="boards.computer8080:Host8080", says="8080 with one output port (fig. 5.3)"),
+    "keyboard": Listed(at="front_panel.keyboard:Keyboard", says="keyboard with write strobe generator (fig. 10.8)"),
+    "parallel_card": Listed(at="boards.parallel_card:ParallelCard", says="parallel card of a PC: a bus that works both ways as I/O addresses"),
+    "isa": Listed(at="boards.isa:Isa", says="ISA board of a PC: the host port of an MC1451A as I/O addresses"),
+    "gpib_listener": Listed(at="boards.gpib:GpibListener", says="simple IEEE-488 listener (fig. 12.4)"),
+    "gpib_talker": Listed(at="boards.gpib:GpibTalker", says="IEEE-488 talker for the simple listener (fig. 12.3)"),
+    "gpib_device": Listed(at="boards.gpib_device:GpibDevice", says="IEEE-488 talker and listener with address (fig. 12.8)"),
+    "gpib_controller": Listed(at="boards.gpib_device:GpibController", says="IEEE-488 controller"),
+    "gpib_interrupts": Listed(at="boards.gpib_device:GpibInterrupts", says="IEEE-488 interrupt logic (fig. 12.9)"),
+    "workpieces": Listed(at="machines.welding:Workpieces", says="workpieces under a welding machine"),
+    "welder": Listed(at="machines.welding:Welder", says="carriage and torch of a welding machine"),
 }
 # fmt: on
 

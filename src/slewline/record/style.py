@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from ..core.timebase import UNITS, readable
+from ..core.time.timebase import UNITS, readable
 from ..errors import UsageError
 from ..extras import needs
 

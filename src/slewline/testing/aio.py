@@ -28,11 +28,11 @@ from concurrent.futures import Executor
 from contextvars import Context
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, TypeVarTuple
 
-from ..core.net import Net
-from ..core.timebase import PS_PER_S, readable
+from ..core.time.timebase import PS_PER_S, readable
+from ..core.wires.net import Net
 from ..errors import Timeout
-from ..links.line import PATIENCE_PS
-from ..links.pace import Pace, Wait
+from ..links.lines.line import PATIENCE_PS
+from ..links.lines.pace import Pace, Wait
 
 if TYPE_CHECKING:
     from ..bench import Bench

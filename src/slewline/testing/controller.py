@@ -16,11 +16,11 @@ from types import MappingProxyType
 from typing import Any, ClassVar
 
 from ..bench import Bench
-from ..core.axis import Steps
 from ..core.chip import Chip
-from ..core.instead import Face, missing
-from ..core.pin import Condition, Terminal
-from ..core.timebase import Time, moment, picoseconds, readable
+from ..core.messages.instead import Face, missing
+from ..core.motion.axis import Steps
+from ..core.time.timebase import Time, moment, picoseconds, readable
+from ..core.wires.pin import Condition, Terminal
 from ..errors import SlewlineError, Timeout, UsageError
 from .differences import counted, difference
 from .faults import Faults

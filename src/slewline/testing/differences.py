@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
-from ..core.timebase import PS_PER_S, readable
+from ..core.time.timebase import PS_PER_S, readable
 
 Event = tuple[int, int]
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from ..core.serial import PARITIES, Word, bit_clock
-from ..core.timebase import PS_PER_S
+from ..core.time.timebase import PS_PER_S
+from ..core.wires.serial import PARITIES, Word, bit_clock
 from ..errors import Timeout, UsageError
 from .rig import NAMED, Following, Rig, never, seconds
 

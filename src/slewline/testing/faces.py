@@ -16,16 +16,16 @@ from threading import Condition, Event, Thread
 from typing import Any
 
 from ..chips import sheet_of
-from ..core.channel import Channel
 from ..core.chip import Chip
-from ..core.motions import MotionEnd, MotionStart
-from ..core.near import hint
-from ..core.net import Net
-from ..core.table import Sheet
+from ..core.datasheet.channel import Channel
+from ..core.datasheet.table import Sheet
+from ..core.messages.near import hint
+from ..core.motion.motions import MotionEnd, MotionStart
+from ..core.wires.net import Net
 from ..errors import SlewlineError, UsageError
-from ..links.pace import Lockstep, Pace, Paced, Wait
+from ..links.lines.pace import Lockstep, Pace, Paced, Wait
 from ..links.server import Server
-from ..parts.computer import Computer
+from ..parts.hosts.computer import Computer
 from .controller import Controller
 from .rig import NAMED, SCHEME, Result, Rig, serial_line
 

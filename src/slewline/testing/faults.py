@@ -15,14 +15,14 @@ from random import Random
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-from ..core.roles import ROLES
-from ..core.table import Pin
-from ..core.timebase import Time, picoseconds, readable
+from ..core.datasheet.roles import ROLES
+from ..core.datasheet.table import Pin
+from ..core.time.timebase import Time, picoseconds, readable
 from ..errors import UsageError
 from ..language.dialect import dialect_of
-from ..links.line import SerialLine
-from ..parts.noise import LINKED, Noise
-from ..parts.part import Part
+from ..links.lines.line import SerialLine
+from ..parts.base.part import Part
+from ..parts.lines.noise import LINKED, Noise
 
 if TYPE_CHECKING:
     from ..core.chip import Chip

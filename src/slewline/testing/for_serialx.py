@@ -29,7 +29,7 @@ from serialx import (
 
 from ..bench import Bench
 from ..core.chip import Chip
-from ..links.pace import Wait
+from ..links.lines.pace import Wait
 from .aio import time_of
 from .end import SILENCE_PS, End, word_of
 from .rig import SCHEME, Rig, from_url

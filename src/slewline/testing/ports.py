@@ -20,7 +20,7 @@ from inspect import getattr_static
 from typing import TYPE_CHECKING, Any
 from weakref import WeakSet
 
-from ..core.timebase import Time
+from ..core.time.timebase import Time
 from ..errors import UsageError
 from .rig import SCHEME, seconds
 

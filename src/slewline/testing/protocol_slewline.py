@@ -32,7 +32,7 @@ from serial.serialutil import PortNotOpenError, SerialBase, SerialException
 
 from ..bench import Bench
 from ..core.chip import Chip
-from ..core.serial import Word
+from ..core.wires.serial import Word
 from .end import End, word_of
 from .rig import Rig, from_url, seconds
 

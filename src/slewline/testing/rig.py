@@ -19,19 +19,19 @@ from urllib.parse import parse_qsl, urlsplit
 from ..bench import Bench
 from ..bench.memories import is_outside, put_memory
 from ..chips import CATALOGUE, sheet_of
-from ..core import channel
 from ..core.chip import Chip
-from ..core.net import Net
-from ..core.option import Option, checked, read
-from ..core.table import Sheet
-from ..core.timebase import PS_PER_S
+from ..core.datasheet import channel
+from ..core.datasheet.option import Option, checked, read
+from ..core.datasheet.table import Sheet
+from ..core.time.timebase import PS_PER_S
+from ..core.wires.net import Net
 from ..errors import UnknownName, UsageError
-from ..links.line import SerialLine
-from ..links.log import Log
-from ..links.pace import Lockstep, Pace, Paced, Wait
-from ..links.store import FileStore
-from ..parts.adaptive_host import AdaptiveHost
-from ..parts.serial_host import SerialHost
+from ..links.lines.line import SerialLine
+from ..links.lines.log import Log
+from ..links.lines.pace import Lockstep, Pace, Paced, Wait
+from ..links.lines.store import FileStore
+from ..parts.hosts.adaptive_host import AdaptiveHost
+from ..parts.hosts.serial_host import SerialHost
 
 Result = TypeVar("Result")
 SCHEME = "slewline"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from ...core.plan import steps
-from ...core.table import Sheet
+from ...core.datasheet.table import Sheet
+from ...core.motion.plan import steps
 from ...language.lint import Check
 from ...language.statements import Source, Statement
 from ..cy5xx.sisters import written_for

@@ -6,7 +6,7 @@ from collections.abc import Awaitable
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from ...core.plan import steps
+from ...core.motion.plan import steps
 from ..cy5xx import instructions, sloped
 from ..cy5xx.program import Moves
 from ..cy5xx.slope import Law

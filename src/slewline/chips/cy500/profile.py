@@ -12,8 +12,8 @@ R is never reached, at full speed.  The user must see to N > 2 R (art. T.2 S).
 
 from __future__ import annotations
 
-from ...core.plan import Plan, head, mirrored, plan, steps
-from ...core.train import OPEN
+from ...core.motion.plan import Plan, head, mirrored, plan, steps
+from ...core.motion.train import OPEN
 from ..cy5xx.slope import Law
 
 

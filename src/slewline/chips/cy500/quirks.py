@@ -5,7 +5,7 @@ UND-...: no source tells, and it is inferred.  CON-...: two sources disagree.  "
 
 from __future__ import annotations
 
-from ...core.quirk import Quirk
+from ...core.datasheet.quirk import Quirk
 
 # fmt: off
 _ROWS = (

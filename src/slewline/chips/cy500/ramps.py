@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...core.table import Sheet
+from ...core.datasheet.table import Sheet
 from ...language.ramps import Calculator
 from ..cy5xx.ramps import SlopeRamps
 from ..cy5xx.slope import Law

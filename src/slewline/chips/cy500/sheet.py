@@ -13,8 +13,8 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any
 
-from ...core.option import Option
-from ...core.table import Arg, Pin, Row, Sheet, Table
+from ...core.datasheet.option import Option
+from ...core.datasheet.table import Arg, Pin, Row, Sheet, Table
 from ..cy5xx.letters import exchanged
 from ..cy5xx.options import at_power_up, clocks, slopes
 from ..cy512 import sheet as cy512

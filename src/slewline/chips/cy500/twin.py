@@ -7,9 +7,9 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from ...core.ideal import Ideal
-from ...core.motions import Parameters
-from ...core.train import OPEN
+from ...core.motion.ideal import Ideal
+from ...core.motion.motions import Parameters
+from ...core.motion.train import OPEN
 from ..cy5xx.twin import DOWN, SLEW, SlopeStepwise, Step
 from .instructions import Registers
 

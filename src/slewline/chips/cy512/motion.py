@@ -13,9 +13,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ...core.motions import Parameters
-from ...core.net import Net
-from ...core.plan import Plan, mirrored, plan, tail
+from ...core.motion.motions import Parameters
+from ...core.motion.plan import Plan, mirrored, plan, tail
+from ...core.wires.net import Net
 from ..cy5xx import sloped
 from ..cy5xx.motion import STOP, Within
 from . import profile

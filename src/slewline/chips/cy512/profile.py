@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from ...core.plan import Plan, mirrored, plan, steps
+from ...core.motion.plan import Plan, mirrored, plan, steps
 from ..cy5xx.slope import Law
 from . import sheet
 

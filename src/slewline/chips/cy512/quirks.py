@@ -6,7 +6,7 @@ from the CY500.  Times hold at 11 MHz.  UND-...: no source tells.  CON-...: two 
 
 from __future__ import annotations
 
-from ...core.quirk import Quirk as _Q
+from ...core.datasheet.quirk import Quirk as _Q
 
 # fmt: off
 QUIRKS = (

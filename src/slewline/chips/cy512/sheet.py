@@ -13,8 +13,8 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
-from ...core.option import Option
-from ...core.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing, Trust
+from ...core.datasheet.option import Option
+from ...core.datasheet.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing, Trust
 from ..cy5xx.letters import exchanged
 from ..cy5xx.options import at_power_up, clocks, slopes
 from ..cy525 import sheet as cy525

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from typing import Any
 
-from ...core.waits import first_of
+from ...core.wires.waits import first_of
 from ..cy5xx.twin import CRAWL, DOWN, SLEW, SlopeStepwise, Step
 
 

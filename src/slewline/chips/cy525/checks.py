@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from ...core.table import Sheet
+from ...core.datasheet.table import Sheet
 from ...language.lint import Check
 from ...language.problems import Severity
 from ...language.statements import Directive, Source, Statement

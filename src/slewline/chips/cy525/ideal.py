@@ -17,8 +17,8 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import NamedTuple
 
-from ...core.ideal import Ideal
-from ...core.motions import Parameters
+from ...core.motion.ideal import Ideal
+from ...core.motion.motions import Parameters
 from ..cy5xx.units import pieces
 from . import sheet
 from .profile import Law, unit_ticks

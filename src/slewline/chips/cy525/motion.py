@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from ...core.ideal import Ideal
-from ...core.motions import Parameters
-from ...core.net import Net, Wave
-from ...core.plan import Plan, Runs, head, mirrored, steps, tail
+from ...core.motion.ideal import Ideal
+from ...core.motion.motions import Parameters
+from ...core.motion.plan import Plan, Runs, head, mirrored, steps, tail
+from ...core.wires.net import Net, Wave
 from ..cy5xx import motion
 from ..cy5xx.motion import STOP
 from . import profile, sheet

@@ -21,9 +21,9 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import NamedTuple
 
-from ...core.plan import Leg, Plan, Runs, head, mirrored, steps, tail
-from ...core.plan import plan as core_plan
-from ...core.train import OPEN
+from ...core.motion.plan import Leg, Plan, Runs, head, mirrored, steps, tail
+from ...core.motion.plan import plan as core_plan
+from ...core.motion.train import OPEN
 from ..cy5xx.units import climb
 from . import sheet
 

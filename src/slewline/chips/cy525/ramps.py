@@ -13,8 +13,8 @@ from functools import lru_cache
 from heapq import merge
 from itertools import accumulate, pairwise
 
-from ...core.table import Sheet
-from ...core.timebase import PS_PER_S
+from ...core.datasheet.table import Sheet
+from ...core.time.timebase import PS_PER_S
 from ...errors import UsageError
 from ...language.ramps import Calculator, Candidate, Quantity, Search, Values
 from ...language.rates import steps_per_s

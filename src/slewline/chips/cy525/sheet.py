@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
-from ...core.channel import BusHandshake
-from ...core.option import Option
-from ...core.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing
+from ...core.datasheet.channel import BusHandshake
+from ...core.datasheet.option import Option
+from ...core.datasheet.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing
 from ...language.letters import Letters
 from ..cy5xx.options import at_power_up
 

@@ -9,9 +9,9 @@ from collections import deque
 from collections.abc import Callable
 from functools import partial
 
-from ...core.ideal import Ideal
-from ...core.motions import Parameters
-from ...core.net import Wave
+from ...core.motion.ideal import Ideal
+from ...core.motion.motions import Parameters
+from ...core.wires.net import Wave
 from ..cy5xx import twin
 from ..cy5xx.twin import CRAWL, DOWN, SAME, SLEW, UP, Step
 from . import sheet

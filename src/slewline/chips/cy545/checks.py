@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ...core.channel import FlowBus
-from ...core.table import Sheet
+from ...core.datasheet.channel import FlowBus
+from ...core.datasheet.table import Sheet
 from ...errors import UsageError
 from ...language.dialect import spoken_as
 from ...language.lint import Check, section

@@ -13,9 +13,9 @@ from __future__ import annotations
 from collections.abc import Coroutine, Mapping
 from typing import TYPE_CHECKING, Any
 
-from ...core.axis import Axis
 from ...core.chip import Chip
-from ...core.kernel import Kernel
+from ...core.motion.axis import Axis
+from ...core.time.kernel import Kernel
 from ..cy5xx.crystal import check_crystal, clocks
 from ..cy5xx.supply import PowerUp, Supply
 from . import sheet

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from ...core.option import defaulted
-from ...core.table import Sheet
+from ...core.datasheet.option import defaulted
+from ...core.datasheet.table import Sheet
 from .sheet import TABLES
 
 

@@ -14,8 +14,8 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable, Mapping
 
 from ...core.chip import Chip
-from ...core.net import Net
-from ...core.plan import Plan
+from ...core.motion.plan import Plan
+from ...core.wires.net import Net
 from ..cy5xx.motion import STOP
 from . import profile, sheet
 from .ideal import Single

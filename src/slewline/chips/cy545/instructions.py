@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable, Iterable, Mapping
 from typing import TYPE_CHECKING
 
-from ...core.waits import first_of
+from ...core.wires.waits import first_of
 from ..cy5xx import instructions
 from . import sheet
 

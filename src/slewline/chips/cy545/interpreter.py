@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable, Mapping
 from typing import TYPE_CHECKING
 
-from ...core.channel import FlowBus
-from ...core.waits import first_of
+from ...core.datasheet.channel import FlowBus
+from ...core.wires.waits import first_of
 from ...language.verbatim import Decoder, Entry, Spoken
 from . import sheet
 

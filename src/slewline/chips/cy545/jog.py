@@ -14,9 +14,9 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable, Mapping
 
 from ...core.chip import Chip
-from ...core.net import Net
-from ...core.plan import Plan
-from ...core.train import Playing, StepTrain
+from ...core.motion.plan import Plan
+from ...core.motion.train import Playing, StepTrain
+from ...core.wires.net import Net
 from . import profile
 from .ideal import Single
 from .profile import Law

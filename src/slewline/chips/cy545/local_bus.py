@@ -17,8 +17,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from ...core.net import Level, Wave
-from ...core.waits import level, until
+from ...core.wires.net import Level, Wave
+from ...core.wires.waits import level, until
 
 if TYPE_CHECKING:
     from ...core.chip import Chip

@@ -16,12 +16,12 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from ...core.chip import Chip
-from ...core.ideal import Ideal
-from ...core.motions import Parameters, Why
-from ...core.net import Net
-from ...core.plan import Plan
-from ...core.train import OPEN
-from ...core.waits import first_of
+from ...core.motion.ideal import Ideal
+from ...core.motion.motions import Parameters, Why
+from ...core.motion.plan import Plan
+from ...core.motion.train import OPEN
+from ...core.wires.net import Net
+from ...core.wires.waits import first_of
 from ..cy5xx import motion
 from ..cy5xx.motion import STOP
 from . import profile

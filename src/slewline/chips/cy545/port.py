@@ -18,8 +18,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from ...core.channel import FlowBus
-from ...core.waits import level
+from ...core.datasheet.channel import FlowBus
+from ...core.wires.waits import level
 
 if TYPE_CHECKING:
     from ...core.chip import Chip

@@ -17,10 +17,10 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import NamedTuple
 
-from ...core.option import defaults
-from ...core.plan import Plan, Runs, head, mirrored, plan, steps, tail
-from ...core.table import Sheet
-from ...core.train import OPEN
+from ...core.datasheet.option import defaults
+from ...core.datasheet.table import Sheet
+from ...core.motion.plan import Plan, Runs, head, mirrored, plan, steps, tail
+from ...core.motion.train import OPEN
 from ..cy5xx.units import climb
 
 

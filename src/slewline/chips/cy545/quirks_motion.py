@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...core.quirk import Quirk as _Q
+from ...core.datasheet.quirk import Quirk as _Q
 
 # fmt: off
 MOTION = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from fractions import Fraction
 
-from ...core.table import Sheet
+from ...core.datasheet.table import Sheet
 from ...errors import UsageError
 from ...language.ramps import Calculator, Candidate, Quantity, Search, Values
 from ...language.rates import steps_per_s

@@ -12,17 +12,17 @@ from collections import deque
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from ...core.bell import Bell
-from ...core.channel import AdaptiveLine
-from ...core.serial import OVERSAMPLING, TTL, Receiver, Word, bit_clock, transmit
-from ...core.timebase import PS_PER_S, Clock
-from ...core.waits import until
+from ...core.datasheet.channel import AdaptiveLine
+from ...core.time.timebase import PS_PER_S, Clock
+from ...core.wires.bell import Bell
+from ...core.wires.serial import OVERSAMPLING, TTL, Receiver, Word, bit_clock, transmit
+from ...core.wires.waits import until
 from .sheet import BAUD_TOLERANCE
 
 if TYPE_CHECKING:
     from ...core.chip import Chip
-    from ...core.kernel import Task
-    from ...core.net import Net
+    from ...core.time.kernel import Task
+    from ...core.wires.net import Net
     from .user_bits import UserBits
 
 ROOM = 3  # characters that the chip keeps while it is at work

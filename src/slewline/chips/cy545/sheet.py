@@ -14,9 +14,9 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Literal
 
-from ...core.channel import AdaptiveLine, FlowBus
-from ...core.option import Option
-from ...core.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing, Trust
+from ...core.datasheet.channel import AdaptiveLine, FlowBus
+from ...core.datasheet.option import Option
+from ...core.datasheet.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing, Trust
 from ...language.verbatim import Verbatim
 from ..cy5xx.options import clocks
 

@@ -7,8 +7,8 @@ the serial side.  Characters of two sides are never mixed in one command (ch. 16
 from __future__ import annotations
 
 from ...core.chip import Chip
-from ...core.net import Net
-from ...core.waits import edge, first_of
+from ...core.wires.net import Net
+from ...core.wires.waits import edge, first_of
 from .port import EMPTY, ParallelPort
 from .serial_side import SerialSide
 

@@ -12,10 +12,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from ...core.chip import Chip
-from ...core.motions import Parameters
-from ...core.net import Driver
-from ...core.step_views import StrobeView
-from ...core.train import Playing
+from ...core.motion.motions import Parameters
+from ...core.motion.step_views import StrobeView
+from ...core.motion.train import Playing
+from ...core.wires.net import Driver
 from ..cy5xx import steps
 from .registers import Registers
 

@@ -17,10 +17,10 @@ from collections.abc import Awaitable, Callable, Mapping
 from functools import partial
 
 from ...core.chip import Chip
-from ...core.motions import Why
-from ...core.plan import Leg, Plan
-from ...core.train import Playing, StepTrain
-from ...core.waits import first_of
+from ...core.motion.motions import Why
+from ...core.motion.plan import Leg, Plan
+from ...core.motion.train import Playing, StepTrain
+from ...core.wires.waits import first_of
 from .ideal import Made, Single
 from .profile import Law
 from .registers import Registers

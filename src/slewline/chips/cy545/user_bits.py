@@ -12,7 +12,7 @@ from . import sheet
 
 if TYPE_CHECKING:
     from ...core.chip import Chip
-    from ...core.net import Net
+    from ...core.wires.net import Net
     from .registers import Registers
 
 FREE = 0x3F  # user bits that have no other function

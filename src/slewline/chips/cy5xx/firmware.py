@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Coroutine, Mapping
 from typing import TYPE_CHECKING, Any
 
-from ...core.axis import Axis
 from ...core.chip import Chip
-from ...core.kernel import Kernel
-from ...core.step_views import PulseView
-from ...core.train import OPEN, Playing, StepTrain
+from ...core.motion.axis import Axis
+from ...core.motion.step_views import PulseView
+from ...core.motion.train import OPEN, Playing, StepTrain
+from ...core.time.kernel import Kernel
 from .crystal import check_crystal, clocks
 from .instructions import Instructions
 from .interpreter import Interpreter

@@ -9,7 +9,7 @@ from collections.abc import Awaitable, Iterable, Mapping
 from typing import Protocol
 
 from ...core.chip import Chip
-from ...core.timebase import readable
+from ...core.time.timebase import readable
 from .lines import line_in, line_out
 from .port import BusPort
 from .program import Moves, Program

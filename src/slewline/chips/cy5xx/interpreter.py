@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable, Mapping
 
 from ...core.chip import Chip
-from ...core.net import Net
-from ...core.table import Row
+from ...core.datasheet.table import Row
+from ...core.wires.net import Net
 from ...language.dialect import Command
 from ...language.letters import Decoder, Label
 from .instructions import Instructions

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...core.chip import Chip
-from ...core.net import Driver, Net
+from ...core.wires.net import Driver, Net
 
 
 def line_in(chip: Chip, name: str, level: int = 1) -> Net:

@@ -20,12 +20,12 @@ from collections.abc import Awaitable, Callable, Mapping
 from typing import Any
 
 from ...core.chip import Chip
-from ...core.ideal import Ideal
-from ...core.motions import Parameters
-from ...core.net import Net
-from ...core.plan import Plan, Runs, tail
-from ...core.train import OPEN, Playing, StepTrain
-from ...core.waits import first_of
+from ...core.motion.ideal import Ideal
+from ...core.motion.motions import Parameters
+from ...core.motion.plan import Plan, Runs, tail
+from ...core.motion.train import OPEN, Playing, StepTrain
+from ...core.wires.net import Net
+from ...core.wires.waits import first_of
 from .lines import line_in
 from .port import BusPort
 from .registers import Registers

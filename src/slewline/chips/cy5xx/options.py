@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from ...core.option import Option
-from ...core.table import Register, Timing
+from ...core.datasheet.option import Option
+from ...core.datasheet.table import Register, Timing
 
 
 def at_power_up(registers: Sequence[Register]) -> tuple[Option, ...]:

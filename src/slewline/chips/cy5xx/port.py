@@ -15,8 +15,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from ...core.chip import Chip
-from ...core.net import Net, Wave
-from ...core.waits import first_of, level, until
+from ...core.wires.net import Net, Wave
+from ...core.wires.waits import first_of, level, until
 from .lines import line_in, line_out
 from .readout import ReadOut
 

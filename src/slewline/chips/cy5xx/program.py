@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from ...core.chip import Chip
-from ...core.net import Net
+from ...core.wires.net import Net
 from ...language.dialect import Command
 from .lines import line_in, line_out
 from .port import BusPort

@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 from fractions import Fraction
 from itertools import pairwise
 
-from ...core.plan import Plan, steps
-from ...core.table import Sheet
-from ...core.timebase import Clock
-from ...core.train import StepTrain
+from ...core.datasheet.table import Sheet
+from ...core.motion.plan import Plan, steps
+from ...core.motion.train import StepTrain
+from ...core.time.timebase import Clock
 from ...errors import UsageError
 from ...language.ramps import Accelerations, Calculator, Candidate, Move, Quantity, Ramp, Search, Stretch, Values, least
 from ...language.rates import steps_per_s

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ...core.table import Sheet
+from ...core.datasheet.table import Sheet
 from ...language.lint import Problem, Source
 from .letters import ALIKE, NUMBERS, exchanged
 

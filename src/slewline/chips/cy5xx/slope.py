@@ -15,10 +15,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from ...core.ideal import FOREVER, Ideal, IdealPiece
-from ...core.motions import Parameters
-from ...core.plan import Runs
-from ...core.train import OPEN
+from ...core.motion.ideal import FOREVER, Ideal, IdealPiece
+from ...core.motion.motions import Parameters
+from ...core.motion.plan import Runs
+from ...core.motion.train import OPEN
 
 
 class Law(NamedTuple):

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from ...core.ideal import Ideal
-from ...core.motions import Parameters
-from ...core.net import Net
-from ...core.plan import Plan
+from ...core.motion.ideal import Ideal
+from ...core.motion.motions import Parameters
+from ...core.motion.plan import Plan
+from ...core.wires.net import Net
 from . import instructions, motion, registers
 from .program import Program
 from .slope import Law, Made

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ...core.chip import Chip
-from ...core.step_views import PatternView, PulseView
-from ...core.train import Playing
+from ...core.motion.step_views import PatternView, PulseView
+from ...core.motion.train import Playing
 from .lines import line_out
 from .registers import Registers
 

@@ -11,9 +11,9 @@ from collections.abc import Mapping
 from typing import NamedTuple, Protocol
 
 from ...core.chip import Chip
-from ...core.net import Driver, Net
-from ...core.table import Timing
-from ...core.timebase import readable
+from ...core.datasheet.table import Timing
+from ...core.time.timebase import readable
+from ...core.wires.net import Driver, Net
 
 
 class PowerUp(NamedTuple):

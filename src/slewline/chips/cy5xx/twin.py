@@ -26,10 +26,10 @@ from itertools import groupby
 from typing import Any, NamedTuple
 
 from ...core.chip import Chip
-from ...core.ideal import Ideal
-from ...core.motions import Parameters
-from ...core.plan import Leg, Plan
-from ...core.train import Playing, StepTrain
+from ...core.motion.ideal import Ideal
+from ...core.motion.motions import Parameters
+from ...core.motion.plan import Leg, Plan
+from ...core.motion.train import Playing, StepTrain
 from .lines import line_in
 from .port import BusPort
 from .registers import Registers

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 
-from ...core.plan import Plan, Runs, steps
-from ...core.table import Arg
-from ...core.timebase import PS_PER_S, Clock
-from ...core.train import StepTrain
+from ...core.datasheet.table import Arg
+from ...core.motion.plan import Plan, Runs, steps
+from ...core.motion.train import StepTrain
+from ...core.time.timebase import PS_PER_S, Clock
 from ...language.ramps import Accelerations, Move, Ramp, Stretch, Values, least
 
 

@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
-from ...core.ideal import FOREVER, IdealPiece, duration, mirrored, there_and_down, travelled
-from ...core.plan import Runs
+from ...core.motion.ideal import FOREVER, IdealPiece, duration, mirrored, there_and_down, travelled
+from ...core.motion.plan import Runs
 
 
 def climb(periods: Sequence[int], low: int, high: int, unit: int, jumps: bool) -> Runs:

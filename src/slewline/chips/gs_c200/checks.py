@@ -10,8 +10,8 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import NamedTuple
 
-from ...core.table import Sheet
-from ...core.timebase import PS_PER_S
+from ...core.datasheet.table import Sheet
+from ...core.time.timebase import PS_PER_S
 from ...language.lint import Check, explored
 from ...language.problems import Severity
 from ...language.statements import Source, Statement

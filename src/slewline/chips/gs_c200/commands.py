@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import partial
 
 from ...core.chip import Chip
-from ...core.kernel import Task
+from ...core.time.kernel import Task
 from ...language.dialect import Command, Refusal, dialect_of, state_remedy
 from ...language.lines import parse, refusal
 from .eeprom import Eeprom

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from ...core.axis import Axis
-from ...core.train import OPEN
+from ...core.motion.axis import Axis
+from ...core.motion.train import OPEN
 from .ideal import Made
 from .profile import Law
 from .registers import Registers

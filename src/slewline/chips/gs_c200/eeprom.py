@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ...core.kernel import Task
-from ...core.store import Store
-from ...core.waits import until
+from ...core.memory.store import Store
+from ...core.time.kernel import Task
+from ...core.wires.waits import until
 from ..line import LineChip
 from .activity import EEPROM, Activity
 from .program import Program

@@ -8,14 +8,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ...core.axis import Axis
-from ...core.inputs import from_outside
-from ...core.kernel import Kernel
-from ...core.net import Driver
-from ...core.serial import Straps
-from ...core.store import Memory, Store
-from ...core.table import Sheet
-from ...core.timebase import picoseconds
+from ...core.datasheet.table import Sheet
+from ...core.memory.store import Memory, Store
+from ...core.motion.axis import Axis
+from ...core.time.inputs import from_outside
+from ...core.time.kernel import Kernel
+from ...core.time.timebase import picoseconds
+from ...core.wires.net import Driver
+from ...core.wires.serial import Straps
 from ...errors import UsageError
 from ...language.lines import KEPT, checksum
 from ..line import Line, LineChip

@@ -14,9 +14,9 @@ from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
-from ...core.ideal import FOREVER, Ideal, IdealPiece, duration, there_and_down
-from ...core.motions import Parameters
-from ...core.train import OPEN
+from ...core.motion.ideal import FOREVER, Ideal, IdealPiece, duration, there_and_down
+from ...core.motion.motions import Parameters
+from ...core.motion.train import OPEN
 from .profile import Law
 from .sheet import RATE_UNIT
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from ...core.chip import Chip
-from ...core.net import Net
-from ...core.waits import polled, until
+from ...core.wires.net import Net
+from ...core.wires.waits import polled, until
 from .counter import PositionCounter
 from .program import Program
 from .registers import Registers

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Mapping
 
-from ...core.kernel import Task
-from ...core.waits import until
+from ...core.time.kernel import Task
+from ...core.wires.waits import until
 from ...language.dialect import Command
 from ..line import LineChip
 from .activity import PROGRAM, Activity

@@ -12,11 +12,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from ...core.chip import Chip
-from ...core.net import Driver, Net
-from ...core.plan import Plan, tail
-from ...core.step_views import StrobeView
-from ...core.train import OPEN, Playing, StepTrain
-from ...core.waits import first_of, level, polled, until
+from ...core.motion.plan import Plan, tail
+from ...core.motion.step_views import StrobeView
+from ...core.motion.train import OPEN, Playing, StepTrain
+from ...core.wires.net import Driver, Net
+from ...core.wires.waits import first_of, level, polled, until
 from . import profile
 from .counter import PositionCounter
 from .steps import StepLines

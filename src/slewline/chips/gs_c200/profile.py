@@ -21,9 +21,9 @@ from functools import lru_cache
 from math import sqrt
 from types import MappingProxyType
 
-from ...core.plan import Plan, Runs, head, mirrored, plan
-from ...core.timebase import PS_PER_S
-from ...core.train import OPEN
+from ...core.motion.plan import Plan, Runs, head, mirrored, plan
+from ...core.motion.train import OPEN
+from ...core.time.timebase import PS_PER_S
 from ...errors import UsageError
 from .sheet import RAMP_LAWS, RATE_UNIT
 

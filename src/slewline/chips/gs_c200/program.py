@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from ...core.net import Net
-from ...core.table import Row, Sheet
+from ...core.datasheet.table import Row, Sheet
+from ...core.wires.net import Net
 from ...language.dialect import Command
 from .registers import Registers
 

@@ -10,9 +10,9 @@ from fractions import Fraction
 from itertools import pairwise
 from math import floor
 
-from ...core.table import Sheet
-from ...core.timebase import PS_PER_S, Clock
-from ...core.train import StepTrain
+from ...core.datasheet.table import Sheet
+from ...core.motion.train import StepTrain
+from ...core.time.timebase import PS_PER_S, Clock
 from ...language.ramps import (
     Accelerations,
     Calculator,

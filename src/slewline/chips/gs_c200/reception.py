@@ -8,8 +8,8 @@ from ...language.lines import checksum, framed
 from ...language.lines.remedies import is_command
 
 if TYPE_CHECKING:
-    from ...core.serial import Straps
-    from ...core.table import Sheet
+    from ...core.datasheet.table import Sheet
+    from ...core.wires.serial import Straps
     from ..line import Line
 
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 from dataclasses import replace
 from types import MappingProxyType
 
-from ...core.channel import SerialLine
-from ...core.option import Option
-from ...core.store import STORE
-from ...core.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing
+from ...core.datasheet.channel import SerialLine
+from ...core.datasheet.option import Option
+from ...core.datasheet.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing
+from ...core.memory.store import STORE
 from ...language.lines import Lines
 
 LOCATIONS = 119

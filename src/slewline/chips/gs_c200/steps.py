@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from ...core.chip import Chip
-from ...core.waits import until
+from ...core.wires.waits import until
 
 
 class StepLines:

@@ -21,10 +21,10 @@ from collections.abc import Mapping
 from math import isqrt
 
 from ...core.chip import Chip
-from ...core.net import Driver, Net
-from ...core.plan import Leg, Plan
-from ...core.train import Playing, StepTrain
-from ...core.waits import first_of, level, until
+from ...core.motion.plan import Leg, Plan
+from ...core.motion.train import Playing, StepTrain
+from ...core.wires.net import Driver, Net
+from ...core.wires.waits import first_of, level, until
 from .counter import PositionCounter
 from .steps import StepLines
 

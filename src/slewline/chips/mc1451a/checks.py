@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from ...core.table import Sheet
+from ...core.datasheet.table import Sheet
 from ...language.lint import Check
 from ...language.problems import Severity
 from ...language.statements import Source, Statement

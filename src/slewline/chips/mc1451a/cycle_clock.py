@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...core.timebase import Clock
+from ...core.time.timebase import Clock
 
 
 class CycleClock:

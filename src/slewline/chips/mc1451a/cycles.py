@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ...core.chip import AxisOfChip
-from ...core.curves import SCurve
-from ...core.cycles import Cycles
-from ...core.history import Staircase
-from ...core.quantity import Quantity
-from ...core.timebase import Time, moment
+from ...core.motion.history import Staircase
+from ...core.motion.quantity import Quantity
+from ...core.time.timebase import Time, moment
 from ...errors import UsageError
+from .curves import SCurve
+from .cycle_train import Cycles
 from .motion import Motion
 from .pulses import RANGE, Pulses
 from .quantities import Acceleration, Forces, Jerk, phases

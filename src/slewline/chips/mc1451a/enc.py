@@ -17,12 +17,12 @@ from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from ...core.history import History
-from ...core.pin import Terminal
-from ...core.reading import Reading
-from ...core.timebase import Clock, readable
-from ...core.wave import real_edges
+from ...core.motion.history import History
+from ...core.time.timebase import Clock, readable
+from ...core.wires.pin import Terminal
+from ...core.wires.wave import real_edges
 from . import sheet
+from .reading import Reading
 
 MUCH = 64  # changes; more are worth arrays
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...core.chip import Chip
-from ...core.history import History
+from ...core.motion.history import History
 from .cycle_clock import CycleClock
 from .enc import QuadratureCounter
 from .pulses import RANGE, Pulses

@@ -17,12 +17,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ...core.axis import Axis
 from ...core.chip import Chip
-from ...core.kernel import Kernel
-from ...core.step_views import PulseView
-from ...core.table import Sheet
-from ...core.train import OPEN, Playing, StepTrain
+from ...core.datasheet.table import Sheet
+from ...core.motion.axis import Axis
+from ...core.motion.step_views import PulseView
+from ...core.motion.train import OPEN, Playing, StepTrain
+from ...core.time.kernel import Kernel
 from . import sheet
 from .activity import Activity
 from .cycle_clock import CycleClock
@@ -36,7 +36,7 @@ from .registers import Registers
 from .supply import Supply
 
 if TYPE_CHECKING:
-    from ...core.one_axis import OneAxis
+    from ...core.motion.one_axis import OneAxis
 
 
 class Chipset(Chip):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...core.chip import Chip
-from ...core.cycles import Linear
+from .cycle_train import Linear
 from .feedback import Feedback
 from .generator import ProfileGenerator
 from .ideal import begins

@@ -7,10 +7,10 @@ An aim is kept for as long as it takes, whatever interrupts it: a destination (p
 from __future__ import annotations
 
 from ...core.chip import Chip
-from ...core.curves import SCurve
-from ...core.cycles import Law, Linear
 from ...errors import PlanError
 from . import sheet
+from .curves import SCurve
+from .cycle_train import Law, Linear
 from .profile import Limits, Phases, Run, brake, contour, s_curve, trapezoid
 from .pulses import Pulses
 from .registers import GEAR, MOTION_COMPLETE, ONE, S_CURVE, TRAPEZOIDAL, VELOCITY, AxisState

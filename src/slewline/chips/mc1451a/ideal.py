@@ -15,8 +15,8 @@ from math import sqrt
 from typing import NamedTuple
 
 from ...core.chip import Chip
-from ...core.ideal import FOREVER, Ideal, IdealPiece, duration
-from ...core.motions import Parameters
+from ...core.motion.ideal import FOREVER, Ideal, IdealPiece, duration
+from ...core.motion.motions import Parameters
 from . import sheet
 from .profile import UNIT, Phases, s_curve
 from .registers import GEAR, ONE, S_CURVE, TRAPEZOIDAL, VELOCITY, AxisState

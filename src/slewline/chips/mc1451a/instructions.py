@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from ...core.chip import Chip
-from ...core.table import Arg, Row
+from ...core.datasheet.table import Arg, Row
 from ...language.dialect import spoken_as
 from ...language.packets import Packets
 from . import sheet

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...core.net import Driver
+from ...core.wires.net import Driver
 from .registers import Registers
 
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 from functools import partial
 
 from ...core.chip import Chip
-from ...core.net import Net
+from ...core.wires.net import Net
 from .activity import Activity
 from .cycle_clock import CycleClock
 from .horizon import NEVER

@@ -16,8 +16,8 @@ from collections import deque
 from collections.abc import Callable
 
 from ...core.chip import Chip
-from ...core.net import Net, Wave
-from ...core.table import Row
+from ...core.datasheet.table import Row
+from ...core.wires.net import Net, Wave
 from ...language.dialect import spoken_as
 from ...language.packets import Packets, checksum
 from .activity import Activity

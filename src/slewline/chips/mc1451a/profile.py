@@ -23,8 +23,8 @@ from dataclasses import dataclass
 from math import isqrt
 from typing import NamedTuple
 
-from ...core.curves import PLACES, Piece
-from ...core.train import OPEN
+from ...core.motion.train import OPEN
+from .curves import PLACES, Piece
 
 UNIT = 1 << PLACES
 

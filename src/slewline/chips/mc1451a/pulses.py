@@ -18,10 +18,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from ...core.chip import Chip
-from ...core.curves import SCurve
-from ...core.cycles import CycleTrain, Law, SquareView
-from ...core.train import Playing
+from ...core.motion.train import Playing
+from .curves import SCurve
 from .cycle_clock import CycleClock
+from .cycle_train import CycleTrain, Law, SquareView
 from .profile import Phases, Run
 from .registers import ONE, WRAPPED, AxisState, signed
 

@@ -17,9 +17,9 @@ from itertools import pairwise
 from math import isclose
 from typing import TYPE_CHECKING, NamedTuple
 
-from ...core.curves import PLACES, SCurve
-from ...core.quantity import Outline, Quantity
-from ...core.timebase import PS_PER_S
+from ...core.motion.quantity import Outline, Quantity
+from ...core.time.timebase import PS_PER_S
+from .curves import PLACES, SCurve
 from .ideal import curve
 from .motion import Motion
 from .profile import UNIT

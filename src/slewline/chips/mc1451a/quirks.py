@@ -5,7 +5,7 @@ UND: the manual leaves it open.  CON: two places of the manual disagree.
 
 from __future__ import annotations
 
-from ...core.quirk import Quirk as _Q
+from ...core.datasheet.quirk import Quirk as _Q
 
 # fmt: off
 QUIRKS = (

@@ -12,11 +12,9 @@ from dataclasses import replace
 from functools import cache, cached_property
 from itertools import pairwise
 
-from ...core.curves import PLACES, SCurve
-from ...core.cycles import CYCLE, ONE, CycleTrain, Law, Linear
-from ...core.table import Arg, Sheet
-from ...core.timebase import Clock
-from ...core.train import OPEN
+from ...core.datasheet.table import Arg, Sheet
+from ...core.motion.train import OPEN
+from ...core.time.timebase import Clock
 from ...errors import UsageError
 from ...language import rates
 from ...language.ramps import (
@@ -33,6 +31,8 @@ from ...language.ramps import (
     levels,
 )
 from . import profile
+from .curves import PLACES, SCurve
+from .cycle_train import CYCLE, ONE, CycleTrain, Law, Linear
 from .sheet import ACCELERATION, HIGH_RANGE, JERK, MAX_ACCELERATION, POSITION, STANDARD_RANGE, START_VELOCITY, VELOCITY
 
 TRAPEZOID, S_CURVE = ("profile", "trapezoid"), ("profile", "s-curve")

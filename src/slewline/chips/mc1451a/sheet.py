@@ -13,9 +13,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
-from ...core.channel import HostPort
-from ...core.option import Option
-from ...core.table import Arg, Bits, Limit, Pin, Register, Row, Sheet, Table, Timing, Way
+from ...core.datasheet.channel import HostPort
+from ...core.datasheet.option import Option
+from ...core.datasheet.table import Arg, Bits, Limit, Pin, Register, Row, Sheet, Table, Timing, Way
 from ...language.packets import Packets
 
 CRYSTAL_HZ = 25_000_000

@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import Protocol
 
 from ...core.chip import Chip
-from ...core.net import Net
-from ...core.timebase import readable
+from ...core.time.timebase import readable
+from ...core.wires.net import Net
 from .cycle_clock import CycleClock
 
 

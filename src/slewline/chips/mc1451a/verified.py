@@ -12,9 +12,9 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from ...core.curves import PLACES, SCurve
-from ...core.cycles import Law
-from ...core.train import OPEN
+from ...core.motion.train import OPEN
+from .curves import PLACES, SCurve
+from .cycle_train import Law
 from .profile import Limits, Phases, Run
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ...core.table import Row, Sheet
+from ...core.datasheet.table import Row, Sheet
 from ...errors import UsageError
 from ..dialect import Check, Command, Dialect
 from ..reader import Reader

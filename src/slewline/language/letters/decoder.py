@@ -20,7 +20,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from ...core.table import Arg, Row, Sheet
+from ...core.datasheet.table import Arg, Row, Sheet
 from ..dialect import Command, Note, dialect_of, slip_remedy, unknown_remedy
 
 CR, LF = 0x0D, 0x0A

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from ...core.table import Pin, Row, Sheet
+from ...core.datasheet.table import Pin, Row, Sheet
 from ..dialogue import directives
 from ..source import read
 from ..statements import Directive, Source, Statement

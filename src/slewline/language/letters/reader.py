@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from ...core.table import Arg, Row
+from ...core.datasheet.table import Arg, Row
 from ..dialect import dialect_of, slip_remedy, unknown_remedy
 from ..reader import Reader
 from ..statements import Operand, Source

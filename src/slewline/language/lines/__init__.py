@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from ...core.table import Row, Sheet
+from ...core.datasheet.table import Row, Sheet
 from ..dialect import Command, Dialect, Refusal, spoken_as
 from ..reader import Reader
 from ..statements import Operand, Source, Statement

@@ -15,7 +15,7 @@ import re
 from collections.abc import Sequence
 from functools import lru_cache
 
-from ...core.table import Arg, Row, Sheet
+from ...core.datasheet.table import Arg, Row, Sheet
 from ..dialect import Command, Refusal
 
 CR = 0x0D

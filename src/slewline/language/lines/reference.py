@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ...core.table import Arg, Row, Sheet
+from ...core.datasheet.table import Arg, Row, Sheet
 from ..assemble import units
 from ..markdown import table
 from . import grammar

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ...core.channel import SerialLine
-from ...core.table import Row, Sheet
+from ...core.datasheet.channel import SerialLine
+from ...core.datasheet.table import Row, Sheet
 from ..dialect import Command, Refusal, slip_remedy
 from .grammar import KEPT, SIGN, checksum, parse, range_of, usage
 

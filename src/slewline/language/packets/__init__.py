@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ...core.table import Row, Sheet
+from ...core.datasheet.table import Row, Sheet
 from ...errors import UsageError
 from ..dialect import Refusal, spoken_as
 from ..reader import Reader

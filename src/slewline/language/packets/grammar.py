@@ -21,9 +21,9 @@ from fractions import Fraction
 from itertools import zip_longest
 from math import isfinite
 
-from ...core.near import hint
-from ...core.table import Arg, Bits, Row, Sheet
-from ...core.whole import whole
+from ...core.datasheet.table import Arg, Bits, Row, Sheet
+from ...core.messages.near import hint
+from ...core.messages.whole import whole
 from ...errors import UnknownName, UsageError
 from .. import rates
 from ..dialect import Command, Dialect, Refusal, spoken_as

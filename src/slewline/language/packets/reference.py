@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ...core.table import Arg, Bits, Row, Sheet
+from ...core.datasheet.table import Arg, Bits, Row, Sheet
 from ..markdown import mhz, table
 from . import grammar
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from ...core.table import Row, Sheet
+from ...core.datasheet.table import Row, Sheet
 from ...errors import UsageError
 from ..dialect import Check
 from ..reader import Reader

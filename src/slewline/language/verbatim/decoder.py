@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from ...core.table import Arg, Row, Sheet
+from ...core.datasheet.table import Arg, Row, Sheet
 from ..dialect import Command, Note, spoken_as, unknown_remedy
 from .forms import Forms
 from .grammar import BETWEEN, CR, LF, LINE_LIMIT, OPEN_BUS, hint, number, shown, text_of

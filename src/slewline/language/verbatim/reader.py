@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...core.table import Arg, Row
+from ...core.datasheet.table import Arg, Row
 from ..dialect import slip_remedy, spoken_as
 from ..letters.reader import LetterReader
 from ..statements import Operand, Source

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...core.table import Arg, Row, Sheet
+from ...core.datasheet.table import Arg, Row, Sheet
 from ..dialect import spoken_as
 from ..markdown import mhz, source, table
 from .forms import Forms

@@ -14,8 +14,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ....core.chip import Chip
-from ....core.net import Wave
-from ....core.train import Playing
+from ....core.motion.train import Playing
+from ....core.wires.net import Wave
 from .. import sheet
 from ..ideal import begins, departs
 from ..registers import (

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ....core.timebase import Clock
-from ....core.train import Train
+from ....core.motion.train import Train
+from ....core.time.timebase import Clock
 from .. import sheet
 from ..registers import ONE
 

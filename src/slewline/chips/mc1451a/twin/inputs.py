@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ....core.chip import Chip
-from ....core.net import Net
+from ....core.wires.net import Net
 from .. import sheet
 from ..registers import NEGATIVE_LIMIT, POSITIVE_LIMIT, AxisState, Registers
 

@@ -7,7 +7,7 @@ The fast path computes blocks of cycles ahead.  This twin works each cycle when 
 from __future__ import annotations
 
 from ....core.chip import Chip
-from ....core.waits import until
+from ....core.wires.waits import until
 from .. import sheet
 from ..activity import Activity
 from ..interrupt import HostInterrupt

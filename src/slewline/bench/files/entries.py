@@ -1,0 +1,156 @@
+"""The entries of a journal, read one at a time and checked: a journal may come from anybody, and be of any length.
+
+`FIELDS` says what every entry has; `replaying.py` relies on it.
+"""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Iterator
+from itertools import islice
+from os import PathLike
+from typing import Any, BinaryIO, NamedTuple
+
+from ...errors import BenchFileError, TornJournal
+from .journal import VERSION
+from .text import opened
+
+LONGEST = 1 << 26  # bytes of a line: one with a script of the greatest length
+LATEST = 1 << 63  # ps
+
+
+class Kind(NamedTuple):
+    """What the value of a field may be."""
+
+    says: str
+    types: tuple[type, ...]
+
+
+TEXT, LIST, TABLE = Kind("text", (str,)), Kind("a list", (list,)), Kind("an object", (dict,))
+WHOLE, TRUTH = Kind("a whole number", (int,)), Kind("true or false", (bool,))
+TEXT_OR_NONE, WHOLE_OR_NONE = Kind("text or null", (str, type(None))), Kind("a whole number or null", (int, type(None)))
+TIME = Kind(f"picoseconds, 0 to {LATEST - 1}", (int,))
+LEVEL = Kind("0, 1 or null", (int, type(None)))
+SAID: dict[str, Kind] = {"host": TEXT, "args": LIST}
+
+FIELDS: dict[str, dict[str, Kind]] = {
+    "journal": {"version": WHOLE, "seed": WHOLE},
+    "add": {"part": TEXT, "name": TEXT, "crystal_hz": WHOLE_OR_NONE, "straps": TABLE, "bare": TRUTH, "options": TABLE},
+    "part": {"kind": TEXT, "name": TEXT, "options": TABLE},
+    "host": {"name": TEXT, "chips": LIST, "delay_ps": TIME},
+    "connect": {"part": TEXT, "chips": LIST},
+    "wire": {"a": TEXT, "b": TEXT, "invert": TRUTH},
+    "input": {"part": TEXT, "verb": TEXT, "args": LIST},
+    "drive": {"pin": TEXT, "level": LEVEL},
+    "power": {"chip": TEXT, "on": TRUTH},
+    "run": {"to": TIME},
+    "conclude": {},
+    "store": {"of": TEXT, "call": WHOLE},
+    **dict.fromkeys(("script", "send", "clear", "drop", "give_up", "call"), SAID),
+}
+OPTIONAL: dict[str, Kind] = {  # in any entry that has them
+    "behaviour": WHOLE,
+    "round": WHOLE,
+    "slewline": TEXT,
+    "baud": WHOLE_OR_NONE,
+    "line": TEXT_OR_NONE,
+    "over": TEXT_OR_NONE,
+    "to": TEXT_OR_NONE,
+    "on": TEXT_OR_NONE,
+    "error": TEXT,
+    "content": LIST,
+}
+
+
+class Entries:
+    """The entries of a journal file, with the numbers of their lines; each time from the first one on.
+
+    A last line that was cut off is left out, with the warning TornJournal at the first reading.
+
+    Raises:
+        BenchFileError: not readable, or not a journal; or, while they are read, an entry that makes no sense.
+    """
+
+    def __init__(self, path: str | PathLike[str]) -> None:
+        self.path = path
+        try:
+            self.file: BinaryIO = opened(path)
+        except BenchFileError as error:
+            raise BenchFileError(f"journal {error}") from None
+        self.count: int | None = None  # how many there are, once they have all been read: a later reading sees no more
+
+    def __iter__(self) -> Iterator[tuple[int, dict[str, Any]]]:
+        self.file.seek(0)
+        yield from islice(self._read(), self.count)
+
+    def error(self, number: int, says: str) -> BenchFileError:
+        """Return an error with file and line."""
+        return BenchFileError(f"journal {self.path}, line {number}: {says}")
+
+    def _read(self) -> Iterator[tuple[int, dict[str, Any]]]:
+        number = found = last = 0
+        while line := self.file.readline(LONGEST):
+            number += 1
+            if line == b"\n":
+                continue
+            entry = self._parsed(number, line)
+            if entry is None:
+                break
+            if not found:
+                self._check_first(entry)
+            self._check(number, entry, last)
+            last = entry.get("t", 0)
+            found += 1
+            yield number, entry
+        if not found:
+            raise BenchFileError(f"journal {self.path}: does not begin as a journal of version {VERSION}")
+        self.count = found
+
+    def _parsed(self, number: int, line: bytes) -> dict[str, Any] | None:
+        """An entry; None, if it is cut off."""
+        try:
+            entry = json.loads(line.decode("ascii"))
+            if isinstance(entry, dict) and isinstance(entry.get("do"), str) and "t" in entry:
+                return entry
+        except (ValueError, RecursionError) as error:
+            if isinstance(error, UnicodeDecodeError):
+                raise BenchFileError(f"journal {self.path}: no text") from None
+        if line.endswith(b"\n") or len(line) == LONGEST:
+            found = ascii(line[:60].decode("ascii").rstrip("\n"))[1:-1]
+            raise self.error(number, f"not a journal entry: {found}")
+        if self.count is None:
+            torn = f"journal {self.path}, line {number}: cut off; the replay ends before it"
+            warnings.warn(torn, TornJournal, stacklevel=6)
+        return None
+
+    def _check_first(self, entry: dict[str, Any]) -> None:
+        if entry["do"] != "journal" or entry.get("version") != VERSION:
+            raise BenchFileError(f"journal {self.path}: does not begin as a journal of version {VERSION}")
+
+    def _check(self, number: int, entry: dict[str, Any], last: int) -> None:
+        """Check that an entry has what its kind has."""
+        do = entry["do"]
+        fields = FIELDS.get(do)
+        if fields is None:
+            raise self.error(number, f"unknown entry {do!r}; allowed {', '.join(FIELDS)}")
+        for name, kind in fields.items():
+            if name not in entry:
+                raise self.error(number, f"{do}: needs {name}, {kind.says}")
+            self._check_field(number, entry, name, kind)
+        for name in entry.keys() - fields.keys():
+            if name in OPTIONAL:
+                self._check_field(number, entry, name, OPTIONAL[name])
+        self._check_field(number, entry, "t", TIME)
+        if entry["t"] < last:
+            raise self.error(number, f"{do}: t {entry['t']} is before {last}, that of the entry above")
+
+    def _check_field(self, number: int, entry: dict[str, Any], name: str, kind: Kind) -> None:
+        value = entry[name]
+        good = type(value) in kind.types
+        if kind is TIME:
+            good = good and 0 <= value < LATEST
+        elif kind is LEVEL:
+            good = good and value in (0, 1, None)
+        if not good:
+            raise self.error(number, f"{entry['do']}: {name}: found {json.dumps(value)}; allowed {kind.says}")

@@ -1,0 +1,59 @@
+"""Images of memories in files: read whatever they are, written as their name says."""
+
+from __future__ import annotations
+
+from os import PathLike
+from os.path import isfile
+from typing import Any
+
+from ...core.memory.image import HEX, LARGEST, check_text, from_file, from_hex, named_file, to_hex
+from ...errors import UsageError
+from .text import read_file
+
+
+def read_image(path: str | PathLike[str]) -> bytes:
+    """Return the image in a file, of a binary dump or of Intel HEX, from address 0 on.
+
+    Raises:
+        BenchFileError: the file cannot be read, is longer than 64K bytes, or has a line that is no record of Intel HEX.
+    """
+    data = read_file(path)
+    if str(path).lower().endswith(HEX):
+        return from_hex(data.decode("latin-1"), str(path))
+    return from_file(data, str(path))
+
+
+def image_given(owner: str, image: Any) -> Any:
+    """Return an image as it is given to a part: that in a file, of a `Path`; anything else as it is.
+
+    Raises:
+        UsageError: text that is the name of a file, and would be taken for the content itself.
+        BenchFileError: the file cannot be read.
+    """
+    if isinstance(image, PathLike):
+        return read_image(image)
+    check_text(owner, image)
+    if isinstance(image, str) and isfile(image):
+        raise named_file(owner, image)
+    return image
+
+
+def as_image_file(path: str | PathLike[str], image: bytes) -> bytes:
+    """Return the content of a file for an image: Intel HEX, if its name ends so, else the bytes."""
+    return to_hex(image).encode("ascii") if str(path).lower().endswith(HEX) else image
+
+
+def write_image(path: str | PathLike[str], image: bytes) -> None:
+    """Write an image to a file, which appears whole or not at all; its name says in which form.
+
+    Raises:
+        UsageError: the file cannot be written, or the image is no bytes, or more than 64K of them.
+    """
+    from ...record.whole_file import WholeFile
+
+    if not isinstance(image, (bytes, bytearray)):
+        raise UsageError(f"{path}: an image {image!r}; expected bytes, such as those of read_image")
+    if len(image) > LARGEST:
+        raise UsageError(f"{path}: an image of {len(image)} bytes; allowed {LARGEST}, sixteen address lines")
+    with WholeFile(str(path)) as file:
+        file.write(as_image_file(path, image))

@@ -1,0 +1,128 @@
+"""The journal: every input from outside, one JSON object a line; replaying it gives the same run, to the bit.
+
+    {"do": "journal", "version": 1, "seed": 0, "slewline": "0.1.0"}
+    {"do": "add", "t": 0, "part": "cy525", "behaviour": 2, "name": "x", ...}
+    {"do": "drive", "t": 12000000000, "round": 1, "pin": "x.abort", "level": 0}
+
+`t` is the instant in picoseconds; `round` 1 marks what was done while that instant was running its first round, which
+is before its changes commit; the rest is done after the instant.  Lines are written as they happen, so a journal of a
+run that was killed is good up to its last whole line.
+
+    {"do": "store", "t": 15000000000, "of": "x", "call": 3, "error": "x.eeprom: cannot write the memory: ..."}
+
+What a store outside has refused, or made of its content, is in it as well: `call` says at which of its calls since its
+owner was put on the bench, and a replay does the same there (`core/memory/store.py`).  `entries.py` says what each
+entry has.
+
+`part` and, of a part, `kind` are names that find the class again: ours, those of entry points, or module:Class.
+
+A run is repeated to the bit only by the laws that made it: `behaviour` is the column of that name in the sheet of the
+part.  A journal without it was made before the column was there, and counts as 1.
+"""
+
+from __future__ import annotations
+
+import json
+from contextlib import suppress
+from fractions import Fraction
+from numbers import Integral
+from os import PathLike
+from pathlib import Path
+from typing import Any, TextIO
+from weakref import finalize
+
+from ...core.time.hook import Hook
+from ...core.time.kernel import Kernel
+from ...errors import BenchFileError
+from ...version import __version__
+
+VERSION = 1
+FIRST = b'{"do":"journal",'  # as it begins
+
+
+class Journal:
+    """A journal that is being written; one that stands there already is replaced.
+
+    Raises:
+        BenchFileError: something else than a journal stands there; or it cannot be written, now or later, which whoever
+            listens to `on_failure` is told instead.
+    """
+
+    def __init__(self, path: str | PathLike[str], kernel: Kernel, seed: int) -> None:
+        self.path, self.kernel = Path(path), kernel
+        self.failure = ""  # why nothing can be written any more
+        self.on_failure: Hook[[str]] = Hook()  # who goes on without a journal hears it once
+        replaced(path)
+        try:
+            self.file: TextIO = open(path, "w", encoding="ascii", buffering=1)  # noqa: SIM115
+        except OSError as error:
+            raise BenchFileError(self._refusal(error)) from None
+        finalize(self, closed, self.file)  # a bench has no end that anybody would have to announce
+        self.write("journal", {"version": VERSION, "seed": seed, "slewline": __version__})
+
+    def write(self, do: str, what: dict[str, Any]) -> None:
+        """Write one input, at this instant.
+
+        Raises:
+            BenchFileError: an argument that cannot be written down, such as a function; or the file takes no more.
+        """
+        if self.failure:
+            if not self.on_failure:
+                raise BenchFileError(self.failure)
+            return
+        kernel = self.kernel
+        entry: dict[str, Any] = {"do": do, "t": kernel.now}
+        if kernel.running and kernel.seen < kernel.now:
+            entry["round"] = 1
+        try:
+            self.file.write(json.dumps(entry | what, separators=(",", ":"), default=_plain) + "\n")
+        except TypeError as error:
+            raise BenchFileError(f"journal {self.path}: {do}: {error}; a journal keeps numbers and text") from None
+        except OSError as error:
+            self.failure = self._refusal(error)
+            closed(self.file)
+            if not self.on_failure:
+                raise BenchFileError(self.failure) from None
+            self.on_failure(f"journal {self.path}: {error.strerror or error}; the journal ends here")
+
+    def _refusal(self, error: OSError) -> str:
+        return f"journal {self.path}: {error.strerror or error}; give a file that can be written"
+
+    def close(self) -> None:
+        """Close the file; no more entries are written."""
+        closed(self.file)
+
+
+def _plain(value: Any) -> Any:
+    """What stands for a value of another type: a NumPy integer, a fraction."""
+    if isinstance(value, Integral):
+        return int(value)
+    if isinstance(value, Fraction):
+        return str(value)
+    raise TypeError(repr(value))
+
+
+def closed(file: TextIO) -> None:
+    """Close a file of which every line has been written, or refused, already."""
+    with suppress(OSError):
+        file.close()
+
+
+def replaced(path: str | PathLike[str]) -> bool:
+    """Return whether a journal that is written here will replace another one.
+
+    Raises:
+        BenchFileError: a file with something else stands there, which is not to be lost; or a FIFO.
+    """
+    place = Path(path)
+    try:
+        if place.is_fifo():  # opening it would wait for a reader
+            raise BenchFileError(f"journal {path}: is a FIFO; give a regular file")
+        if not place.is_file() or not place.stat().st_size:
+            return False
+        with place.open("rb") as file:
+            if file.read(len(FIRST)) == FIRST:
+                return True
+    except OSError as error:
+        raise BenchFileError(f"journal {path}: {error.strerror or error}; give a file that can be written") from None
+    raise BenchFileError(f"journal {path}: stands there already and is no journal; give a file that is to be new")

@@ -1,0 +1,69 @@
+"""TOML from anybody: what its reader would choke on is refused before, with its line.
+
+The reader of Python takes time and memory that grow with the square of the parts of a key, and a number of any length,
+which can then not be told in a message.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from os import PathLike
+from typing import Any
+
+from ...errors import BenchFileError
+
+PARTS, DIGITS = 32, 100  # a key with its table has three parts, and no time in picoseconds thirty digits
+
+# An end that is missing is left to the reader: nothing here is looked at twice, however it is written.
+_APART = re.compile(
+    r'''
+        """ (?: \\. | [^\\] )*? (?: """ | \Z )  |  \'{3} .*? (?: \'{3} | \Z )
+        | " (?: \\. | [^"\\\n] )*+ "?           |  \' [^'\n]*+ \'?
+        | \# [^\n]*+
+    ''',
+    re.DOTALL | re.VERBOSE,
+)
+_REFUSED = {
+    re.compile(rf"(?<![\w.-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{PARTS}}}"): f"a key of more than {PARTS} parts; "
+    "found that many names with dots between, allowed are table and key, such as options.rate",
+    re.compile(rf"(?<![\w-])\d\w{{{DIGITS}}}"): f"a number of more than {DIGITS} digits; write a shorter one",
+}
+
+UNQUOTED = re.compile(r"\s*([\w.-]+)\s*=\s*([A-Za-z./][^\"'\[\]{}#=]*?)\s*(?:#.*)?")  # key = cy525
+
+
+def read_toml(path: str | PathLike[str], text: str) -> dict[str, Any]:
+    """Return the tables in the text of a file.
+
+    Raises:
+        BenchFileError: it is not TOML, or has keys or numbers that no file of ours needs.
+    """
+    bare = _APART.sub(_masked, text)
+    for pattern, says in _REFUSED.items():
+        if found := pattern.search(bare):
+            raise BenchFileError(f"{path}, line {text.count(chr(10), 0, found.start()) + 1}: {says}")
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise BenchFileError(f"{path}: not TOML that can be read: brackets in brackets, too deep") from None
+    except ValueError as error:
+        raise BenchFileError(f"{path}: not TOML: {error}{unquoted(text, error)}") from None
+
+
+def _masked(found: re.Match[str]) -> str:
+    """A string as one name, which it is in a key, and a comment as nothing; every line stays where it was."""
+    return re.sub(r"[^\n]", " " if found[0][0] == "#" else "_", found[0])
+
+
+def unquoted(text: str, error: Exception) -> str:
+    """Return the remedy where a value that is no TOML looks like text without quotes; "" where it does not."""
+    at = re.search(r"at line (\d+)", str(error))
+    lines = text.splitlines()
+    line = lines[int(at[1]) - 1] if at and int(at[1]) <= len(lines) else ""
+    found = UNQUOTED.fullmatch(line)
+    if found is None:
+        return ""
+    value = {"True": "true", "False": "false"}.get(found[2], f'"{found[2]}"')
+    says = "true and false have small letters" if found[2] in ("True", "False") else "put text in quotes"
+    return f"; {says}: {found[1]} = {value}"

@@ -1,0 +1,1 @@
+"""What a bench records, draws and writes, and its timing diagrams."""

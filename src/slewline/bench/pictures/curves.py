@@ -1,0 +1,88 @@
+"""What has a value at every instant, by name: "x.velocity", "m.axis2.position", "driver.current"."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+from ...core.chip import Chip
+from ...core.messages.near import hint
+from ...core.motion.one_axis import OneAxis
+from ...core.motion.quantity import Quantity
+from ...errors import UnknownName
+from ...parts.base.part import Part
+
+
+def axes_of(chip: Chip) -> Iterator[tuple[str, OneAxis]]:
+    """Yield the axes of a chip, by the scope of their quantities: that of the chip if it has only one."""
+    for number in range(1, chip.sheet.axes + 1):
+        yield chip.name if chip.sheet.axes == 1 else f"{chip.name}.axis{number}", chip.axis(number)
+
+
+def quantity_of(chips: Mapping[str, Chip], parts: Mapping[str, Part], name: str) -> Quantity:
+    """Return a quantity by its full name; without the number of an axis, that of axis 1.
+
+    Raises:
+        UnknownName: there is none; the message lists those of that chip or part, or those there are.
+    """
+    known = {
+        f"{scope}.{quantity.name}": quantity
+        for scope, quantities in [
+            *((scope, axis.quantities()) for chip in chips.values() for scope, axis in axes_of(chip)),
+            *((part.name, part.quantities()) for part in parts.values()),
+        ]
+        for quantity in quantities
+    }
+    owner, _, what = name.partition(".") if isinstance(name, str) else ("", "", "")
+    full = f"{owner}.axis1.{what}" if owner in chips and chips[owner].sheet.axes > 1 and "." not in what else name
+    if full not in known:
+        own = [each for each in known if each.partition(".")[0] == owner] or list(known)
+        raise UnknownName(f"no quantity {name!r}; there are: {', '.join(own) or 'none yet'}{hint(name, own)}")
+    return known[full]
+
+
+Chosen = tuple[Part, tuple[Quantity, ...]]  # a part, and what is shown of it
+
+
+def chosen(parts: Mapping[str, Part], wanted: Sequence[str] | str | None, chips: Sequence[Chip]) -> list[Chosen]:
+    """Return the parts whose quantities are shown, each with those of them that are.
+
+    Args:
+        wanted: names of parts, or of single quantities, "m.position"; None: of every part that has some and is wired to
+            one of the chips, or to a part that is.
+
+    Raises:
+        UnknownName: no such part or quantity, or the part has none.
+    """
+    if wanted is None:
+        around = attached(parts.values(), chips)
+        return [(part, found) for part in around if (found := part.quantities())]
+    shown: dict[str, list[Quantity]] = {}
+    for name in [wanted] if isinstance(wanted, str) else wanted:
+        owner, dot, what = name.partition(".")
+        quantities = parts[owner].quantities() if owner in parts else ()
+        named = [quantity for quantity in quantities if not dot or quantity.name == what]
+        if not named:
+            known = [f"{part.name}.{each.name}" for part in parts.values() for each in part.quantities()]
+            says = f"parts: no quantity {name!r}; there are: {', '.join(known) or 'none'}"
+            raise UnknownName(says + hint(name, known))
+        own = shown.setdefault(owner, [])
+        own += [quantity for quantity in named if quantity.name not in {each.name for each in own}]
+    return [(parts[owner], tuple(quantities)) for owner, quantities in shown.items()]
+
+
+def attached(parts: Iterable[Part], chips: Iterable[Chip]) -> list[Part]:
+    """Return the parts that are wired to one of some chips, or to a part that is, or are on its shaft."""
+    reached: set[object] = {terminal.net.hub for chip in chips for terminal in chip.pins.values()}
+    every = rest = list(parts)
+    found: list[Part] = []
+    while near := [part for part in rest if not reached.isdisjoint(joints_of(part))]:
+        found += near
+        rest = [part for part in rest if part not in near]
+        reached.update(*map(joints_of, near))
+    return [part for part in every if part in found]
+
+
+def joints_of(part: Part) -> set[object]:
+    """Return what joins a part to others: the wires on its pins, and what turns its shaft."""
+    source = getattr(getattr(part, "shaft", None), "source", None)
+    return {*(pin.net.hub for pin in part.pins.values()), *([source] if source is not None else [])}

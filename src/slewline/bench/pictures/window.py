@@ -1,0 +1,185 @@
+"""A window of what a bench has recorded: signals, the intervals between their edges, and the lanes of a diagram."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cache
+from typing import TYPE_CHECKING
+
+from ...core.chip import Chip
+from ...core.datasheet.channel import AdaptiveLine, HostPort, SerialLine
+from ...core.datasheet.table import Limit
+from ...core.time.timebase import Clock
+from ...core.wires.serial import OVERSAMPLING, RS232, TTL, Word
+from ...errors import NotRecorded, UsageError
+from ...record.measuring.intervals import Bound, Checked, Edge, Interval, Signal, intervals
+
+if TYPE_CHECKING:
+    from ...record.measuring.intervals import Spans
+    from ...record.pictures.diagram import Lane
+    from ...record.pictures.diagram import Word as Written
+    from ...record.recording.traces import Trace
+    from .recording import Recording
+
+Between = str | tuple[str, str]  # two edges, or the symbol of a printed time
+STAYS = 1_000_000  # ps: so long, at most, a word stays on the bus behind the strobe that has written it
+
+
+class Window:
+    """What was recorded in a window (ps); `reach`: a signal begins where its recording does, if that is later."""
+
+    def __init__(self, bench: Recording, start: int, stop: int, *, reach: bool = False) -> None:
+        self.bench, self.start, self.stop, self.reach = bench, start, stop, reach
+        self.signal = cache(self._signal)
+        self.found = cache(self._found)
+
+    def _signal(self, name: str) -> Signal:
+        """What a pin or bus did, by its full name."""
+        probe, recorder = self.bench._chosen([name])[name], self.bench.recorder
+        since = max(self.start, recorder.since(probe)) if self.reach else self.start
+        return Signal.of(probe, recorder, since, self.stop)
+
+    def _found(self, chip: Chip, limit: Limit) -> Spans:
+        """Begin and end of every interval that a limit is about (ps)."""
+        return intervals(limit, lambda pin: self.signal(f"{chip.name}.{pin}"))
+
+    def check(self, chip: Chip, limit: Limit) -> Checked:
+        """Return what a limit's intervals say of it, or which pin is not recorded."""
+        bound = Bound.of(limit, chip.crystal_hz)
+        for pin in (limit.start.split()[0], limit.end.split()[0], *(pin for pin, _ in (*limit.given, *limit.before))):
+            try:
+                self.signal(f"{chip.name}.{pin}")
+            except NotRecorded:
+                return Checked(chip.name, bound, missing=pin)
+        return Checked.of(chip.name, bound, *self.found(chip, limit))
+
+    # ---------------------------------------------------------------------------------------------------------- arrows
+    def measure(self, between: Iterable[Between]) -> list[Interval]:
+        """Return the times of pairs of edges, and of symbols."""
+        if isinstance(between, str) or not isinstance(between, Iterable):
+            raise UsageError(f"between={between!r}: expected a list of pairs of edges, or of symbols such as 't14'")
+        return [interval for each in between for interval in self._measured(each)]
+
+    def _measured(self, between: Between) -> Iterator[Interval]:
+        if isinstance(between, str):
+            yield from self._named(between)
+            return
+        if not isinstance(between, Sequence) or len(between) != 2:
+            raise UsageError(f"between {between!r}: expected two edges, or the symbol of a printed time")
+        first, second = (Edge.read(text) for text in between)
+        first, second = (edge._replace(pin=self.bench._full_name(edge.pin)) for edge in (first, second))
+        begin = first.find(self.signal(first.pin), self.start, include=True)
+        end = None if begin is None else second.find(self.signal(second.pin), begin, include=first.pin != second.pin)
+        if begin is None or end is None:
+            which = between[0] if begin is None else f"{between[1]} behind {between[0]}"
+            raise UsageError(f"between {between!r}: there is no {which} in the window")
+        yield self._interval(first, second, begin, end)
+
+    def _interval(self, first: Edge, second: Edge, begin: int, end: int) -> Interval:
+        """An interval with the printed limits that are about these two edges."""
+        bounds = []
+        owner, _, pin = first.pin.partition(".")
+        chip = self.bench.chips.get(owner)
+        if chip is not None and second.pin.startswith(f"{owner}."):
+            for limit in chip.sheet.limits:
+                if (limit.start.split()[0], limit.end.split()[0]) != (pin, second.pin.partition(".")[2]):
+                    continue
+                if not self.check(chip, limit).missing and (begin, end) in _rows(self.found(chip, limit)):
+                    bounds.append(Bound.of(limit, chip.crystal_hz))
+        return Interval(f"{first.pin} {first.change}", f"{second.pin} {second.change}", begin, end, tuple(bounds))
+
+    def _named(self, symbol: str) -> Iterator[Interval]:
+        """Of each printed time of this symbol that was recorded, the interval that is nearest to its limit."""
+        limits = [(chip, limit) for chip in self.bench.chips.values() for limit in chip.sheet.limits]
+        named = [(chip, limit) for chip, limit in limits if limit.symbol == symbol]
+        if not named:
+            known = ", ".join(dict.fromkeys(limit.symbol for _, limit in limits if limit.symbol))
+            raise UsageError(f"between {symbol!r}: no such time is printed; the symbols: {known or 'none'}")
+        seen = False
+        for chip, limit in named:
+            if self.check(chip, limit).missing:
+                continue
+            rows = sorted(_rows(self.found(chip, limit)), key=lambda row: row[1] - row[0], reverse=limit.least is None)
+            for begin, end in rows[:1]:
+                seen = True
+                bound = Bound.of(limit, chip.crystal_hz)
+                yield Interval(f"{chip.name}.{limit.start}", f"{chip.name}.{limit.end}", begin, end, (bound,))
+        if not seen:
+            raise UsageError(f"between {symbol!r}: it does not occur in the window, or its pins are not recorded")
+
+    # ----------------------------------------------------------------------------------------------------------- lanes
+    def lane(self, name: str, label: str | None, several: bool, decode: bool, over: Trace | None) -> Lane:
+        """Return a pin or bus as a lane, and what is laid over it; `several`: the owner's name stands before it."""
+        from ...record.measuring.overlay import fitting
+        from ...record.pictures.diagram import Lane
+
+        owner, _, pin = name.partition(".")
+        chip = self.bench.chips.get(owner)
+        if label is None:
+            label = (f"{owner}: " if several else "") + _printed(chip, pin)
+        signal = self.signal(name)
+        line = chip.pins.get(pin) if chip is not None and decode else None
+        serial = line is not None and line.row.role in ("serial_in", "serial_out")
+        words = self._characters(chip, name) if chip is not None and serial else []
+        return Lane(
+            name, label, signal, words, self._meaning(chip) if signal.bus else None, fitting(name, signal.bus, over)
+        )
+
+    def _characters(self, chip: Chip, name: str) -> list[Written]:
+        """The characters on a serial line, also those that only begin or end in the window."""
+        from ...record.measuring.characters import characters, shown
+        from ...record.pictures.diagram import Word as Written
+
+        port: SerialLine | AdaptiveLine | None = chip.sheet.channel(SerialLine) or chip.sheet.channel(AdaptiveLine)
+        baud = getattr(chip, "baud", 0)
+        if port is None or not baud:
+            return []
+        word, clock = Word(port.bits, port.parity, port.stop), Clock(round(baud * OVERSAMPLING))
+        mark = RS232 if isinstance(port, SerialLine) else TTL
+        probe, recorder = self.bench._chosen([name])[name], self.bench.recorder
+        stop = min(self.stop + clock.ps(word.ticks), self.bench.kernel.now)
+        whole = Signal.of(probe, recorder, recorder.since(probe), stop)
+        found = characters(whole, stop, clock, word, mark)
+        return [
+            Written(c.start_ps, c.end_ps, shown(c.byte), not c.good)
+            for c in found
+            if c.end_ps > self.start and c.start_ps < self.stop
+        ]
+
+    def _meaning(self, chip: Chip | None) -> Callable[[int, int], str]:
+        """What a value of the bus means: a character, or the command that is written."""
+        if chip is None or chip.sheet.channel(HostPort) is None:
+            return lambda value, _end: f"'{chr(value)}'" if 32 < value < 127 else "CR" if value == 13 else ""
+        try:
+            command, write = (self.signal(f"{chip.name}.{pin}") for pin in _strobes(chip))
+        except NotRecorded:
+            return lambda _value, _end: ""
+        rows, strobes = chip.sheet.commands.by_code, write.edges("rises")
+
+        def says(value: int, end: int) -> str:
+            before = bisect_right(strobes, end)
+            if not before or value not in rows or end - (strobe := strobes[before - 1]) >= STAYS:
+                return ""
+            return rows[value].name if command.level_at(strobe - 1) == 1 else ""
+
+        return says
+
+
+def _strobes(chip: Chip) -> tuple[str, str]:
+    """The pins that say that a command is on the bus, and that it is written."""
+    command, write = chip.sheet.role("command"), chip.sheet.role("write")
+    assert command is not None and write is not None  # a host port has both
+    return command.name, write.name
+
+
+def _rows(found: Spans) -> list[tuple[int, int]]:
+    begins, ends = found
+    return list(zip(begins.tolist(), ends.tolist(), strict=True))
+
+
+def _printed(chip: Chip | None, pin: str) -> str:
+    """A pin as data sheets write it: in capitals, a slash before what is active low."""
+    text = pin.upper().replace("IO_", "I/O ").replace("_", " ")
+    row = next((row for row in chip.sheet.pins if row.name == pin), None) if chip is not None else None
+    return f"/{text}" if row is not None and row.active == 0 else text

@@ -1,0 +1,204 @@
+"""The run script: what a host sends, a command a line, and what it does in between.
+
+    ; weld.txt             a comment runs to the end of the line
+    R 80                   goes out with a carriage return
+    A$P 40                 a label goes out as it stands
+    QX                     Q goes out without a carriage return, as the chip wants it; here X follows
+    @until run=1           a line that begins with @ directs the host
+
+A directive begins when the chip is READY after the command above it, or has been at work on it for 1 ms (at 11 MHz: a
+motion, a delay, a wait).  A module on a serial line is asked line by line: address, checksum and carriage return are
+added, and what comes next waits for the answer.
+
+    Po                     the transcript shows the answer: Po -> Y
+    S10
+    E                      the program runs while what follows is asked
+
+Directives take times such as 20 ms, and pins of the chip that the host speaks to (abort) or of anything on the bench
+(y.abort):
+
+    @wait 20 ms            let time pass
+    @until run=1           wait for a level of a pin; here, behind X, until the program has ended
+    @until position=40     wait for a position
+    @drive abort=0         put a level on a pin, now
+    @drive abort=0@12 ms   or at an instant of the run
+    @release abort         let go of a pin, now; or, as above, @release abort@15 ms
+    @pulse wait=0 20 us    put a level on a pin for a time
+    @power off             switch the supply off, or on
+    @bytes 43 00           send bytes as they are
+    @to y                  from here on, speak to chip y of those that share the bus or the line
+    @tell shaft slip 20    tell a part something, here to let 20 counts slip
+    @note the door opens   say something in the transcript
+
+To a chip on a bus; while ASCII/BINARY is low, commands go out in binary form:
+
+    @reset                 pulse RESET
+    @live R 20 | V 0       commands to a running program, through PROG/LIVE; V reads its group
+    @rate 60               another rate on the fly, when the motor slews
+    @read position         read the position on the fly, while the motor steps
+    @verify 3              read a verify group
+
+To a module on a serial line:
+
+    @until ready           ask F until the answer is no longer B
+    @ask V1                ask something, as a line without @ does
+
+To a chipset that takes packets a line is a command and its number, decimal or hexadecimal; the
+transcript shows what it returns.  These two may also stand without @:
+
+    @wait motion_complete  ask for the status word of the current axis until this bit is 1; !in_motion: until it is 0
+    @expect 0x0300         what the last command has returned; anything else is a finding, and the exit status 1
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from ...core.messages.near import hint
+from ...errors import SlewlineError, UsageError
+from ...language.dialect import dialect_of
+from ...language.problems import Problem
+from ...language.source import host_lines
+from .directives import DIRECTIVES, Reading
+from .speech import SPEECH
+from .stage import Script, Stage, Step, command
+
+if TYPE_CHECKING:
+    from ...core.chip import Chip
+    from ...core.datasheet.table import Sheet
+    from ...parts.hosts.computer import Computer
+    from .stage import Scene
+
+COPIED = {  # what manuals print, and what to write instead
+    **dict.fromkeys("\u00d8\u00f8\u2205", "write 0 where a manual prints a zero with a stroke"),
+    **dict.fromkeys("\u2193\u21b5", "leave out the sign of the return key"),
+}
+LONGEST = 1000  # characters of a line; no chip takes as many
+EXAMPLES = re.findall(r"^    (@(\w+).*?)  +\S", __doc__ or "", re.MULTILINE)
+
+
+def run_script(bench: Scene, host: Computer, script: Script | str | Iterable[str], where: str = "script") -> None:
+    """Queue a script on a host; it plays while time passes, side by side with those of other hosts.
+
+    Args:
+        script: text, lines, or what `read_script` made of them.
+        where: the name of the script in messages.
+
+    Raises:
+        ProgramError: lines that cannot be played; all of them are in `.problems`.
+    """
+    if not isinstance(script, Script):
+        script = read_script(script if isinstance(script, str) else "\n".join(script), where)
+    check_script(bench, host, script)
+    bench.kernel.outside.tell("script", host=host.name, args=[host.chip.name, script.text, script.where])
+    stage = Stage(bench, host, script, SPEECH[type(host.channel)])
+    following = [*script.steps[1:], None]
+    for stage.step, then in zip(script.steps, following, strict=False):
+        stage.directed = then is not None and then.directs
+        stage.step.queue(stage)
+
+
+def check_script(bench: Scene, host: Computer, script: Script) -> None:
+    """Raise what is wrong with a script.
+
+    Raises:
+        ProgramError: lines that cannot be played; all of them are in `.problems`.
+    """
+    script.refuse(refused(bench, host, script))
+
+
+def refused(bench: Scene, host: Computer, script: Script) -> list[Problem]:
+    """Return what is wrong with a script, pins and chips that the bench does not have included.
+
+    `run` plays nothing of a script with such lines, and `lint` calls each of them an error.
+    """
+    found = list(script.problems)
+    stage, chip = Stage(bench, host, script, SPEECH[type(host.channel)]), bench.chips[host.chip.name]
+    for step in script.steps:
+        if step.to in host.chips:
+            chip = bench.chips[step.to]
+        elif step.to:
+            found.append(step.problem("unknown-chip", f"{host.name} serves {', '.join(host.chips)}, but not {step.to}"))
+        found += _no_command(step, chip.sheet, chip.crystal_hz)
+        try:
+            if step.pin:
+                stage.terminal(step.pin, chip)
+            if step.fits is not None:
+                step.fits(stage, chip)
+        except SlewlineError as error:
+            found.append(step.problem("unknown-pin" if step.pin else "directive", str(error)))
+    return found
+
+
+def _no_command(step: Step, sheet: Sheet, crystal_hz: int) -> list[Problem]:
+    """What is wrong with a command that no host can send."""
+    dialect = dialect_of(sheet)
+    if step.directs or dialect.directs(step.text):
+        return []
+    no = dialect.refusal(sheet, step.text, crystal_hz)
+    if no is None:
+        return []
+    place = step.line, step.column + no.at, no.end - no.at
+    return [Problem(*place, no.code, "error", no.found, no.allowed, dialect.where, no.remedy)]
+
+
+# ------------------------------------------------------------------------------------------------------------- reading
+def read_script(text: str, where: str = "script") -> Script:
+    """Take a text apart.  Never raises: what is wrong is in `problems`."""
+    steps, problems = [], []
+    for line, column, body in host_lines(text):
+        step = Step(line, column, body, command(body))
+        try:
+            _plain(step)
+            steps.append(_directive(step) if step.directs else _line(step))
+        except UsageError as error:
+            example = next((example for example, verb in EXAMPLES if verb == step.verb), "")
+            remedy = f"write, for example, {example}" if example else ""
+            problems.append(step.problem("directive" if step.directs else "line", str(error), remedy))
+    return Script(text, where, tuple(steps), tuple(problems))
+
+
+def _plain(step: Step) -> None:
+    """A host sends printable ASCII, and no line without end."""
+    if len(step.text) > LONGEST:
+        raise UsageError(f"a line of {len(step.text)} characters; allowed {LONGEST}")
+    odd = next((c for c in step.text if not " " <= c <= "~"), None)
+    if odd is not None and step.verb != "note":
+        at = f"{odd!r} at character {step.text.index(odd) + 1}"
+        raise UsageError(f"{at} is not printable ASCII; {COPIED.get(odd, '@bytes sends other bytes')}")
+
+
+def _line(step: Step) -> Step:
+    """A command; in some dialects, some words direct the host without @."""
+    word = step.text.split()[0].lower()
+    if word not in DIRECTIVES:
+        return step
+
+    def queue(stage: Stage) -> None:
+        directs = dialect_of(stage.host.chip.sheet).directs(step.text)
+        (_reading(word, step.text).queue if directs else step.queue)(stage)
+
+    def fits(stage: Stage, chip: Chip) -> None:
+        if dialect_of(chip.sheet).directs(step.text) and (reading := _reading(word, step.text)).fits is not None:
+            reading.fits(stage, chip)
+
+    return replace(step, queue=queue, fits=fits)
+
+
+def _directive(step: Step) -> Step:
+    if step.verb not in DIRECTIVES:
+        there = " ".join("@" + verb for verb in DIRECTIVES)
+        raise UsageError(f"no directive @{step.verb}; there are {there}{hint(step.verb, DIRECTIVES)}")
+    queue, pin, fits = _reading(step.verb, step.text[1:])
+    return replace(step, queue=queue, pin=pin, fits=fits, to=step.text[3:].strip() if step.verb == "to" else "")
+
+
+def _reading(verb: str, text: str) -> Reading:
+    """A directive, read: its verb, and the text that begins with it."""
+    rest = text[len(verb) :].strip()
+    if bool(rest) == (verb == "reset"):
+        raise UsageError("@reset takes no argument" if rest else f"@{verb} needs an argument")
+    return DIRECTIVES[verb](rest)

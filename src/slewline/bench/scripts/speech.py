@@ -1,0 +1,222 @@
+"""What a line of a script means to a host, by the channel on which it speaks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from ...core.datasheet.channel import AdaptiveLine, BusHandshake, Channel, FlowBus, HostPort, SerialLine
+from ...core.wires.waits import first_of, level
+from ...language import packets
+from ...language.dialect import dialect_of, spoken_as
+from ...language.letters import Letters
+from ...parts.hosts.packet_host import USUAL, Result
+from ...parts.hosts.packet_port import operations, packet_of
+from .stage import TAKEN_US, US_PS, Act, Queue, Speech, Stage
+
+if TYPE_CHECKING:
+    from ...core.chip import Chip
+    from ...core.datasheet.table import Arg, Sheet
+
+
+class OverBus(Speech):
+    """A command goes out when the chip is READY, as text or in binary form, as the chip takes it then."""
+
+    def command(self, body: str) -> Queue:
+        """Return how a command is queued: as text or in binary form, as the chip takes it when its turn comes."""
+
+        async def send(stage: Stage, chip: Chip) -> None:
+            port = stage.port(chip)
+            await level(port.ready, 1)
+            letters = spoken_as(port.sheet, Letters)
+            data = (letters.sent if port.mode.level != 0 else letters.sent_binary)(port.sheet, body)
+            stage.tell(body)
+            await stage.bus_host.send_now(port, data)
+
+        return sending(send)
+
+    def send(self, data: bytes, act: Act) -> Queue:
+        """Return how an act is queued that sends bytes."""
+        return sending(act)
+
+    async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
+        """Send bytes by the handshake."""
+        await stage.bus_host.send_now(stage.port(chip), data)
+
+
+class OverLine(Speech):
+    """A command is a line that is answered."""
+
+    def command(self, body: str) -> Queue:
+        """Return how a line is sent, and its answer told."""
+        return asking(body)
+
+    async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
+        """Send bytes as they are, and tell what the module answers if a line ends with them."""
+        if data.endswith(b"\r"):
+            stage.tell(f"-> {meaning(await answers(stage, chip, data), chip.sheet)}")
+        else:
+            stage.line_host.send(data)
+
+
+class OverPort(Speech):
+    """A command is a packet, and the host waits for what it returns."""
+
+    def command(self, body: str) -> Queue:
+        """Return how a command is sent as a packet, and what it returns told."""
+        return exchanging(body)
+
+    async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
+        """Send a command byte, and words behind it."""
+        port = stage.packet_port(chip)
+        for part, is_command in operations(data):
+            await port.write(part, is_command, USUAL)
+        port.note_axis(data[0])
+        await port.ready()
+        port.note_update(data[0])
+
+    def axis(self, stage: Stage, chip: Chip) -> int:
+        """Return the number of the current axis, as far as the host knows it."""
+        return stage.packet_port(chip).axis or 1
+
+
+class OverFlow(Speech):
+    """A command goes out by handshakes, in the form of the mode; an answer is told if it comes back here."""
+
+    def command(self, body: str) -> Queue:
+        """Return how a command is queued, and its answer told."""
+
+        async def send(stage: Stage, chip: Chip) -> None:
+            host = stage.flow_host
+            data = host.shadow.sent(body)
+            if not (host.heeds and body.startswith(host.shadow.dialect.query)):
+                stage.tell(body)
+                await host.send_now(data)
+                return
+            answer = await host.ask_now(data, host.shadow.query(host.name, body))
+            stage.tell(f"{body} -> {answered(answer)}")
+
+        return self.send(b"", send)
+
+    def send(self, data: bytes, act: Act) -> Queue:
+        """Return how an act is queued that sends bytes; a directive behind it waits until the chip has taken them."""
+
+        async def taken(stage: Stage, chip: Chip) -> None:
+            host = stage.flow_host
+            await first_of(stage.kernel, stage.kernel.now + TAKEN_US * US_PS, (host.busy, 1))
+
+        def queue(stage: Stage) -> None:
+            stage.do(act)
+            if stage.directed:
+                stage.do(taken)
+
+        return queue
+
+    async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
+        """Send bytes by handshakes."""
+        await stage.flow_host.send_now(data)
+
+
+class OverAdaptive(Speech):
+    """A command is a line in the form of the mode; the answer to a query is told."""
+
+    def command(self, body: str) -> Queue:
+        """Return how a line is sent, and its answer told."""
+
+        async def send(stage: Stage, chip: Chip) -> None:
+            host = stage.adaptive_host
+            if not body.startswith(host.shadow.dialect.query):
+                stage.tell(body)
+            answer = await host.exchange(body)
+            if body.startswith(host.shadow.dialect.query):
+                stage.tell(f"{body} -> {'no answer' if answer is None else answered(answer)}")
+
+        return lambda stage: stage.do(send)
+
+    async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
+        """Send characters as they are."""
+        with stage.nested():
+            stage.adaptive_host.send(data)
+
+
+def answered(answer: str | bytes) -> str:
+    """Return an answer as text; bytes in hexadecimal."""
+    return answer.replace("\r", " ") if isinstance(answer, str) else answer.hex(" ").upper()
+
+
+SPEECH: Mapping[type[Channel], Speech] = {
+    BusHandshake: OverBus(),
+    SerialLine: OverLine(),
+    HostPort: OverPort(),
+    FlowBus: OverFlow(),
+    AdaptiveLine: OverAdaptive(),
+}
+
+
+def sending(send: Act) -> Queue:
+    """Bytes over a bus; a directive behind them waits until the chip has taken them."""
+
+    def queue(stage: Stage) -> None:
+        stage.do(send)
+        if stage.directed:
+            stage.do(_taken)
+
+    return queue
+
+
+async def _taken(stage: Stage, chip: Chip) -> None:
+    """The chip is READY again, or at work for so long that it moves or waits."""
+    port = stage.port(chip)
+    await first_of(stage.kernel, stage.kernel.now + port.ps(TAKEN_US), (port.ready, 1))
+
+
+def asking(text: str) -> Queue:
+    """Return how a line is sent over a serial line, and its answer told."""
+
+    async def ask(stage: Stage, chip: Chip) -> None:
+        stage.tell(f"{text} -> {meaning(await answers(stage, chip, text), chip.sheet)}")
+
+    return lambda stage: stage.do(ask)
+
+
+async def answers(stage: Stage, chip: Chip, line: str | bytes) -> list[str]:
+    """Send a line, and return what the module answers."""
+    return await stage.line_host.to(chip.name).exchange(line)
+
+
+def meaning(found: Sequence[str], sheet: Sheet) -> str:
+    """Answers, with what the sheet says to one that is an error or a state."""
+    if not found:
+        return "no answer"
+    says = dialect_of(sheet).said(found[0])
+    return f"{' '.join(found)}{f' ({says})' if says else ''}"
+
+
+def exchanging(text: str) -> Queue:
+    """Return how a command is sent as a packet, and what it returns told."""
+
+    async def exchange(stage: Stage, chip: Chip) -> None:
+        host, port, command = (
+            stage.packet_host,
+            stage.packet_port(chip),
+            packets.command(chip.sheet, text, chip.crystal_hz),
+        )
+        row = command.row
+        found = await host.exchange(port, packet_of(row, command.values))
+        for arg, value in zip(row.reads, packets.values(row.reads, found), strict=True):
+            host.results.append(Result(port.axis, row.name, value))
+            stage.tell(f"{text} -> {returned(chip.sheet, arg, value)}")
+        if not found:
+            stage.tell(f"{text} = {command.values[0]}" if "/" in text else text)
+
+    return lambda stage: stage.do(exchange)
+
+
+def returned(sheet: Sheet, arg: Arg, value: int) -> str:
+    """Return in words what a chipset returned: words of bits in hexadecimal, with the names of those that are 1."""
+    dialect = spoken_as(sheet, packets.Packets)
+    bits = {"status": dialect.status, "mode": dialect.mode}.get(arg.name, ())
+    if arg.unit and not arg.unit.startswith("bits"):
+        return str(value)
+    names = packets.shown(value, bits)
+    return f"0x{value:04X}{f' ({names})' if names else ''}"

@@ -1,0 +1,236 @@
+"""How a host plays a run script: every line becomes an action in its queue."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Iterable, Mapping
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from ...core.wires.bell import Bell
+from ...core.wires.waits import edge
+from ...errors import SlewlineError
+from ...language.assemble import RefusedProgram
+from ...language.problems import Problem
+from ...parts.hosts.adaptive_host import AdaptiveHost
+from ...parts.hosts.computer import Computer
+from ...parts.hosts.flow_host import FlowHost
+from ...parts.hosts.host import Host, Port
+from ...parts.hosts.packet_host import PacketHost
+from ...parts.hosts.serial_host import SerialHost
+
+if TYPE_CHECKING:
+    from ...core.chip import Chip
+    from ...core.motion.axis import Axis
+    from ...core.time.kernel import Kernel
+    from ...core.time.timebase import Time
+    from ...core.wires.pin import Terminal
+    from ...parts.base.part import Part
+    from ...parts.hosts.packet_port import PacketPort
+
+SHOWN = 160  # characters of a line in a message
+US_PS = 1_000_000
+TAKEN_US = 1000  # a command that keeps the chip busy for longer has begun a motion, a delay or a wait
+
+Act = Callable[["Stage", "Chip"], Awaitable[None]]
+Queue = Callable[["Stage"], None]
+Fits = Callable[["Stage", "Chip"], object]
+
+
+class Scene(Protocol):
+    """What a script needs of the bench on which it is played."""
+
+    @property
+    def kernel(self) -> Kernel:
+        """The time of the bench."""
+
+    @property
+    def chips(self) -> Mapping[str, Chip]:
+        """The chips, by name."""
+
+    @property
+    def parts(self) -> Mapping[str, Part]:
+        """The parts, by name."""
+
+    def pin(self, name: str) -> Terminal:
+        """Return a pin by its full name; UnknownName if there is none."""
+
+    def at(self, time: Time, function: Callable[[], object]) -> None:
+        """Call a function at an instant; UsageError if it is over."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A line of a script.
+
+    `queue` puts it into the queue of a host; the bench must have what `pin` and `to` name, and `fits` raises what is
+    wrong with it for the chip that is spoken to.
+    """
+
+    line: int
+    column: int
+    text: str
+    queue: Queue
+    pin: str = ""
+    to: str = ""
+    fits: Fits | None = None
+
+    @property
+    def directs(self) -> bool:
+        """Is it a directive to the host?"""
+        return self.text.startswith("@")
+
+    @property
+    def verb(self) -> str:
+        """The word behind @."""
+        words = self.text[1:].split(maxsplit=1)
+        return words[0] if self.directs and words else ""
+
+    def problem(self, code: str, found: str, remedy: str = "") -> Problem:
+        """Return what is wrong with this line, as a problem in its place."""
+        return Problem(self.line, self.column, min(len(self.text), SHOWN), code, "error", found, remedy=remedy)
+
+
+@dataclass(frozen=True, slots=True)
+class Script:
+    """A script that was read: its lines, and what is wrong with them."""
+
+    text: str
+    where: str
+    steps: tuple[Step, ...]
+    problems: tuple[Problem, ...]
+
+    def refuse(self, problems: Iterable[Problem]) -> None:
+        """Raise what is wrong, if anything is."""
+        found = sorted(problems)
+        if found:
+            lines = (line if len(line) <= SHOWN else f"{line[:SHOWN]} ..." for line in self.text.splitlines())
+            raise RefusedProgram(found, "\n".join(lines), self.where)
+
+
+class Stage:
+    """A host that plays a script on a bench.
+
+    `step` is the line that is being queued, `directed` says whether a directive follows it.
+    """
+
+    def __init__(self, scene: Scene, host: Computer, script: Script, speech: Speech) -> None:
+        self.scene, self.host, self.script, self.speech = scene, host, script, speech
+        self.kernel = scene.kernel
+        self.step: Step | None = None
+        self.directed = False
+        self.bell = Bell(self.kernel, f"{host.name}.(bell)")
+
+    def do(self, act: Act) -> None:
+        """Queue an action of the host for the present line; what goes wrong in it is told with the line."""
+        step, script, host = self.step, self.script, self.host
+        chip = self.scene.chips[host.chip.name]
+        assert step is not None
+        text = f"at {step.text[:60]!r} ({script.where}, line {step.line})"
+
+        async def action() -> None:
+            try:
+                await act(self, chip)
+            except SlewlineError as error:
+                script.refuse([step.problem("refused", str(error))])
+
+        host.work(text, action)
+
+    @property
+    def bus_host(self) -> Host:
+        """The host, which has a bus; `Step.fits` has seen to that."""
+        assert isinstance(self.host, Host)
+        return self.host
+
+    @property
+    def line_host(self) -> SerialHost:
+        """The host, which has a serial line."""
+        assert isinstance(self.host, SerialHost)
+        return self.host
+
+    @property
+    def packet_host(self) -> PacketHost:
+        """The host, which sends packets."""
+        assert isinstance(self.host, PacketHost)
+        return self.host
+
+    @property
+    def flow_host(self) -> FlowHost:
+        """The host, on a bus that works both ways."""
+        assert isinstance(self.host, FlowHost)
+        return self.host
+
+    @property
+    def adaptive_host(self) -> AdaptiveHost:
+        """The host, on a serial line that finds its rate."""
+        assert isinstance(self.host, AdaptiveHost)
+        return self.host
+
+    def port(self, chip: Chip) -> Port:
+        """Return what the host has on the bus of a chip."""
+        return self.bus_host.ports[chip.name]
+
+    def packet_port(self, chip: Chip) -> PacketPort:
+        """Return what the host has on the host port of a chip."""
+        return self.packet_host.ports[chip.name]
+
+    def axis(self, chip: Chip) -> Axis:
+        """Return the axis that the host speaks of: the current one, where there are several."""
+        return chip.axes[self.speech.axis(self, chip) - 1]
+
+    def tell(self, text: str) -> None:
+        """Say what the host does, in the transcript."""
+        self.host.on_event(text)
+
+    async def next_round(self) -> None:
+        """Let the round of this instant end, so that its changes show."""
+        self.bell.ring()
+        await edge(self.bell.net)
+
+    def nested(self) -> AbstractContextManager[None]:
+        """Tell nothing of what is done in here: whoever hears of inputs has heard of the whole script.
+
+        Calls of the host only queue.
+        """
+        return self.kernel.outside.nested()
+
+    def terminal(self, name: str, chip: Chip) -> Terminal:
+        """Return a pin by its short or full name."""
+        return self.scene.pin(name if "." in name else f"{chip.name}.{name}")
+
+    def put(self, terminal: Terminal, value: int | None, at: int | None = None) -> None:
+        """Drive a pin or let go of it, now or at an instant."""
+        if at is not None:
+            self.scene.at(f"{at} ps", lambda: self.put(terminal, value))
+            return
+        with self.nested():
+            if value is None:
+                terminal.release()
+            else:
+                terminal.drive(value)
+
+
+# ------------------------------------------------------------------------------------------------------------ commands
+def command(body: str) -> Queue:
+    """Send a command as the channel of the host has it."""
+    return lambda stage: stage.speech.command(body)(stage)
+
+
+class Speech:
+    """What a script says over a channel, and how: a command, bytes as they are, and of which axis."""
+
+    def command(self, body: str) -> Queue:
+        """Return how a command is queued."""
+        raise NotImplementedError
+
+    def send(self, data: bytes, act: Act) -> Queue:
+        """Return how an act is queued that sends bytes."""
+        return lambda stage: stage.do(act)
+
+    async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
+        """Send bytes as they are."""
+        raise NotImplementedError
+
+    def axis(self, stage: Stage, chip: Chip) -> int:
+        """Return the number of the axis that the host speaks of."""
+        return 1

@@ -1,0 +1,196 @@
+"""Classes found by name, one way for chips and for parts: ours, those of installed packages, and those of any module.
+
+    the name of a part    ours
+    mx10                  an entry point of a package that the user has installed
+    my_lab.mx10:Mx10      module:Class
+
+To import a module is to run its code.  A name that the user gives himself, on the command line or as an argument, is
+his word.  A bench file, a journal or a URL may come from anybody: whoever reads names from one says whether modules are
+allowed (`allow_code`).  What the user has installed is allowed everywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from weakref import WeakKeyDictionary
+
+from ...errors import UnknownName, UsageError
+from ..messages.near import hint
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
+T = TypeVar("T")
+
+
+class Catalogue(Generic[T]):
+    """Where the classes of one kind are found.
+
+    Args:
+        what: the kind in words, such as "chip".
+        base: what all of them are classes of.
+        group: the group of entry points by which packages bring more of them.
+        ours: those of slewline by name, as module:Class.
+        spelled: returns a name as it stands in `ours`.
+    """
+
+    def __init__(
+        self,
+        what: str,
+        base: type[T],
+        group: str,
+        ours: Mapping[str, str],
+        spelled: Callable[[str], str] = str,
+    ) -> None:
+        self.what, self.base, self.group, self.ours, self.spelled = what, base, group, ours, spelled
+        self._guests: WeakKeyDictionary[type[T], str] = WeakKeyDictionary()  # names; to look for one takes 10 ms
+
+    def load(self, name: str, *, allow_code: bool) -> type[T]:
+        """Return the class of a name.
+
+        Args:
+            allow_code: a name may be module:Class, which imports the module.
+
+        Raises:
+            UnknownName: nothing has this name; the message says which names there are.
+            UsageError: module:Class where that is not allowed; or no such module or class, a class of another kind, or
+                a module that fails when it is imported.
+        """
+        key = self.canonical(name)
+        if key in self.ours:
+            module, _, attribute = self.ours[key].partition(":")
+            return getattr(import_module(module), attribute)  # type: ignore[no-any-return]
+        if ":" in key:
+            if not allow_code:
+                raise UsageError(
+                    f"{self.what} {key!r}: names a module, and importing it would run its code; if you trust it, allow "
+                    f"that (allow_code=True, --allow-code), or install it with an entry point {self.group}"
+                )
+            return self._imported(key, f"{self.what} {key!r}")
+        brought = self.brought_as(key)
+        if brought is None:
+            raise self.unknown(name)
+        return self._imported(brought.value, f"{self.what} {key!r} of {package(brought)} ({brought.value})")
+
+    def canonical(self, name: str) -> str:
+        """Return a name as it is kept: module:Class as it is, another one as ours are spelled.
+
+        Raises:
+            UnknownName: the name is no text.
+        """
+        if not isinstance(name, str):
+            raise self.unknown(name)
+        return name if ":" in name else self.spelled(name)
+
+    def name_of(self, cls: type[T]) -> str:
+        """Return the name by which a class is found: ours, that of an entry point, or module:Class."""
+        place = f"{cls.__module__}:{cls.__qualname__}"
+        for name, ours in self.ours.items():
+            if ours == place:
+                return name
+        if cls not in self._guests:
+            alone = {found[0].value: name for name, found in self.brought().items() if len(found) == 1}
+            self._guests[cls] = alone.get(place, place)
+        return self._guests[cls]
+
+    def names(self) -> list[str]:
+        """Return all names: ours, then those of installed packages."""
+        return [*self.ours, *self.brought()]
+
+    # ------------------------------------------------------------------------------------------- installed packages
+    def brought(self) -> dict[str, list[EntryPoint]]:
+        """Return the entry points of installed packages by name; several, where packages contradict each other."""
+        from importlib.metadata import entry_points  # it takes long to load, and most runs want ours
+
+        found: dict[str, list[EntryPoint]] = {}
+        for point in sorted(entry_points(group=self.group), key=lambda point: point.name):
+            name = self.spelled(point.name)
+            if name not in self.ours and point.value not in [other.value for other in found.get(name, ())]:
+                found.setdefault(name, []).append(point)
+        return found
+
+    def brought_as(self, name: str) -> EntryPoint | None:
+        """Return the entry point of a name; None: no installed package has one.
+
+        Raises:
+            UsageError: several packages have one.
+        """
+        found = self.brought().get(name, [])
+        if len(found) > 1:
+            said = ", ".join(f"{package(point)} ({point.value})" for point in found)
+            raise UsageError(f"{self.what} {name!r}: several packages bring it: {said}; give module:Class instead")
+        return found[0] if found else None
+
+    def unknown(self, name: object) -> UnknownName:
+        """Return the error that nothing has a name, with the names there are."""
+        names = self.names()
+        remedy = hint(self.spelled(str(name)), names)
+        if not remedy and "." in str(name):
+            remedy = f"; a class of your own is module:Class, such as {name}:Class"
+        return UnknownName(f"no {self.what} {name!r}; there are: {', '.join(names)}{remedy}")
+
+    # --------------------------------------------------------------------------------------------------- any module
+    def _imported(self, place: str, said: str) -> type[T]:
+        """Return the class at module:Class, of which errors say `said`."""
+        module, _, attribute = place.partition(":")
+        if "<locals>" in attribute:
+            raise UsageError(f"{said}: a class within a function cannot be found by name; move it out of the function")
+        if not all(part.isidentifier() for part in [*module.split("."), *attribute.split(".")]):
+            raise UsageError(f"{said}: expected module:Class, such as my_lab.mx10:Mx10")
+        try:
+            found: Any = import_module(module)
+        except ModuleNotFoundError as error:
+            if error.name is None or not f"{module}.".startswith(f"{error.name}."):
+                raise UsageError(f"{said}: {failed(module, error)}") from error
+            raise UsageError(
+                f"{said}: no module {error.name!r}; install its package, or name its directory in PYTHONPATH"
+            ) from None
+        except (Exception, SystemExit) as error:  # whatever a module does: it is not ours
+            raise UsageError(f"{said}: {failed(module, error)}") from error
+        for part in attribute.split("."):
+            if not hasattr(found, part):
+                raise UsageError(f"{said}: {module} has no {attribute!r}{self._classes_in(import_module(module))}")
+            found = getattr(found, part)
+        if not (isinstance(found, type) and issubclass(found, self.base)):
+            what = "a class" if isinstance(found, type) else f"of type {type(found).__name__}"
+            expected = f"expected a subclass of {self.base.__module__}.{self.base.__name__}"
+            raise UsageError(f"{said}: {attribute} is {what}; {expected}{self._classes_in(import_module(module))}")
+        return found
+
+    def _classes_in(self, module: object) -> str:
+        """The classes of this kind that a module defines, in words."""
+        names = [
+            name
+            for name, cls in vars(module).items()
+            if isinstance(cls, type)
+            and issubclass(cls, self.base)
+            and cls.__module__ == getattr(module, "__name__", "")
+        ]
+        return f"; its {self.what}s: {', '.join(names)}" if names else ""
+
+
+def package(point: EntryPoint) -> str:
+    """Return the package that an entry point belongs to, with its version."""
+    return f"{point.dist.name} {point.dist.version}" if point.dist is not None else "a package"
+
+
+def failed(module: str, error: BaseException) -> str:
+    """Return what went wrong in a module that was being imported, and where."""
+    at = ""
+    if isinstance(error, SyntaxError) and error.filename:
+        at = f" ({error.filename}, line {error.lineno})"
+    elif error.__traceback__ is not None:
+        last = _last(error.__traceback__)
+        at = f" ({last.tb_frame.f_code.co_filename}, line {last.tb_lineno})"
+    says = error.msg if isinstance(error, SyntaxError) else str(error)
+    return f"importing {module} failed: {type(error).__name__}{f': {says}' if says else ''}{at}"
+
+
+def _last(trace: TracebackType) -> TracebackType:
+    """Where an error was raised."""
+    while trace.tb_next is not None:
+        trace = trace.tb_next
+    return trace

@@ -1,0 +1,328 @@
+"""Options of a chip or a part, as rows: checked once, and read by whoever shows or takes them.
+
+Option("stepwise", "bool", False, "play every motion step by step; slow, and the same to the last edge")
+Option("ramp_unit", "int", 452, "clocks that one rate unit takes", low=1, high=65535, unit="clocks", where="s.8")
+Option("load", "table", {}, "what the motor drives", table=(Option("inertia", "float", 0.0, "...", unit="kg m2"), ...))
+
+A chip names its rows in its sheet, a part in its class; `checked` gives the constructor all of them.  What comes as
+text, in a URL or on a command line, is made a value by its row first: `read`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from numbers import Integral
+from types import MappingProxyType
+from typing import Any, Literal
+
+from ...errors import SlewlineError, UsageError
+from ..messages.near import hint
+from ..time.timebase import hertz, picoseconds, readable
+
+Kind = Literal[
+    "bool", "int", "float", "number", "time", "frequency", "text", "choice", "ints", "bytes", "table", "object"
+]
+EXPECTED: Mapping[Kind, str] = MappingProxyType(
+    {
+        "bool": "True, False",
+        "int": "a whole number",
+        "float": "a number",
+        "number": "a number",
+        "time": "a time",
+        "frequency": "a frequency",
+        "text": "text",
+        "ints": "whole numbers",
+        "bytes": "text, bytes, or whole numbers from 0 to 255",
+        "table": "a table",
+        "object": "an object of Python",
+    }
+)
+
+
+SHOWN = 80  # characters of a value in a message; of a longer one the begin is told, and which number is wrong
+LIKE: Mapping[Kind, str] = MappingProxyType({"number": "9600 or '37.5'", "time": "'20 ms'", "frequency": "'11 MHz'"})
+
+
+def _many(value: Any) -> bool:
+    return isinstance(value, (Sequence, set, frozenset)) and not isinstance(value, (str, bytes, bytearray))
+
+
+def _whole(value: Any) -> bool:
+    return isinstance(value, Integral) and not isinstance(value, bool)
+
+
+FITS: Mapping[Kind, Callable[[Any], bool]] = MappingProxyType(  # is a value of the kind, whatever its range?
+    {
+        "bool": lambda value: isinstance(value, bool),
+        "int": _whole,
+        "float": lambda value: _whole(value) or (isinstance(value, float) and abs(value) < float("inf")),
+        "number": lambda value: _whole(value) or isinstance(value, (str, Fraction)),
+        "time": lambda value: isinstance(value, str) or _whole(value),
+        "frequency": lambda value: _whole(value) or isinstance(value, str),
+        "text": lambda value: isinstance(value, str),
+        "ints": lambda value: _many(value) and all(map(_whole, value)),
+        "bytes": lambda value: (
+            isinstance(value, (str, bytes, bytearray))
+            or (_many(value) and all(_whole(byte) and 0 <= byte <= 255 for byte in value))
+        ),
+        "object": lambda _: True,
+    }
+)
+SIZES: Mapping[Kind, Callable[[Any], Any]] = MappingProxyType(  # what the range bounds
+    {"number": Fraction, "time": picoseconds, "frequency": hertz}
+)
+
+
+def _read_int(text: str) -> int:
+    return int(text, 16 if text.lower().startswith("0x") else 10)
+
+
+def _read_time(text: str) -> str | int:
+    return int(text) if text.isdecimal() else text
+
+
+READ: Mapping[Kind, Callable[[str], Any]] = MappingProxyType(
+    {
+        "bool": lambda text: {"true": True, "false": False}[text.lower()],
+        "int": _read_int,
+        "float": float,
+        "time": _read_time,
+        "frequency": _read_time,
+        "ints": lambda text: tuple(_read_int(number.strip()) for number in text.split(",") if number.strip()),
+    }
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """An option that a chip or a part takes when it is made.
+
+    `low` and `high` bound a number, a time (ps), a frequency (Hz) and each of "ints".  A "choice" is one of `choices`,
+    which go by their texts.  `table` are the rows of a "table".  A "number" is exact: whole, or a decimal one as text.
+    An "object" is something that only Python can hand in (a function, a store), or one of `choices`.  `check` says what
+    else is wrong with a value, in words, or "".  `none`: None is allowed as well.  `default`: what holds where nothing
+    is said; ... where something must be said.  `like` is a value of a "text" or an "object", as an example.
+    """
+
+    name: str
+    kind: Kind
+    default: Any
+    says: str
+    low: float | None = None
+    high: float | None = None
+    unit: str = ""
+    choices: tuple[Any, ...] = ()
+    table: tuple[Option, ...] = ()
+    check: Callable[[Any], str] | None = None
+    none: bool = False
+    like: str = ""
+    where: str = ""
+
+    @property
+    def required(self) -> bool:
+        """Must it be given?"""
+        return self.default is ...
+
+    @property
+    def allowed(self) -> str:
+        """What the option may be, in words."""
+        words = [*map(str, self.choices)]
+        if not self.choices or self.kind == "object":
+            words.append(self._expected)
+        return ", ".join(words + ["None"] * self.none)
+
+    @property
+    def _expected(self) -> str:
+        if self.table:
+            return f"a table of {', '.join(row.name for row in self.table)}"
+        bounded = self.low is not None or self.high is not None
+        what = self._range if bounded else f"{EXPECTED[self.kind]}{f' ({self.unit})' if self.unit else ''}"
+        if bounded and self.kind == "ints":
+            what = f"whole numbers, each {what}"
+        like = self.like or LIKE.get(self.kind)
+        return f"{what}{',' if bounded else ''} such as {like}" if like else what
+
+    @property
+    def _range(self) -> str:
+        low, high = (None if bound is None else self._spelled(bound) for bound in (self.low, self.high))
+        if self.kind == "time" and self.low == 1 and high is None:
+            return "more than 0"
+        bounds = f"{low}..{high}" if low and high else f"{low} and more" if low else f"up to {high}"
+        return f"{bounds} {self.unit}".rstrip()
+
+    def _spelled(self, value: Any) -> str:
+        if self.kind == "time" and _whole(value):
+            return readable(value)
+        return f"{value:g}" if isinstance(value, float) else str(value)
+
+    @property
+    def shown(self) -> str:
+        """The default, in words."""
+        if self.required:
+            return ""
+        if self.kind == "time" and _whole(self.default):
+            return readable(self.default) if self.default else "0"
+        return "" if self.kind in ("table", "object") and not self.default else repr(self.default)
+
+    def checked(self, owner: str, value: Any) -> Any:
+        """Return a value that is allowed; of a table all of it, with what is left out.
+
+        Raises:
+            UsageError: it is not; the message says what is.
+        """
+        if value is None and self.none:
+            return None
+        if self.kind == "table" and isinstance(value, Mapping):
+            return checked(f"{owner}: {self.name}", self.table, value)
+        if _whole(value) or isinstance(value, str):  # what a choice may be named by
+            for choice in self.choices:
+                if str(choice) == str(value):
+                    return choice
+        why = self._wrong(value)
+        if why is not None:
+            raise UsageError(f"{owner}: {self.name} {_cut(value)}; {why or f'allowed {self.allowed}'}")
+        if self.kind == "ints":
+            return tuple(map(int, sorted(value) if isinstance(value, (set, frozenset)) else value))
+        return int(value) if _whole(value) else value
+
+    def _wrong(self, value: Any) -> str | None:
+        """Return why a value is not allowed, "" where `allowed` says it all; None: it is."""
+        if self.kind == "ints" and isinstance(value, (list, tuple)) and len(repr(value)) > SHOWN:
+            odd = next((k for k, each in enumerate(value) if not _whole(each) or not self._within(each)), None)
+            if odd is not None:
+                return f"{value[odd]!r} at {odd}; allowed {self.allowed}"
+        if self.kind not in FITS or (self.choices and self.kind != "object") or not FITS[self.kind](value):
+            return ""
+        if self.low is not None or self.high is not None or self.kind in SIZES:
+            try:
+                sizes = value if self.kind == "ints" else [SIZES.get(self.kind, _same)(value)]
+            except SlewlineError as error:
+                return str(error)
+            except (ValueError, ZeroDivisionError):
+                return ""
+            if not all(self._within(size) for size in sizes):
+                return ""
+        return (self.check(value) or None) if self.check is not None else None
+
+    def _within(self, size: Any) -> bool:
+        return (self.low is None or size >= self.low) and (self.high is None or size <= self.high)
+
+    def read(self, text: str) -> Any:
+        """Return the value that a text stands for; if it stands for none the text, which `checked` refuses."""
+        if self.none and text.lower() == "none":
+            return None
+        value: Callable[[str], Any] = READ.get(self.kind, _same)
+        try:
+            return value(text)
+        except (KeyError, ValueError):
+            return text
+
+    def data(self) -> dict[str, Any]:
+        """Return the row as plain data, for a program: without what only Python can hand in."""
+        plain = None if self.required or (self.kind in ("table", "object") and not self.default) else self.default
+        return {
+            "name": self.name,
+            "kind": self.kind,
+            "default": list(plain) if isinstance(plain, (bytes, tuple)) else plain,
+            "required": self.required,
+            "says": self.says,
+            "low": self.low,
+            "high": self.high,
+            "unit": self.unit,
+            "choices": list(self.choices),
+            "table": [row.data() for row in self.table],
+            "none": self.none,
+            "where": self.where,
+        }
+
+
+def _cut(value: Any) -> str:
+    """Return a value for a message, of a long one its begin."""
+    text = repr(value)
+    return text if len(text) <= SHOWN else f"{text[:SHOWN]} ..."
+
+
+def _same(value: Any) -> Any:
+    return value
+
+
+def nowhere(_name: str, _value: object) -> str:
+    """Return nothing: what is no option is set nowhere else, either."""
+    return ""
+
+
+def checked(
+    owner: str,
+    rows: Iterable[Option],
+    given: Mapping[str, Any],
+    beside: str = "",
+    elsewhere: Callable[[str, object], str] = nowhere,
+) -> dict[str, Any]:
+    """Return every option of some rows: what is given, checked, and the defaults of the others.
+
+    Args:
+        beside: what else may be given where these options are, for the message about one that there is not.
+        elsewhere: returns what sets something that is no option, with its value; empty: nothing does.
+
+    Raises:
+        UsageError: an option that there is not, a value that is not allowed, or one that is missing.
+    """
+    known = {row.name: row for row in rows}
+    for name in given:
+        if name not in known:
+            if otherwise := elsewhere(name, given[name]):
+                raise UsageError(f"{owner}: no option {name!r}: {otherwise}")
+            allowed = ", ".join(known) or "none"
+            within = {row.name: f"{table.name}.{row.name}" for table in known.values() for row in table.table}
+            meant = f"; did you mean {within[name]}?" if name in within else hint(name, known)
+            raise UsageError(f"{owner}: no option {name!r}; its options: {allowed}{beside}{meant}")
+    found = {}
+    for name, row in known.items():
+        if name not in given and row.required:
+            raise UsageError(f"{owner}: needs the option {name}: {row.allowed}")
+        is_default = name not in given and row.kind != "table"
+        found[name] = row.default if is_default else row.checked(owner, given.get(name, row.default))
+    return found
+
+
+def read(rows: Iterable[Option], pairs: Iterable[tuple[str, str]]) -> dict[str, Any]:
+    """Return the options that texts stand for: ("stepwise", "true") or, in a table, ("load.inertia", "2e-5").
+
+    Names that are no option, and texts that stand for no value, come back as they are: `checked` refuses them.
+    """
+    known = {row.name: row for row in rows}
+    found: dict[str, Any] = {}
+    tables: dict[str, list[tuple[str, str]]] = {}
+    for name, text in pairs:
+        table, dot, rest = name.partition(".")
+        if dot and table in known and known[table].table:
+            tables.setdefault(table, []).append((rest, text))
+        else:
+            found[name] = known[name].read(text) if name in known else text
+    return {name: read(known[name].table, within) for name, within in tables.items()} | found
+
+
+def defaulted(rows: Iterable[Option], given: Mapping[str, Any]) -> tuple[Option, ...]:
+    """Return the rows with what is given, checked, as their defaults; a table's are those of its rows."""
+    found = []
+    for row in rows:
+        if row.name in given and row.table:
+            row = replace(row, table=defaulted(row.table, given[row.name]))
+        elif row.name in given:
+            row = replace(row, default=given[row.name])
+        found.append(row)
+    return tuple(found)
+
+
+def defaults(rows: Iterable[Option]) -> dict[str, Any]:
+    """Return what holds where nothing is said, by full names: "ramp_jumps", "inferred.rates"."""
+    return {name: row.default for name, row in flat(rows)}
+
+
+def flat(rows: Iterable[Option], of: str = "") -> Iterator[tuple[str, Option]]:
+    """Yield every row with its full name, those of a table behind it: ("load.inertia", row)."""
+    for row in rows:
+        yield f"{of}{row.name}", row
+        yield from flat(row.table, f"{of}{row.name}.")

@@ -1,0 +1,463 @@
+"""What a data sheet is made of: pins, arguments, command rows, registers, times.  Data only, no behaviour.
+
+Rules of this file: every number names its source (`where`) and how sure we are (`trust`): "stated" by the manual,
+"derived" from statements of the manual, "chosen" by us where the manual is silent, or "inferred" about a part of which
+no manual is at hand, from what others say of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal, Protocol, TypeVar
+
+from ...errors import SheetError
+from .channel import Channel
+from .option import Option
+from .roles import AXIS_ROLES, ROLES, ROW_ROLES
+
+Trust = Literal["stated", "derived", "chosen", "inferred"]
+Way = Literal["in", "out", "both", "power", "none"]
+Order = Literal["little", "big"]
+
+
+@dataclass(frozen=True, slots=True)
+class Pin:
+    """A pin of the package, as the data sheet lists it.
+
+    `pull` is the level that a built-in resistor gives an open input, `tie` the standard wiring that makes a bare part
+    work, `reset` the level that an output shows after reset, `seen` says when the chip looks at an input.
+
+    `role` is what the pin is for, in a word that all parts share (see ROLES), on axis `axis`.  `sense` is the level at
+    which that holds: the active one, unless the pin is named for the contrary (ATREST is low when the motor is moving).
+    A driver makes a step when its pin takes that level.
+    `told` is what the transcript says when the pin becomes low, and when it becomes high: None where it is silent.
+    """
+
+    number: int
+    name: str
+    way: Way
+    says: str
+    active: int | None = None
+    pull: int | None = None
+    tie: int | None = None
+    reset: int | None = None
+    seen: str = ""
+    where: str = ""
+    role: str = ""
+    axis: int = 1
+    sense: int | None = None
+    told: tuple[str, str] | None = None
+    trust: Trust = "stated"
+
+    def __post_init__(self) -> None:
+        if self.role and self.role not in ROLES:
+            raise SheetError(f"pin {self.name}: no role {self.role!r}; there are: {', '.join(ROLES)}")
+        if self.sense is None:
+            object.__setattr__(self, "sense", self.active)
+
+    def plays(self, role: str, axis: int = 1) -> bool:
+        """Return whether the pin has a role, on an axis if it is the role of one."""
+        return self.role == role and (self.axis == axis or role not in AXIS_ROLES)
+
+
+@dataclass(frozen=True, slots=True)
+class Arg:
+    """An argument: `low` to `high`, in `size` bytes; with `label`, a letter may stand for it.
+
+    `sign` says how a sign is written: "no", "may" (missing is plus), "must", or "alone" (a direction: + is 1, - is -1).
+    An argument of size 0 is added to the opcode instead.  `zero` tells whether 0 counts as within the range;
+    an `optional` argument that is missing is `high`.
+
+    What does not fit into the bytes is cut off, but for the numbers in `alias`, which count as another one: 256 as 255.
+
+    `fraction` bits of the number stand behind the binary point: with 16 it counts 1/65536 of its unit.  The unit has
+    the chip's cycle in its denominator `cycles` times: once in a speed, twice in an acceleration.
+    """
+
+    name: str
+    size: int
+    low: int
+    high: int
+    label: bool = False
+    unit: str = ""
+    sign: Literal["no", "may", "must", "alone"] = "no"
+    zero: bool = True
+    optional: bool = False
+    fraction: int = 0
+    cycles: int = 0
+    alias: tuple[tuple[int, int], ...] = ()
+
+    @property
+    def modulus(self) -> int:
+        """Numbers wrap at this value: 256 or 65536."""
+        return 1 << (8 * self.size)
+
+    def fit(self, number: int) -> int:
+        """Return what the part makes of a number, whatever its range."""
+        return dict(self.alias).get(number, number % self.modulus)
+
+    def allows(self, value: int) -> bool:
+        """Return whether a value is within the range."""
+        return self.low <= value <= self.high and (self.zero or value != 0)
+
+    def pack(self, value: int, order: Order = "little") -> bytes:
+        """Return a value as `size` bytes, a negative one in two's complement."""
+        return (value % self.modulus).to_bytes(self.size, order)
+
+    def unpack(self, data: bytes, order: Order = "little") -> int:
+        """Return the value of bytes; bytes that are missing count as 0."""
+        return int.from_bytes(data.ljust(self.size, b"\0"), order, signed=self.low < 0)
+
+    def spell(self, value: int) -> str:
+        """Return a value as it is written: no leading zeros, the sign where one belongs."""
+        if self.sign == "alone":
+            return "+" if value > 0 else "-"
+        return f"{value:+d}" if self.sign != "no" else str(value)
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One form of a command.
+
+    `form` is what a host sends first (a letter), or, where a letter has several forms, what tells them apart (`head` is
+    then what is sent).  `code` is the opcode in the program memory, `room` the bytes that it takes there, if more than
+    opcode and arguments.  `time_us` is the time that the last byte of the command takes in command mode (at the
+    reference crystal, without conversion of digits), `program_us` the time of the instruction in a running program.
+
+    `tail` is fixed text behind the arguments, in the spellings that a host may use, the proper one first.  `when` tells
+    in which states a host's command is performed at once: "i" idle, "p" in programming mode, "r" while a program runs.
+
+    `flow` tells where a program goes on behind the instruction: "n" the next one, "t" its target, "0" location 0, "l"
+    the start of its loop; empty where the program ends.
+
+    A command that is a packet tells whom it `acts` on: the "current" axis, the axis that it is to "set", the
+    "interrupting" one, those of a "mask", or all ("global").  The host `reads` these values behind the words of the
+    arguments.  What is `buffered` waits for an update; `encoder` commands are meant for parts with an encoder, but
+    accepted by the others.
+
+    `role` is what the command is for, in a word that all parts share (see ROW_ROLES): texts, rules and hosts go by it.
+    """
+
+    form: str
+    name: str
+    args: tuple[Arg, ...]
+    time_us: int
+    says: str
+    where: str
+    program_us: int = 40
+    code: int = -1
+    terminated: bool = True
+    stored: bool = True
+    motion: bool = False
+    head: str = ""
+    room: int = 0
+    tail: tuple[str, ...] = ()
+    when: str = "i"
+    flow: str = "n"
+    acts: str = ""
+    reads: tuple[Arg, ...] = ()
+    buffered: bool = False
+    encoder: bool = False
+    role: str = ""
+    trust: Trust = "stated"
+
+    def __post_init__(self) -> None:
+        if self.role and self.role not in ROW_ROLES:
+            raise SheetError(f"command {self.name}: no role {self.role!r}; there are: {', '.join(ROW_ROLES)}")
+        if not self.head:
+            object.__setattr__(self, "head", self.form)
+        if self.code < 0:
+            object.__setattr__(self, "code", ord(self.form[0]))
+
+    @property
+    def data_bytes(self) -> int:
+        """How many data bytes the command has: the data count of the binary form."""
+        return sum(arg.size for arg in self.args)
+
+    @property
+    def takes(self) -> str:
+        """The names of its arguments, in words."""
+        return " and ".join(arg.name for arg in self.args) or "no argument"
+
+    @property
+    def coded(self) -> bool:
+        """Does a byte stand for the command: its opcode in the program buffer, or the head of its packet?"""
+        return self.stored or bool(self.acts)
+
+    @property
+    def size(self) -> int:
+        """How many bytes the instruction takes in the program buffer, or the host writes of a packet."""
+        return max(1 + self.data_bytes, self.room) if self.coded else 0
+
+    @property
+    def order(self) -> Order:
+        """A program buffer holds numbers low byte first; in a packet they are sent high byte first."""
+        return "big" if self.acts else "little"
+
+    @property
+    def handler(self) -> str:
+        """Name of the firmware method that performs it: do_loop for LOOP."""
+        return "do_" + self.name.lower()
+
+    def pack(self, values: Sequence[int]) -> bytes:
+        """Opcode and arguments as stored in the program buffer, or written in a packet."""
+        code, data = self.code, b""
+        for arg, value in zip(self.args, values, strict=True):
+            if arg.size:
+                data += arg.pack(value, self.order)
+            else:
+                code += value
+        return (bytes([code]) + data).ljust(self.room, b"\0")
+
+    def unpack(self, data: bytes, code: int | None = None) -> tuple[int, ...]:
+        """Argument values from their bytes; bytes that are missing count as 0.  `code`: the opcode as stored."""
+        values, at = [], 0
+        for arg in self.args:
+            if arg.size:
+                values.append(arg.unpack(data[at : at + arg.size], self.order))
+                at += arg.size
+            else:
+                values.append((self.code if code is None else code) - self.code)
+        return tuple(values)
+
+    @property
+    def codes(self) -> range:
+        """The opcodes of the instruction: several where an argument is part of it."""
+        return range(self.code, self.code + next((arg.high + 1 for arg in self.args if not arg.size), 1))
+
+
+@dataclass(frozen=True, slots=True)
+class Register:
+    """A register of the chip, by the manual's name; `letter` is the command that loads it, `unit` what it counts."""
+
+    name: str
+    bits: int
+    default: int
+    says: str
+    letter: str = ""
+    where: str = ""
+    unit: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Timing:
+    """A time of the data sheet, stated for a crystal; `ticks` is what the chip counts, whatever crystal is fitted."""
+
+    us: float
+    mhz: float
+    says: str
+    where: str
+    trust: Trust = "stated"
+
+    @property
+    def ticks(self) -> int:
+        """Whole crystal clocks (half a clock rounds up)."""
+        return int(self.us * self.mhz + 0.5)
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """A time between two edges that the data sheet prints: at least, typically, at most so long, in ps.
+
+    An edge is a pin (or the data bus) and how it changes: "falls", "rises", "changes", and of a bus "appears" and
+    "vanishes", where something begins or ceases to drive it.  What counts is an `end` with no other `end` since the
+    last `start`: of two strobes within a selection the first one ends a set-up time, the second one begins a hold time.
+    A start and an end at one instant are 0 apart; but where only what is typical is printed, the end comes first.  An
+    interval counts only if the pins have the levels of `given` at its end, and had those of `before` when it began.
+
+    `mhz` is the crystal that the time is printed for; 0: it holds with every crystal.  `keeper` must see to it: the
+    "part" itself, or the "host" and whatever else drives its inputs.  `symbol` is what the sheet calls it.
+    """
+
+    start: str
+    end: str
+    says: str
+    where: str
+    least: int | None = None
+    typical: int | None = None
+    most: int | None = None
+    symbol: str = ""
+    mhz: int = 0
+    keeper: Literal["part", "host"] = "part"
+    given: tuple[tuple[str, int], ...] = ()
+    before: tuple[tuple[str, int], ...] = ()
+    trust: Trust = "stated"
+
+    def at(self, crystal_hz: int) -> tuple[int | None, int | None, int | None]:
+        """Return at least, typically, at most with a crystal, in ps, rounded in favour of who keeps it."""
+        if not self.mhz:
+            return self.least, self.typical, self.most
+        up, down = self.mhz * 10**6, crystal_hz
+        least, typical = (None if ps is None else ps * up // down for ps in (self.least, self.typical))
+        return least, typical, None if self.most is None else -(-self.most * up // down)
+
+    @property
+    def edges(self) -> str:
+        """The two edges, in words."""
+        return f"{self.start} to {self.end}"
+
+
+class Table(Sequence[Row]):
+    """The command rows of a part, looked up by form or by the byte that stands for them."""
+
+    def __init__(self, *rows: Row) -> None:
+        self.rows = rows
+        self.by_form: dict[str, Row] = {row.form: row for row in rows}
+        self.by_code: dict[int, Row] = {code: row for row in rows if row.coded for code in row.codes}
+        if len(self.by_form) != len(rows) or len(self.by_code) != sum(len(row.codes) for row in rows if row.coded):
+            raise SheetError("two command rows share a form or an opcode")
+
+    def __getitem__(self, key):  # type: ignore[no-untyped-def]
+        return self.by_form[key] if isinstance(key, str) else self.rows[key]
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __iter__(self) -> Iterator[Row]:
+        return iter(self.rows)
+
+    def named(self, name: str) -> Row:
+        """Return the row of a command by its name, for example "LOOP"; KeyError: there is none."""
+        for row in self.rows:
+            if row.name == name.upper():
+                return row
+        raise KeyError(name)
+
+
+@dataclass(frozen=True, slots=True)
+class Bits:
+    """A field of a word that the chip keeps: `width` bits from bit `low` on; 0 stands for `first`."""
+
+    name: str
+    low: int
+    says: str
+    width: int = 1
+    first: int = 0
+
+    @property
+    def mask(self) -> int:
+        """The word with this field full of ones."""
+        return (1 << self.width) - 1 << self.low
+
+    def of(self, word: int) -> int:
+        """Return the field's value in a word."""
+        return ((word & self.mask) >> self.low) + self.first
+
+
+class Spoken(Protocol):
+    """What a sheet says of its dialect; all that a dialect can do is in language/dialect.py."""
+
+    @property
+    def name(self) -> str:
+        """What it is called: "letters", "lines", "packets"."""
+
+
+C = TypeVar("C", bound=Channel)
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """A whole data sheet: everything that tools may know about a part without running it."""
+
+    part: str
+    title: str
+    manual: str
+    pins: tuple[Pin, ...]
+    commands: Table
+    behaviour: int = 1  # counts up when the same inputs give other outputs: a journal names the one that it was made by
+    crystal_hz: int = 10**12  # without a crystal to choose, time is counted in picoseconds
+    crystal_low_hz: int = 0
+    crystal_high_hz: int = 0
+    registers: tuple[Register, ...] = ()
+    options: tuple[Option, ...] = ()
+    rates: tuple[int, ...] = ()  # steps/s of each rate parameter, at `crystal_hz`
+    times: Mapping[str, Timing] = field(default_factory=dict)
+    limits: tuple[Limit, ...] = ()
+    buffer_bytes: int = 0
+    buffer_where: str = ""
+    verify_bytes: Mapping[int, int] = field(default_factory=dict)
+    labels: str = ""
+    suffix: str = ""
+    notes: Mapping[str, str] = field(default_factory=dict)
+    dialect: Spoken | None = None  # how commands are written, sent and stored
+    channels: tuple[Channel, ...] = ()  # how a host reaches the part; the first one, unless it says otherwise
+    axes: int = 1
+    encoder: bool = False
+    wires: tuple[tuple[str, ...], ...] = ()  # pins of a part in several packages that belong together, by their names
+    foreign: tuple[str, ...] = ()  # commands of sister parts, which this part refuses as unknown
+    slips: Mapping[str, str] = field(default_factory=dict)  # by character: what to do where it was meant in another way
+    sections: Mapping[str, str] = field(default_factory=dict)  # of the manual, about what rules speak of
+    key: str = ""  # how `where` is abbreviated
+    memory_unit: str = "byte"  # what the manual counts the program memory in
+    opcodes: Trust = "stated"  # are they the manual's own?
+
+    def __repr__(self) -> str:
+        return f"<Sheet {self.part}: {len(self.pins)} pins, {len(self.commands)} commands>"
+
+    @property
+    def keeps(self) -> bool:
+        """Does the part keep something without power, in its option `store`?"""
+        return any(row.name == "store" for row in self.options)
+
+    @property
+    def enter(self) -> Row | None:
+        """The command that begins program entry; None: the part keeps no program."""
+        return next(iter(self.acting("enter")), None)
+
+    @property
+    def leave(self) -> tuple[Row, ...]:
+        """The commands that end it; the last one does nothing else, if there is one."""
+        return self.acting("leave")
+
+    @property
+    def takes_live(self) -> bool:
+        """Whether the part takes commands while its program runs: a host may pull its pin of program entry low."""
+        entry = self.role("program_entry")
+        return entry is not None and entry.way == "both"
+
+    @property
+    def bus(self) -> str:
+        """What the names of the data bus pins begin with."""
+        data = self.role("data")
+        return data.name.rstrip("0123456789") if data is not None else "db"
+
+    @property
+    def fastest(self) -> dict[str, int]:
+        """The straps of the highest rate of every channel."""
+        return {pin: level for channel in self.channels for pin, level in channel.fastest.items()}
+
+    @property
+    def plain(self) -> dict[str, int]:
+        """The straps that leave out what program files do not hold, of every channel."""
+        return {pin: level for channel in self.channels for pin, level in channel.plain.items()}
+
+    def elsewhere(self, name: str, value: object) -> str:
+        """Return what sets something that is no option of the part, such as a baud rate; empty: nothing does."""
+        return next((says for channel in self.channels if (says := channel.elsewhere(name, value))), "")
+
+    def channel(self, kind: type[C]) -> C | None:
+        """Return the channel of a kind; None: the part has none."""
+        return next((channel for channel in self.channels if isinstance(channel, kind)), None)
+
+    def acting(self, role: str) -> tuple[Row, ...]:
+        """Return the commands that have a role."""
+        return tuple(row for row in self.commands if row.role == role)
+
+    def role(self, role: str, axis: int = 1) -> Pin | None:
+        """Return the pin that has a role, on an axis if it is the role of one; None: there is none."""
+        return self._by_role.get((role, axis if role in AXIS_ROLES else 0))
+
+    def pin(self, name: str) -> Pin:
+        """Return the pin of this name; KeyError: there is none."""
+        return self._by_name[name]
+
+    @cached_property
+    def _by_name(self) -> dict[str, Pin]:
+        return {pin.name: pin for pin in reversed(self.pins)}  # of several that share a name the first
+
+    @cached_property
+    def _by_role(self) -> dict[tuple[str, int], Pin]:
+        """The first pin of each role, on each axis where the role is that of an axis."""
+        return {(pin.role, pin.axis if pin.role in AXIS_ROLES else 0): pin for pin in reversed(self.pins)}

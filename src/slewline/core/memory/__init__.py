@@ -1,0 +1,1 @@
+"""Memories: what is kept without power, and images of what a memory holds."""

@@ -1,0 +1,141 @@
+"""Images of a memory: what it holds from address 0 on, as bytes or as the text of an Intel HEX file.
+
+:10 0010 00 4E20310D2B0D470D4420323030300D4C 5F        count, address, type, data, checksum
+:00 0000 01 FF                                         the end
+
+A binary image is a dump: the bytes of the part, one behind the other.  What a HEX file leaves out reads FF, as in an
+erased part.  An image that is as long as a part of SIZES is taken for a dump of such a part.
+"""
+
+from __future__ import annotations
+
+from ...errors import BenchFileError, UsageError
+
+ERASED = 0xFF
+LARGEST = 1 << 16
+SIZES = tuple(1 << bits for bits in range(11, 17))  # of parts: 2K to 64K bytes
+DATA, END, SEGMENT, START_SEGMENT, LINEAR, START_LINEAR = range(6)  # types of records
+SHIFTS = {SEGMENT: 4, LINEAR: 16}  # what the base of later addresses is shifted by
+ROW = 16  # bytes of a record that is written
+
+
+HEX = (".hex", ".ihx", ".ihex")  # endings of Intel HEX; a file of any other name has the bytes themselves
+
+
+def named_file(owner: str, name: str) -> UsageError:
+    """Return the error that the name of a file is given as an image."""
+    return UsageError(
+        f"{owner}: image {name!r} is the name of a file, and text is taken for the content itself; give "
+        f"slewline.read_image({name!r}), or in a bench file the key file"
+    )
+
+
+def check_text(owner: str, image: object) -> None:
+    """Check that an image is no text that ends as the names of files do.
+
+    Raises:
+        UsageError: it is.
+    """
+    if isinstance(image, str) and image.lower().endswith((".bin", *HEX)):
+        raise named_file(owner, image)
+
+
+def size_of(image: bytes) -> int:
+    """Return the size of the part that an image is meant for: its own length if there is such a part, else 64K."""
+    return len(image) if len(image) in SIZES else LARGEST
+
+
+def is_hex(data: bytes) -> bool:
+    """Return whether the content of a file is text in Intel HEX: its first line begins with a colon, and ends so."""
+    first = data.lstrip()[:44].split(b"\n", 1)[0].strip()
+    return first[:1] == b":" and all(byte in b"0123456789ABCDEFabcdef" for byte in first[1:])
+
+
+def from_file(data: bytes, where: str) -> bytes:
+    """Return the image that the content of a file is: Intel HEX, else the bytes themselves.
+
+    Args:
+        where: the file, for messages.
+
+    Raises:
+        BenchFileError: more than 64K bytes, or a line that is no record; the message names it.
+    """
+    if is_hex(data):
+        return from_hex(data.decode("latin-1"), where)
+    if len(data) > LARGEST:
+        raise BenchFileError(f"{where}: an image of {len(data)} bytes; allowed {LARGEST}, sixteen address lines")
+    return data
+
+
+def from_hex(text: str, where: str) -> bytes:
+    """Return the image that a text in Intel HEX stands for, FF where it says nothing.
+
+    Args:
+        where: the file, for messages.
+
+    Raises:
+        BenchFileError: a line that is no record, an address beyond 64K, a byte given twice in two ways, or no end.
+    """
+    image, given, base = bytearray(), bytearray(), 0
+    for number, line in enumerate(text.splitlines(), 1):
+        at = f"{where}, line {number}"
+        if not line.strip():
+            continue
+        address, kind, data = _record(line.strip(), at)
+        if kind == END:
+            return bytes(image)
+        if kind in SHIFTS:
+            base = int.from_bytes(data, "big") << SHIFTS[kind]
+        elif kind == DATA:
+            _put(image, given, base + address, data, at)
+        elif kind not in (START_SEGMENT, START_LINEAR):  # where a processor would begin: a controller begins elsewhere
+            raise BenchFileError(f"{at}: a record of type {kind:02X}; allowed 00 to 05")
+    raise BenchFileError(f"{where}: no record of type 01 ends it; the file is cut off: read the part again")
+
+
+def _record(line: str, at: str) -> tuple[int, int, bytes]:
+    """Return address, type and data of a record."""
+    try:
+        record = bytes.fromhex(line[1:]) if line[0] == ":" and " " not in line else b""
+    except ValueError:
+        record = b""
+    if len(record) < 5:
+        remedy = "a colon and pairs of hexadecimal digits; bytes without addresses go into a file .bin"
+        raise BenchFileError(f"{at}: {line[:40]!r} is no record; one is {remedy}")
+    if len(record) != record[0] + 5:
+        raise BenchFileError(
+            f"{at}: {len(record) - 5} bytes of data, and the count says {record[0]}; the line is cut off"
+        )
+    if sum(record) & 0xFF:
+        right = -sum(record[:-1]) & 0xFF
+        raise BenchFileError(f"{at}: checksum {record[-1]:02X}, calculated {right:02X}; the file is damaged")
+    address, kind, data = int.from_bytes(record[1:3], "big"), record[3], record[4:-1]
+    if kind in SHIFTS and len(data) != 2:
+        raise BenchFileError(f"{at}: a base of {len(data)} bytes; allowed 2")
+    return address, kind, data
+
+
+def _put(image: bytearray, given: bytearray, address: int, data: bytes, at: str) -> None:
+    """Put the data of a record into an image; `given` marks what has been put there."""
+    end = address + len(data)
+    if end > LARGEST:
+        raise BenchFileError(f"{at}: up to address {end - 1:X}; allowed FFFF, sixteen address lines")
+    if end > len(image):
+        given.extend(bytes(end - len(image)))
+        image.extend(bytes([ERASED]) * (end - len(image)))
+    for n, byte in enumerate(data, address):
+        if given[n] and image[n] != byte:
+            raise BenchFileError(f"{at}: address {n:04X} is {byte:02X} here and {image[n]:02X} above; take out one")
+        given[n] = 1
+        image[n] = byte
+
+
+def to_hex(image: bytes) -> str:
+    """Return an image as text in Intel HEX; rows that are erased throughout are left out, but for the last one."""
+    lines = []
+    for address in range(0, len(image), ROW):
+        row = image[address : address + ROW]
+        if row.count(ERASED) < len(row) or address + ROW >= len(image):  # the last one says how long the image is
+            record = bytes([len(row), *address.to_bytes(2, "big"), DATA, *row])
+            lines.append(f":{record.hex().upper()}{-sum(record) & 0xFF:02X}\n")
+    return "".join(lines) + ":00000001FF\n"

@@ -1,0 +1,143 @@
+"""Names that a class has not, and what it has instead; and the names of those that users are meant to use.
+
+    missing(Chip, send="bench.host({it}).send(...)")
+
+    x.send          NoSuchAttribute: x has no 'send'; write bench.host(x).send(...)
+
+A missing name is a descriptor of the class and not the work of a `__getattr__`, which would make every look-up of a
+name that is there slower.  `hasattr` says no, `dir` leaves it out, and an attribute of the instance goes before it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from functools import partial
+from types import MappingProxyType
+from typing import Any, ClassVar, NoReturn
+
+from ...errors import NoSuchAttribute
+
+OURS = "slewline."
+CALL = re.compile(r"[\w.{}\[\]]+(\([^()]*\))?")  # a remedy that is no more than that
+
+
+def has_none(one: object, name: str, remedy: str) -> NoSuchAttribute:
+    """Return the error that something has no such attribute.
+
+    Args:
+        remedy: what to write instead; "{it}" stands for the name of what is asked, or of its class.
+    """
+    it = called(one)
+    return NoSuchAttribute(f"{it} has no {name!r}; {remedy.format(it=it)}")
+
+
+def called(one: object) -> str:
+    """Return what something is called in a message: by its name, or its class."""
+    if isinstance(one, type):
+        return one.__name__
+    own = getattr(one, "__dict__", {})
+    return str(own.get("name") or getattr(one, "called", "") or type(one).__name__.lower())
+
+
+class Instead:
+    """A name that a class has not."""
+
+    def __init__(self, name: str, remedy: str) -> None:
+        self.name, self.remedy = name, remedy
+
+    def __get__(self, one: object, cls: type | None = None) -> NoReturn:
+        raise has_none(cls if one is None else one, self.name, self.remedy)
+
+
+NOTHING = Instead("", "")
+
+
+class Never(Instead):
+    """A name that a class has not, and that no object of it may be given."""
+
+    def __init__(self, name: str, remedy: str, to_set: str) -> None:
+        super().__init__(name, remedy)
+        self.to_set = to_set
+
+    def __set__(self, one: object, value: object) -> NoReturn:
+        raise has_none(one, self.name, self.to_set)
+
+
+def _has(cls: type, name: str) -> bool:
+    return any(
+        name in getattr(base, "__annotations__", ()) or not isinstance(vars(base).get(name, NOTHING), Instead)
+        for base in cls.__mro__
+    )
+
+
+def missing(cls: type, to_set: str | None = None, /, **instead: str) -> None:
+    """Say what a class has instead of some names: what to write, or a clause that ends in it.
+
+    A name that the class has, or is annotated to be one of its objects, is left alone.
+
+    Args:
+        to_set: what to do instead of setting one, "" for the same as instead of reading it; by default objects may have
+            an attribute of the name.
+    """
+    for name, remedy in instead.items():
+        if not _has(cls, name):
+            alone = CALL.fullmatch(remedy) is not None
+            says = f"write {remedy}" if alone else remedy
+            setattr(cls, name, Instead(name, says) if to_set is None else Never(name, says, to_set or says))
+
+
+class Face:
+    """Something that users hold in their hands: `dir` lists what is meant for them.
+
+    That are the names in `for_users` of its classes, and all public ones of classes from outside slewline.
+    """
+
+    for_users: ClassVar[tuple[str, ...]] = ()
+    to_set: ClassVar[Mapping[str, str]] = MappingProxyType({})  # what to do instead of setting a property
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        super().__init_subclass__(**keywords)
+        for name, own in [*vars(cls).items()]:  # a property with a setter is read as fast as one without
+            if type(own) is property and own.fset is None and not name.startswith("_"):
+                setattr(cls, name, own.setter(partial(_not_set, name)))
+
+    def __dir__(self) -> Iterable[str]:
+        found = {name for name in super().__dir__() if name.startswith("_")}
+        for base in type(self).__mro__:
+            own: dict[str, Any] = dict(vars(base))
+            found.update(own.get("for_users", ()))
+            if not base.__module__.startswith((OURS, "builtins")):
+                found.update(name for name in own if not isinstance(own[name], Instead))
+        return sorted(found)
+
+
+def _not_set(name: str, one: Face, _value: object) -> NoReturn:
+    it = called(one)
+    remedy = one.to_set.get(name, f"{it}.{name} is only read")
+    raise NoSuchAttribute(f"{it}: {name} cannot be set; {remedy.format(it=it)}")
+
+
+OF_CHIPS = {
+    **dict.fromkeys(("send", "write"), "bench.host({it}).send(...)"),
+    **dict.fromkeys(("move", "go", "load"), "a host sends the command: bench.host({it}).send(...)"),
+    **dict.fromkeys(("ask", "query"), "bench.host({it}).ask(...)"),
+    "command": "bench.host({it}) makes the host that sends commands",
+    "velocity": '{it}.velocity_at("3 ms"), or {it}.velocity_at(bench.now)',
+    "speed": '{it}.velocity_at("3 ms"), or {it}.velocity_at(bench.now)',
+    "edges": 'bench.record() before time passes, then bench.edges("{it}.PIN")',
+    "record": "bench.record() records the pins of all chips",
+    **dict.fromkeys(("plot", "figure", "show"), "bench.plot(...) draws what is on it"),
+    **dict.fromkeys(
+        ("on_step", "on_move", "on_motion"),
+        "{it}.on_motion_begin.add(...) hears of motions, {it}.steps() has every step",
+    ),
+    "crystal": "{it}.crystal_hz",
+    "part": "{it}.sheet.part",
+    "straps": "{it}.pin(...).level tells the level of an input",
+    "errors": "{it}.findings",
+    "status": "{it}.waiting",
+    **dict.fromkeys(
+        ("wait", "run_until_idle", "run_until", "sleep", "now"), "time is the bench's: bench.run_until_idle()"
+    ),
+}

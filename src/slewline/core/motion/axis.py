@@ -1,0 +1,504 @@
+"""Where a motor is: the position register of one axis, exact at every instant, and its whole past.
+
+The past is a list of stretches, each following one train; undisturbed travel of any length is one stretch.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from operator import attrgetter, itemgetter
+from typing import TYPE_CHECKING, NamedTuple, overload
+
+from ...errors import NoSuchStep, UsageError
+from ..messages.whole import whole
+from ..time.hook import Hook
+from ..time.kernel import Kernel
+from ..time.timebase import readable
+from .kept import Kept
+from .motions import Mark, Motions, MotionStart
+from .plan import Plan
+from .train import FEW, Playing, Train
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+class Step(NamedTuple):
+    """One step: its instant, +1 clockwise or -1 counter-clockwise, and the position behind it."""
+
+    time_ps: int
+    direction: int
+    position: int
+
+
+@dataclass(frozen=True, eq=False)
+class Steps:
+    """Steps of a chip, one element each, in the order of time; `steps[0]` is a `Step`, `steps[:10]` the first ten.
+
+    `times_ps`: instants, (n,) int64 ps; `directions`: (n,) int8, +1 clockwise, -1 counter-clockwise; `positions`: after
+    each step, (n,) int64.
+    """
+
+    times_ps: NDArray[np.int64]
+    directions: NDArray[np.int8]
+    positions: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.times_ps)
+
+    @overload
+    def __getitem__(self, which: int) -> Step: ...
+    @overload
+    def __getitem__(self, which: slice) -> Steps: ...
+    def __getitem__(self, which: int | slice) -> Step | Steps:
+        if not isinstance(which, slice):
+            return self._step(which)
+        return Steps(self.times_ps[which], self.directions[which], self.positions[which])
+
+    def _step(self, which: int) -> Step:
+        count = len(self)
+        if whole(which) is None:
+            raise UsageError(
+                f"steps[{which!r}]: allowed a whole number, or a slice such as [:10]; arrays are steps.times_ps, "
+                "steps.directions and steps.positions"
+            )
+        if not -count <= which < count:
+            says = f"there are {count}, 0 to {count - 1}, and -1 is the last" if count else "there are none"
+            raise NoSuchStep(f"steps[{which}]: {says}")
+        return Step(int(self.times_ps[which]), int(self.directions[which]), int(self.positions[which]))
+
+    __hash__ = None  # type: ignore[assignment]  # arrays can change
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Steps):
+            return NotImplemented
+        names = ("times_ps", "directions", "positions")
+        return all(getattr(self, name).tolist() == getattr(other, name).tolist() for name in names)
+
+    def __repr__(self) -> str:
+        if not len(self):
+            return "<Steps: none>"
+        first, last = self[0], self[-1]
+        between = (
+            f"{readable(first.time_ps)} to {readable(last.time_ps)}, positions {first.position} to {last.position}"
+        )
+        return f"<Steps: {len(self)}, {between}>"
+
+
+@dataclass(slots=True)
+class Stretch:
+    """A stretch of travel: from an instant on, `playing` moves the axis by `sign` a step, starting from `travel`.
+
+    `count` is `travel` without those steps that the position register did not count; it counts `counts` a step.  A
+    train that plays a plan from one of its steps on tells of both.  Where a motion is cut off, its step in progress is,
+    too: from `halted` on the motor stands.
+    """
+
+    start: int
+    travel: int
+    count: int
+    sign: int
+    counts: int
+    playing: Playing | None
+    plan: Plan | None = None
+    step: int = 0
+    halted: int | None = None
+
+    def phases(self) -> Iterator[tuple[int, int, str]]:
+        """Yield the legs of the plan that are played: begin and end in ps, and the name."""
+        if self.playing is None or self.plan is None:
+            return
+        train, until = self.playing.train, self.playing.until
+        for leg in self.plan.legs:
+            begin, end = (train.clock.ps(train.begin(max(k - self.step, 0))) for k in (leg.first, leg.end))
+            if until is not None:
+                end = min(end, until)
+            if begin < end:
+                yield begin, end, leg.name
+
+
+_start = attrgetter("start")
+
+
+class Axis:
+    """Position of one motor: exact at every instant, through the bounded promise, and its whole past.
+
+    `travel` counts steps without wrap-around; `position` is the register, which holds one of `positions` and wraps.
+    A motion may leave the register alone.
+    """
+
+    def __init__(self, kernel: Kernel, positions: range, position: int) -> None:
+        self.kernel, self.positions = kernel, positions
+        self.modulus, self.low = len(positions), positions[0]
+        self.offset = position - self.low  # position - low = offset + counted, modulo
+        self.past = [Stretch(0, 0, 0, 1, 1, None)]
+        self.offsets = [(0, self.offset)]
+        self.on_change: Hook[[]] = Hook()  # another train is followed, or the register was loaded
+        self.on_forget: Hook[[int]] = Hook()  # the past before an instant is dropped
+        self.kept = Kept()
+        self.forgotten = 0  # steps of the past that is not kept
+        self.log = Motions(kernel, self.stands, self.halt)  # what a chip tells of its motions
+
+    @property
+    def travel(self) -> int:
+        """Net steps, clockwise positive, since time 0 up to the last committed instant; it does not wrap."""
+        now = self.past[-1]
+        return now.travel + (now.sign * now.playing.begun(self.kernel.seen) if now.playing is not None else 0)
+
+    @property
+    def counted(self) -> int:
+        """Net steps counted by the position register (homing steps excluded), since time 0."""
+        now = self.past[-1]
+        return now.count + (now.counts * now.playing.begun(self.kernel.seen) if now.playing is not None else 0)
+
+    @property
+    def position(self) -> int:
+        """The position register at the last committed instant."""
+        return self.low + (self.offset + self.counted) % self.modulus
+
+    @property
+    def moving(self) -> bool:
+        """Does the present promise have steps to come?"""
+        now = self.past[-1].playing
+        return now is not None and now.begun(1 << 80) > now.begun(self.kernel.seen)
+
+    def load(self, position: int) -> None:
+        """Set the position register, now.
+
+        Args:
+            position: one of `positions`; any other wraps into them.
+        """
+        self.offset = (position - self.low - self.counted) % self.modulus
+        if self.offsets[-1][0] == self.kernel.now:
+            self.offsets[-1] = (self.kernel.now, self.offset)
+        else:
+            self.offsets.append((self.kernel.now, self.offset))
+        if self.on_change.listeners:
+            self.on_change()
+
+    def follow(
+        self, playing: Playing | None, sign: int, counted: bool = True, plan: Plan | None = None, step: int = 0
+    ) -> None:
+        """Follow a train from this instant on; what was played before stays as it is.
+
+        Args:
+            playing: the train, and the instant up to which it counts.
+            sign: 1 clockwise, -1 counter-clockwise.
+            counted: False: the position register does not count these steps.
+            plan, step: what the train plays, and the step of it (from 0) that is the first of the train.
+        """
+        counts = sign if counted else 0
+        self.past.append(Stretch(self.kernel.now, self.travel, self.counted, sign, counts, playing, plan, step))
+        if len(self.past) > self.kept.full:
+            self.forget(self.kept.bound(self.past, self.kernel.now))
+            self.kept.dropped(len(self.past))
+        if self.on_change.listeners:
+            self.on_change()
+
+    def stands(self) -> tuple[int, int]:
+        """Return the position register and the travel at this instant, steps of this instant included."""
+        now, stretch = self.kernel.now, self.past[-1]
+        begun = stretch.playing.begun(now) if stretch.playing is not None else 0
+        position = self.low + (self.offset + stretch.count + stretch.counts * begun) % self.modulus
+        return position, stretch.travel + stretch.sign * begun
+
+    def halt(self) -> None:
+        """Cut off the step in progress, if there is one: from now on the motor stands."""
+        if self.past[-1].halted is None:
+            self.past[-1].halted = self.kernel.now
+
+    def arrives(self, position: int) -> int | None:
+        """Return when the present promise reaches a position (ps); None if it does not."""
+        time, playing = self.would_arrive(position), self.past[-1].playing
+        if time is None or playing is None or (playing.until is not None and time >= playing.until):
+            return None
+        return time
+
+    def would_arrive(self, position: int) -> int | None:
+        """Return when the present train reaches a position if nothing interferes (ps); None if it does not."""
+        now = self.past[-1]
+        if now.playing is None or not now.counts:
+            return None
+        train = now.playing.train
+        begun = now.playing.begun(self.kernel.seen)
+        missing = (position - self.position) * now.sign % self.modulus or self.modulus
+        step = begun + missing - 1
+        return train.clock.ps(train.begin(step)) if step < train.steps else None
+
+    @property
+    def since(self) -> int:
+        """The instant from which on the past is kept, in ps."""
+        first = self.past[0].start
+        return first if self.kept.ps is None else max(first, self.kernel.seen - self.kept.ps)
+
+    def check_kept(self, start: int) -> None:
+        """Check that the past is kept from an instant on (ps).
+
+        Raises:
+            NotRecorded: it is not.
+        """
+        if start < self.since:
+            raise self.kept.refusal(start, self.since)
+
+    @property
+    def made(self) -> int:
+        """How many steps the motor has made since time 0."""
+        return self.forgotten + self.count(self.past[0].start, self.kernel.now)
+
+    def forget(self, before: int) -> None:
+        """Drop the past before an instant (ps)."""
+        keep = next((i for i in range(len(self.past) - 1, 0, -1) if self.past[i].start <= before), 0)
+        if keep:
+            self.forgotten += self.count(self.past[0].start, self.past[keep].start - 1)
+        del self.past[:keep]
+        in_force = bisect_right(self.offsets, self.past[0].start, key=itemgetter(0)) - 1
+        del self.offsets[: max(in_force, 0)]
+        self.log.forget(before)
+        self.on_forget(before)
+
+    def motions(self, start: int, stop: int) -> list[MotionStart]:
+        """Return the motions that begin at start <= t <= stop, in ps."""
+        self.check_kept(start)
+        return self.log.starts(start, stop)
+
+    def marks(self, start: int, stop: int) -> list[Mark]:
+        """Return what has happened to the axis at start <= t <= stop, in ps, besides motions that begin."""
+        self.check_kept(start)
+        return self.log.marks(start, stop)
+
+    def phases(self, start: int, stop: int) -> list[tuple[int, int, str]]:
+        """Return the legs of plans that are played between two instants (ps), cut off at both.
+
+        Returns:
+            Begin and end in ps, and the name; neighbours of one name are one.
+        """
+        self.check_kept(start)
+        found: list[tuple[int, int, str]] = []
+        first = max(bisect_left(self.past, start, key=_start) - 1, 0)
+        for stretch in self.past[first : bisect_right(self.past, stop, key=_start)]:
+            for begin, end, name in stretch.phases():
+                if begin >= stop or end <= start:
+                    continue
+                if found and found[-1][1:] == (max(begin, start), name):
+                    begin = found.pop()[0]
+                found.append((max(begin, start), min(end, stop), name))
+        return found
+
+    def played(self, start: int, stop: int) -> Iterator[tuple[Stretch, Train, int, int]]:
+        """Yield the stretches with steps at start <= t <= stop (ps), each with its train and its steps a ... b-1."""
+        first = max(bisect_left(self.past, start, key=_start) - 1, 0)
+        for stretch in self.past[first : bisect_right(self.past, stop, key=_start)]:
+            if stretch.playing is not None:
+                train = stretch.playing.train
+                a, b = train.begun(start - 1), train.begun(stretch.playing.bounded(stop))
+                if b > a:
+                    yield stretch, train, a, b
+
+    def count(self, start: int, stop: int) -> int:
+        """Return how many steps there are at start <= t <= stop (ps)."""
+        return sum(b - a for _, _, a, b in self.played(start, stop))
+
+    def times(self, start: int, stop: int, out: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
+        """Return the instants of the steps at start <= t <= stop: (n,) int64 ps, ascending.
+
+        Args:
+            start, stop: ps.
+            out: a buffer of that length or longer, whose beginning is returned.
+        """
+        import numpy as np
+
+        played = list(self.played(start, stop))
+        count = sum(b - a for _, _, a, b in played)
+        out = np.empty(count, np.int64) if out is None else out[:count]
+        at = 0
+        for _, train, a, b in played:
+            train.begins(a, b, out[at:])
+            at += b - a
+        return out
+
+    def steps(self, start: int, stop: int) -> Steps:
+        """Return the steps at start <= t <= stop (ps)."""
+        import numpy as np
+
+        self.check_kept(start)
+        times = self.times(start, stop)
+        directions, positions = np.empty(len(times), np.int8), np.empty(len(times), np.int64)
+        at = 0
+        for stretch, _, a, b in self.played(start, stop):
+            directions[at : at + b - a] = stretch.sign
+            positions[at : at + b - a] = stretch.count + stretch.counts * np.arange(a + 1, b + 1)
+            at += b - a
+        since, offsets = zip(*self.offsets, strict=True)
+        positions += np.repeat(offsets, np.diff(np.searchsorted(times, since), append=len(times)))
+        positions %= self.modulus
+        positions += self.low
+        return Steps(times, directions, positions)
+
+    def position_at(self, ps: int) -> int:
+        """Return the position register at one instant of the past (ps)."""
+        self.check_kept(ps)
+        stretch = self.past[max(bisect_right(self.past, ps, key=_start) - 1, 0)]
+        count = stretch.count + (stretch.counts * stretch.playing.begun(ps) if stretch.playing is not None else 0)
+        since = max(bisect_right(self.offsets, ps, key=lambda offset: offset[0]) - 1, 0)
+        return self.low + (self.offsets[since][1] + count) % self.modulus
+
+    def _instants(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
+        import numpy as np
+
+        at = np.asarray(times)
+        if at.dtype.kind not in "iu" or (at.size and int(at.max()) > self.kernel.now):
+            raise UsageError(
+                f"instants of the past are int64 picoseconds up to {self.kernel.now}, not {at.dtype} or later ones"
+            )
+        if self.since and at.size:
+            self.check_kept(int(at.min()))
+        return at
+
+    def positions_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the position register at many instants of the past (int64 ps): int64, shape as `times`."""
+        return self.low + self.unwrapped_at(times) % self.modulus
+
+    def unwrapped_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the register at many instants (int64 ps), counted on beyond its ends, 0 being its low end: int64."""
+        import numpy as np
+
+        at = self._instants(times)
+        ends = (int(at.min()), int(at.max())) if at.size else (0, 0)
+        first, last = (max(bisect_right(self.past, ps, key=_start) - 1, 0) for ps in ends)
+        order = np.argsort(at, axis=None, kind="stable") if last > first else slice(None)
+        instants = at.ravel()[order]
+        since, offsets = np.array(self.offsets, np.int64).T
+        found = offsets[np.maximum(np.searchsorted(since, instants, side="right") - 1, 0)]
+        few = instants.tolist() if at.size < FEW * (last - first) else None  # to each stretch: arrays cost more
+        for number, group in _groups(instants, [stretch.start for stretch in self.past[first : last + 1]]):
+            stretch = self.past[first + number]
+            playing, count, counts = stretch.playing, stretch.count, stretch.counts
+            if playing is None or not counts:
+                found[group] += count
+            elif few is not None:
+                found[group] += [count + counts * playing.begun(ps) for ps in few[group]]
+            else:
+                found[group] += count + counts * playing.begun_many(instants[group])
+        out = np.empty(at.size, np.int64)
+        out[order] = found
+        return out.reshape(at.shape)
+
+    def turns(self, start: int, stop: int) -> list[int]:
+        """Return the instants at start <= t <= stop (ps) at which another train begins, or the register is loaded.
+
+        Between two of them the register only rises, or only falls, if it does not wrap.
+        """
+        first, last = bisect_left(self.past, start, key=_start), bisect_right(self.past, stop, key=_start)
+        loads = {since for since, _ in self.offsets if start <= since <= stop}
+        return sorted(loads.union(stretch.start for stretch in self.past[first:last]))
+
+    def loads(self, start: int, stop: int) -> list[int]:
+        """Return the instants at start < t <= stop (ps) at which the register was loaded."""
+        return [since for since, _ in self.offsets[1:] if start < since <= stop]
+
+    def reached(self, unwrapped: int, ps: int) -> int:
+        """Return when the train in force at an instant (ps) brings the register to a value, as `unwrapped_at` counts.
+
+        It is a value that the register comes to, by counting, from somewhere else.
+        """
+        stretch = self.past[max(bisect_right(self.past, ps, key=_start) - 1, 0)]
+        offset = self.offsets[max(bisect_right(self.offsets, ps, key=itemgetter(0)) - 1, 0)][1]
+        assert stretch.playing is not None
+        train = stretch.playing.train
+        return train.clock.ps(train.begin((unwrapped - offset - stretch.count) * stretch.counts - 1))
+
+    # -------------------------------------------------------------------------------------------------------- velocity
+    def driven(self, start: int, stop: int) -> list[tuple[int, int, int, Playing]]:
+        """Return the trains that say the velocity at start <= t <= stop (ps), in the order of time.
+
+        A step in progress lasts until its end, or until the next train moves the axis; one that is cut off does not:
+        from there on the direction is 0.
+
+        Returns:
+            For each: from which instant on, before which one (ps), direction, and train.
+        """
+        self.check_kept(start)
+        found: list[tuple[int, int, int, Playing]] = []
+        end = stop + 1
+        for number in range(bisect_right(self.past, stop, key=_start) - 1, -1, -1):
+            stretch = self.past[number]
+            playing = stretch.playing
+            if playing is not None and (moves := playing.moves) is not None and moves < end:
+                halted = end if stretch.halted is None else max(stretch.halted, moves)
+                if halted < end:
+                    found.append((max(halted, start), end, 0, playing))
+                    end = halted
+                if max(moves, start) < end:
+                    found.append((max(moves, start), end, stretch.sign, playing))
+                end = moves
+                if moves <= start:
+                    break
+        return found[::-1]
+
+    def velocities(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Return the velocities at start <= t <= stop (ps).
+
+        Returns:
+            Instants of every change (n,) int64 ps, ascending, the first is `start`; steps/s (n,) float64 from each to
+                the next.
+        """
+        import numpy as np
+
+        at, what = [np.array([start])], [np.zeros(1)]
+        for since, end, sign, playing in self.driven(start, stop):
+            times, speeds = playing.velocities(since, end - 1)
+            at.append(times)
+            what.append(sign * speeds + 0.0)  # rest is no negative zero
+        return staircase(np.concatenate(at), np.concatenate(what))
+
+    def velocity_at(self, ps: int) -> float:
+        """Return the velocity at one instant of the past (ps), in steps/s."""
+        return float(self.velocities(ps, ps)[1][-1])
+
+    def velocities_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the velocities at many instants of the past (int64 ps): float64 steps/s, shape as `times`."""
+        import numpy as np
+
+        at = self._instants(times)
+        order = np.argsort(at, axis=None, kind="stable")
+        instants = at.ravel()[order]
+        found = np.zeros(at.size)
+        if at.size:
+            driven = self.driven(int(instants[0]), int(instants[-1]))
+            first = int(np.searchsorted(instants, driven[0][0])) if driven else at.size
+            for number, group in _groups(instants[first:], [since for since, *_ in driven]):
+                _, _, sign, playing = driven[number]
+                asked = instants[first:][group]
+                changes, speeds = playing.velocities(int(asked[0]), int(asked[-1]))
+                found[first:][group] = sign * speeds[np.searchsorted(changes, asked, side="right") - 1] + 0.0
+        out = np.empty(at.size)
+        out[order] = found
+        return out.reshape(at.shape)
+
+
+def staircase(times: NDArray[np.int64], values: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return the changes only: of equal instants the last one, of equal neighbours the first one."""
+    import numpy as np
+
+    last = np.append(times[1:] != times[:-1], True)
+    times, values = times[last], values[last]
+    changed = np.append(True, values[1:] != values[:-1])
+    return times[changed], values[changed]
+
+
+def _groups(instants: NDArray[np.int64], starts: list[int]) -> Iterator[tuple[int, slice]]:
+    """Which of some ascending instants lie behind which of some starts: the number of a start, and a slice of instants.
+
+    What lies before the first start counts as behind it.
+    """
+    import numpy as np
+
+    which = np.maximum(np.searchsorted(np.array(starts, np.int64), instants, side="right") - 1, 0)
+    ends = np.append(np.flatnonzero(which[1:] != which[:-1]) + 1, len(which)) if len(which) else which
+    begin = 0
+    for end in ends.tolist():
+        yield int(which[begin]), slice(begin, end)
+        begin = end

@@ -1,0 +1,226 @@
+"""Values over time, as they come, and the quantities that parts make of what they know.
+
+    value      ______            ______         a history: each value holds until the next one
+         _____|      |__________|
+         note  note   note       note           at, changes: exact, at any instant of the past
+
+A part that is told of every change notes it.  One that can work out any instant of its past keeps no history: it makes
+a quantity of two functions.
+"""
+
+from __future__ import annotations
+
+from array import array
+from bisect import bisect_right
+from collections.abc import Callable, Iterator
+from math import nan
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from ...errors import UsageError
+from ..time.timebase import readable
+from .quantity import POINTS, Outline, Quantity, column_edges, exceeds, thinned
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from ..time.kernel import Kernel
+
+    Values: TypeAlias = Callable[[NDArray[np.int64]], NDArray[np.float64]]
+    Changes: TypeAlias = Callable[[int, int], tuple[NDArray[np.int64], NDArray[np.float64]]]
+    Turns: TypeAlias = Callable[[int, int], list[int]]
+
+
+KEPT = 1 << 20  # changes, at least; up to twice as many are there
+LOOK_BACK_PS = 10**9  # for the last point of a line; farther when there is none
+
+
+class Staircase(Quantity):
+    """A quantity of a part that knows its past: each value holds until the next one.
+
+    Args:
+        kernel: whose last committed instant is the last one that can be asked for.
+        name, unit: as a picture and a waveform file show them.
+        values: the values at instants of the past: float64, shape as the int64 ps that it is given, in any order.
+        changes: every change at start < t <= stop: (n,) int64 ps, ascending, and (n,) float64.
+        from_zero: a picture shows how far it is from zero.
+        turns: of a count, where at start <= t <= stop it may turn round or jump; between two of them it only rises, or
+            only falls, by 1 at a time.  A picture of a long time then asks for few of its changes.
+    """
+
+    held = True
+
+    def __init__(
+        self,
+        kernel: Kernel,
+        name: str,
+        unit: str,
+        values: Values,
+        changes: Changes,
+        *,
+        from_zero: bool = True,
+        turns: Turns | None = None,
+    ) -> None:
+        self.kernel, self.name, self.unit, self.from_zero = kernel, name, unit, from_zero
+        self._values, self._changes, self._turns = values, changes, turns
+
+    def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the values at instants of the past (ps), any order: float64, shape as `times_ps`."""
+        last = int(times_ps.max(initial=0))
+        if last > self.kernel.now:
+            raise UsageError(f"{self.name}: {readable(last)} is still to come; it is {readable(self.kernel.now)}")
+        return self._values(times_ps)
+
+    def changes(self, start: int, stop: int) -> Outline:
+        """Return every change at start < t <= stop (ps), the value at `start` before them."""
+        import numpy as np
+
+        times, values = self._changes(start, min(stop, self.kernel.now))
+        first = self._values(np.array([start]))
+        return Outline(np.append(start, times), np.append(first, values))
+
+    def outline(self, start: int, stop: int, columns: int) -> Outline:
+        """Return what a picture of so many columns shows of start <= t <= stop (ps)."""
+        import numpy as np
+
+        if self._turns is None:
+            return thinned(self.changes(start, stop), start, stop, columns)
+        stop = min(stop, self.kernel.now)
+        turns = np.array([start, *self._turns(start + 1, stop), stop + 1], np.int64)
+        passed = np.abs(self._values(turns[1:] - 1) - self._values(turns[:-1])).astype(np.int64)
+        if not exceeds(passed.tolist(), POINTS * columns):
+            return thinned(self.changes(start, stop), start, stop, columns)
+        edges = np.array(column_edges(start, stop, columns))
+        times = np.unique(np.concatenate([turns[:-1], turns[1:] - 1, edges, edges - 1]))
+        times = times[times >= start]
+        return thinned(Outline(times, self._values(times)), start, stop, columns)
+
+
+class Lines(Staircase):
+    """A quantity that goes straight from point to point: what a part has integrated.
+
+    `changes` are the points at which the lines bend; a jump is two points at one instant.  In a waveform file, which
+    knows no lines, each value holds until the next point.
+    """
+
+    held = False
+
+    def changes(self, start: int, stop: int) -> Outline:
+        """Return every change at start < t <= stop (ps), the value at `start` before them."""
+        import numpy as np
+
+        stop = min(stop, self.kernel.now)
+        times, values = super().changes(start, stop)
+        if times[-1] < stop:
+            times, values = np.append(times, stop), np.append(values, self._values(np.array([stop])))
+        return Outline(times, values)
+
+    def staircase(self, start: int, stop: int) -> Outline:
+        """Return every point at start < t <= stop (ps), each value held until the next one."""
+        import numpy as np
+
+        times, values = self._changes(start, min(stop, self.kernel.now))
+        return Outline(np.append(start, times), np.append(self._point_before(start), values))
+
+    def _point_before(self, ps: int) -> float:
+        """The value at the last point up to an instant."""
+        import numpy as np
+
+        back = LOOK_BACK_PS
+        while True:
+            values = self._changes(max(ps - back, -1), ps)[1]
+            if len(values) or back > ps:
+                return float(values[-1] if len(values) else self._values(np.array([0]))[0])
+            back *= 16
+
+
+class History:
+    """Values as they come, 16 bytes each: the latest `KEPT` at least, so that an endless run has room.
+
+    What came before those that are kept is NaN.
+
+    Args:
+        value: before the first change.
+        since: the first instant that is known (ps); an earlier one is answered by the same value.
+    """
+
+    def __init__(self, value: float = 0.0, since: int = 0) -> None:
+        self._times, self._held = array("q", [since]), array("d", [value])
+        self._forgotten = 0  # the instant before which nothing is known any more
+
+    def __len__(self) -> int:
+        return len(self._times)
+
+    def __iter__(self) -> Iterator[tuple[int, float]]:
+        """From when on (ps) which value holds, those that are kept, in order."""
+        return zip(self._times, self._held, strict=True)
+
+    @property
+    def last(self) -> float:
+        """The value that came last."""
+        return self._held[-1]
+
+    def note(self, ps: int, value: float) -> None:
+        """Note the value from an instant on (ps), not before the one noted last; the last one of an instant counts."""
+        times, held = self._times, self._held
+        if times[-1] == ps:
+            held[-1] = value
+            if len(held) > 1 and held[-2] == value:  # back again within the instant
+                del times[-1], held[-1]
+        elif held[-1] != value:
+            times.append(ps)
+            held.append(value)
+            self._bound()
+
+    def note_many(self, times_ps: Any, values: Any) -> None:
+        """Note many values: ascending instants in ps, all later than the last one noted; two lists, or two arrays."""
+        if isinstance(times_ps, list):
+            self._times.extend(times_ps)
+            self._held.extend(values)
+        else:
+            import numpy as np
+
+            self._times.frombytes(np.asarray(times_ps, np.int64).tobytes())
+            self._held.frombytes(np.asarray(values, np.float64).tobytes())
+        self._bound()
+
+    def _bound(self) -> None:
+        if len(self._times) > 2 * KEPT:
+            self.forget(self._times[-KEPT])
+
+    def at(self, ps: int) -> float:
+        """Return the value at one instant; NaN before what is kept."""
+        if ps < self._forgotten:
+            return nan
+        return self._held[max(bisect_right(self._times, ps) - 1, 0)]
+
+    def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the values at instants in any order: float64, shape as `times_ps`; NaN before what is kept."""
+        import numpy as np
+
+        times, held = np.array(self._times), np.array(self._held)
+        found: NDArray[np.float64] = held[np.maximum(np.searchsorted(times, times_ps, side="right") - 1, 0)]
+        found[times_ps < self._forgotten] = nan
+        return found
+
+    def changes(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Return the changes at start < t <= stop that are kept: (n,) int64 ps, and (n,) float64 values from there on.
+
+        Where what is kept begins, the value begins anew.
+        """
+        import numpy as np
+
+        start = max(start, min(self._forgotten - 1, stop))
+        part = slice(bisect_right(self._times, start), bisect_right(self._times, stop))
+        return np.array(self._times[part], np.int64), np.array(self._held[part], np.float64)
+
+    def forget(self, before: int) -> None:
+        """Drop what lies before an instant, but for the value that holds there."""
+        first = max(bisect_right(self._times, before) - 1, 0)
+        if first:
+            del self._times[:first], self._held[:first]
+            self._forgotten = self._times[0]
+
+    def quantity(self, kernel: Kernel, name: str, unit: str, *, from_zero: bool = True) -> Staircase:
+        """Return the history as a quantity."""
+        return Staircase(kernel, name, unit, self.values_at, self.changes, from_zero=from_zero)

@@ -1,0 +1,142 @@
+r"""The ideal of a motion: the law of a part over continuous time, without the rounding to steps, clocks or cycles.
+
+velocity   ______
+          /|    |\        pieces in which the jerk is constant: a trapezoid has three, an S-curve seven, a table of
+        _/ |    | \_      rates one between each pair of entries
+  piece 0  | 1  |  2
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from math import sqrt
+from typing import TYPE_CHECKING, NamedTuple
+
+from ..time.timebase import PS_PER_S
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+class IdealPiece(NamedTuple):
+    """A time in which the jerk is constant; velocity and acceleration are those at its begin.
+
+    In seconds and steps; what comes before decides the position, not the velocity: that may jump.
+    """
+
+    seconds: float
+    velocity: float
+    acceleration: float = 0.0
+    jerk: float = 0.0
+
+
+class Ideal:
+    """A law of motion over time, from `start` to `stop` (ps): before and after it the position rests.
+
+    Args:
+        start: ps.
+        position: there, in steps; positive is clockwise, and nothing wraps.
+        pieces: one or more, in the order of time, `sign` being the direction of positive velocities.
+    """
+
+    def __init__(self, start: int, position: float, pieces: Iterable[IdealPiece], sign: int = 1) -> None:
+        import numpy as np
+
+        self.start = start
+        table = np.array([*pieces], np.float64).reshape(-1, 4)
+        self._lasts = table[:, 0]
+        self._begins = np.append(0.0, np.cumsum(self._lasts))  # seconds since start
+        v, a, j = sign * table[:, 1:].T
+        t = self._lasts
+        self._v, self._a, self._j = v, a, j
+        self._x = position + np.append(0.0, np.cumsum(((j * t / 6 + a / 2) * t + v) * t))
+        self.stop = start + round(float(self._begins[-1]) * PS_PER_S)
+        self.interrupted = False  # the motion went another way at `stop`
+
+    def until(self, stop: int) -> Ideal:
+        """Return the ideal of a motion that was interrupted at an instant; itself, if it was over by then."""
+        if stop >= self.stop:
+            return self
+        cut: Ideal = object.__new__(type(self))
+        cut.__dict__.update(self.__dict__)
+        cut.stop, cut.interrupted = max(stop, self.start), True
+        return cut
+
+    @property
+    def bends(self) -> NDArray[np.int64]:
+        """The instants at which acceleration or jerk may change, from start to stop: (m,) int64 ps, ascending."""
+        import numpy as np
+
+        at = self.start + np.rint(self._begins * PS_PER_S).astype(np.int64)
+        return np.append(at[at < self.stop], self.stop)
+
+    def _pieces(self, times_ps: NDArray[np.int64]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+        """Return in which piece each instant lies, and how many seconds behind its begin."""
+        import numpy as np
+
+        seconds = (np.clip(np.asarray(times_ps, np.int64), self.start, self.stop) - self.start) / PS_PER_S
+        which = np.searchsorted(self._begins[:-1], seconds, side="right") - 1
+        which = np.clip(which, 0, len(self._lasts) - 1)
+        return which, np.minimum(seconds - self._begins[which], self._lasts[which])
+
+    def positions(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the positions at instants, any order, in steps: float64, shape as `times_ps`."""
+        import numpy as np
+
+        which, t = self._pieces(times_ps)
+        bent = (self._j[which] * t / 6 + self._a[which] / 2) * t
+        return np.asarray(self._x[which] + (bent + self._v[which]) * t, np.float64)
+
+    def velocities(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the velocities at instants, any order, in steps/s: float64, shape as `times_ps`; 0 outside."""
+        import numpy as np
+
+        times = np.asarray(times_ps, np.int64)
+        which, t = self._pieces(times)
+        moving = (times >= self.start) & (times < self.stop + self.interrupted)
+        return np.asarray(
+            np.where(moving, (self._j[which] * t / 2 + self._a[which]) * t + self._v[which], 0.0), np.float64
+        )
+
+
+# --------------------------------------------------------------------------------------------------- pieces of a motion
+FOREVER = 4e6  # seconds: longer than any run
+
+
+def duration(velocity: float, distance: float) -> float:
+    """Return how many seconds a distance takes at a velocity; for ever at none."""
+    return distance / velocity if velocity > 0 else 0.0 if not distance else FOREVER
+
+
+def travelled(pieces: Iterable[IdealPiece]) -> float:
+    """Return how far some pieces lead, in steps."""
+    return sum(((j * t / 6 + a / 2) * t + v) * t for t, v, a, j in pieces)
+
+
+def mirrored(pieces: Sequence[IdealPiece]) -> list[IdealPiece]:
+    """Return the same pieces backwards in time: the way down."""
+    return [IdealPiece(t, (j * t / 2 + a) * t + v, -(a + j * t), j) for t, v, a, j in reversed(pieces)]
+
+
+def head(pieces: Iterable[IdealPiece], distance: float) -> list[IdealPiece]:
+    """Return the pieces, without jerk and none slowing down, as far as a distance."""
+    found = []
+    for piece in pieces:
+        covered = travelled([piece])
+        if covered >= distance:
+            _, v, a, _ = piece
+            root = sqrt(v * v + 2 * a * distance)
+            found.append(piece._replace(seconds=2 * distance / (v + root) if distance > 0 else 0.0))
+            break
+        found.append(piece)
+        distance -= covered
+    return found
+
+
+def there_and_down(up: Sequence[IdealPiece], top: float, distance: float) -> list[IdealPiece]:
+    """Return a way up, the rest of a distance at `top` (steps/s), and its mirror, the way down; half of it if short."""
+    rest = distance - 2 * travelled(up)
+    if rest < 0:
+        up, rest = head(up, distance / 2), 0.0
+    return [*up, IdealPiece(duration(top, rest), top), *mirrored(up)]

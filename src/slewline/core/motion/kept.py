@@ -1,0 +1,51 @@
+"""How much of the past of an axis is kept: the last hours, the last so many stretches of travel, or all of it.
+
+What is older is dropped when the list has doubled since the last time; nobody gets to see it even before.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+from ...errors import NotRecorded
+from ..time.timebase import readable
+
+FEWEST = 1024  # stretches; less than that is not worth dropping
+
+
+class Kept:
+    """What an axis keeps of its past: all, until `limit` says otherwise.  With more than `full` stretches it drops."""
+
+    __slots__ = ("full", "name", "ps", "stretches")
+
+    def __init__(self) -> None:
+        self.name = ""  # of the axis, as an error says it
+        self.ps: int | None = None
+        self.stretches: int | None = None
+        self.full = sys.maxsize
+
+    def limit(self, name: str, ps: int | None = None, stretches: int | None = None) -> None:
+        """Keep the last `ps`, and no more than so many stretches, from now on; None: as before."""
+        self.name = name
+        self.ps = self.ps if ps is None else ps
+        self.stretches = self.stretches if stretches is None else stretches
+        self.full = max(2 * (self.stretches or 0), FEWEST)
+
+    def bound(self, past: Sequence[Any], now: int) -> int:
+        """Return the instant before which the past, a list of stretches, is to be dropped (ps)."""
+        oldest: int = 0 if self.stretches is None else past[-self.stretches].start
+        return oldest if self.ps is None else max(oldest, now - self.ps)
+
+    def dropped(self, left: int) -> None:
+        """Note how many stretches are left."""
+        self.full = max(2 * left, 2 * (self.stretches or 0), FEWEST)
+
+    def refusal(self, start: int, since: int) -> NotRecorded:
+        """Return the error for a question about an instant that lies before what is kept."""
+        if self.ps is not None:
+            remedy = f"make the bench with more than keep={readable(self.ps)!r}"
+        else:
+            remedy = f"a server keeps the last {self.stretches} stretches: ask earlier, or replay its journal"
+        return NotRecorded(f"{self.name} at {readable(start)}: its past is kept from {readable(since)} on; {remedy}")

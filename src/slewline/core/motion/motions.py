@@ -1,0 +1,233 @@
+"""The motions of an axis: when each begins, by what, at which rates, when and why it ends, and other events.
+
+    command      MotionStart               Mark            MotionEnd        MotionStart
+       |             |                       |                |                  |
+       v     sets out| first step            | "ABORT"        | "stopped"        |
+    ---.-------------|.....___---------------|---___----------|------------------|....___---
+                     |<-- ideal, from the first step on -->|
+                                             departs: the motion follows its ideal no longer
+
+Recording costs an append: names, rates and ideals are made when somebody asks.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from operator import attrgetter
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+from ..time.hook import Hook
+from ..time.kernel import Kernel
+
+if TYPE_CHECKING:
+    from .ideal import Ideal
+
+Why = Literal["done", "stopped", "limit", "changed", "cut"]
+
+
+@dataclass(frozen=True, slots=True)
+class MotionEnd:
+    """A motion of an axis is over.
+
+    `position` is the register, `steps` the way of this motion, negative counter-clockwise.  `why`:
+
+        "done"     it has come to its own end
+        "stopped"  it was told to end before that: ABORT, Z, STOP, another profile mode ...
+        "limit"    a limit switch has ended it, or the end of the position counter
+        "changed"  another motion has taken its place, without a rest
+        "cut"      K, reset, the motor or the supply switched off: at once, in the midst of a step
+    """
+
+    time_ps: int
+    position: int
+    steps: int
+    why: Why
+
+
+@dataclass(frozen=True, slots=True)
+class MotionStart:
+    """A motion has begun on an axis.
+
+    `text` says what began it, in the manual's words; `rates` are those in force, by name, in steps/s ("R = 80" ->
+    5978.0), `notes` further parameters ("S" -> 200); `ideal` is the part's ideal of this motion, as far as the motion
+    has followed it, None where the part defines none or nothing has moved yet.  `changes` are other rates that came
+    into force on the way, in place of these: since when, in ps, and all of them.  `position` is the register as the
+    motion begins, `direction` 1 clockwise, -1 counter-clockwise, 0 where it is not said; `end` tells how the motion has
+    ended, None while it goes on.
+    """
+
+    time_ps: int
+    text: str
+    rates: Mapping[str, float] = field(default_factory=dict)
+    notes: Mapping[str, object] = field(default_factory=dict)
+    law: Callable[[], Ideal | None] | None = field(default=None, compare=False, repr=False)
+    changes: tuple[tuple[int, Mapping[str, float]], ...] = ()
+    position: int = 0
+    direction: int = 0
+    end: MotionEnd | None = None
+
+    @property
+    def ideal(self) -> Ideal | None:
+        """The ideal, worked out when it is asked for: a picture of an hour has thousands of motions."""
+        return self.law() if self.law is not None else None
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """Something that happened to an axis, in the manual's words; `kind` is "command", "limit", "home" or "event"."""
+
+    time_ps: int
+    kind: str
+    text: str
+
+
+class Parameters(NamedTuple):
+    """What a motion is made with: rates in steps/s, and further parameters, by name."""
+
+    rates: Mapping[str, float] = {}
+    notes: Mapping[str, object] = {}
+
+
+@dataclass(slots=True)
+class _Started:
+    """A motion as it is kept: what it is made with and its ideal are worked out when somebody asks."""
+
+    time_ps: int
+    text: str
+    parameters: Callable[[], Parameters]
+    position: int
+    travel: int
+    direction: int
+    ideal: Callable[[], Ideal | None] | None = None
+    departed: int | None = None  # when it ceased to follow its ideal
+    changes: list[tuple[int, Callable[[], Mapping[str, float]]]] = field(default_factory=list)
+    told_to_stop: bool = False
+    end: MotionEnd | None = None
+
+    def law(self) -> Ideal | None:
+        """The ideal, as far as the motion has followed it."""
+        ideal = self.ideal() if self.ideal is not None else None
+        return ideal.until(self.departed) if ideal is not None and self.departed is not None else ideal
+
+
+_time = attrgetter("time_ps")
+
+
+class Motions:
+    """The motions and marks of one axis, in the order of time.
+
+    `on_begin` and `on_end` are called with the MotionStart and the MotionEnd of every motion as it begins and ends.
+
+    Args:
+        stands: says where the axis is now: the position register, and the travel, in steps.
+        halt: cuts off the step in progress.
+    """
+
+    __slots__ = ("_halt", "_marks", "_stands", "_started", "kernel", "on_begin", "on_end")
+
+    def __init__(self, kernel: Kernel, stands: Callable[[], tuple[int, int]], halt: Callable[[], None]) -> None:
+        self.kernel, self._stands, self._halt = kernel, stands, halt
+        self.on_begin: Hook[[MotionStart]] = Hook()
+        self.on_end: Hook[[MotionEnd]] = Hook()
+        self._started: list[_Started] = []
+        self._marks: list[Mark] = []
+
+    # ------------------------------------------------------------------------------------------------ what a chip says
+    def begin(self, text: str, parameters: Callable[[], Parameters], direction: int = 0) -> None:
+        """Begin a motion now; `parameters` says later with which ones.  End one that is under way."""
+        self.end("changed")
+        self.depart()
+        position, travel = self._stands()
+        self._started.append(_Started(self.kernel.now, text, parameters, position, travel, direction))
+        if self.on_begin:
+            self.on_begin(self._told(self._started[-1]))
+
+    @property
+    def under_way(self) -> bool:
+        """Has a motion begun that has not ended?"""
+        return bool(self._started) and self._started[-1].end is None
+
+    def stop(self) -> None:
+        """Note that the motion under way is told to end early; it ends when it is at rest."""
+        if self._started:
+            self._started[-1].told_to_stop = True
+
+    def end(self, why: Why | None = None) -> None:
+        """End the motion under way, if there is one; without a reason it was told to stop, or is done."""
+        if not self.under_way:
+            return
+        started = self._started[-1]
+        position, travel = self._stands()
+        reason: Why = why or ("stopped" if started.told_to_stop else "done")
+        started.end = MotionEnd(self.kernel.now, position, travel - started.travel, reason)
+        if reason == "cut":
+            self.depart()
+            self._halt()
+        if self.on_end:
+            self.on_end(started.end)
+
+    def expect(self, ideal: Callable[[], Ideal | None]) -> None:
+        """Let the motion that has begun last follow an ideal, which is worked out later."""
+        if self._started:
+            self._started[-1].ideal = ideal
+
+    def depart(self) -> None:
+        """Note that from now on the last motion does not follow its ideal any more."""
+        if self._started and self._started[-1].departed is None:
+            self._started[-1].departed = self.kernel.now
+
+    def change(self, rates: Callable[[], Mapping[str, float]]) -> None:
+        """Note that the last motion has other rates from now on, steps/s; `rates` says later which ones."""
+        if self._started:
+            self._started[-1].changes.append((self.kernel.now, rates))
+
+    def mark(self, kind: str, text: str) -> None:
+        """Note that something happens now; `kind` as in `Mark`."""
+        self._marks.append(Mark(self.kernel.now, kind, text))
+
+    # ---------------------------------------------------------------------------------------------------- what is asked
+    def starts(self, start: int, stop: int) -> list[MotionStart]:
+        """Return the motions that begin at start <= t <= stop."""
+        first = bisect_left(self._started, start, key=_time)
+        return [self._told(started) for started in self._started[first : bisect_right(self._started, stop, key=_time)]]
+
+    def latest(self) -> MotionStart | None:
+        """Return the motion that has begun last."""
+        return self._told(self._started[-1]) if self._started else None
+
+    def texts(self, start: int, stop: int) -> list[tuple[int, str]]:
+        """Return what is under way at start <= t <= stop: since when, and what began it; empty at rest."""
+        found: list[tuple[int, str]] = []
+        first = max(bisect_left(self._started, start, key=_time) - 1, 0)
+        for started in self._started[first : bisect_right(self._started, stop, key=_time)]:
+            found.append((started.time_ps, started.text))
+            if started.end is not None:
+                found.append((started.end.time_ps, ""))
+        return [entry for entry in found if start <= entry[0] <= stop]
+
+    def marks(self, start: int, stop: int) -> list[Mark]:
+        """Return what has happened at start <= t <= stop."""
+        first = bisect_left(self._marks, start, key=_time)
+        return self._marks[first : bisect_right(self._marks, stop, key=_time)]
+
+    def _told(self, started: _Started) -> MotionStart:
+        changes = tuple((since, rates()) for since, rates in started.changes)
+        rates, notes = started.parameters()
+        return MotionStart(
+            started.time_ps,
+            started.text,
+            rates,
+            notes,
+            started.law,
+            changes,
+            started.position,
+            started.direction,
+            started.end,
+        )
+
+    def forget(self, before: int) -> None:
+        """Drop what lies before an instant, but for the motion that is under way there."""
+        del self._started[: max(bisect_right(self._started, before, key=_time) - 1, 0)]
+        del self._marks[: bisect_left(self._marks, before, key=_time)]

@@ -1,0 +1,203 @@
+"""One axis as its user sees it: where it is, where it was, its steps, its motions; whatever stands behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, ClassVar
+
+from ...errors import UsageError
+from ..messages.instead import Face
+from ..messages.whole import whole
+from ..time.hook import Hook
+from ..time.kernel import Kernel
+from ..time.timebase import Time, moments, readable, window
+from ..wires.pin import Condition
+from .axis import Axis, Steps
+from .motions import Mark, MotionEnd, MotionStart, Parameters
+from .quantity import Position, Quantity, Velocity
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from .deviation import Deviation
+
+
+class ReachesCondition(Condition):
+    """The position register of an axis has a value."""
+
+    def __init__(self, of: OneAxis, position: int) -> None:
+        allowed, number = of.motor.positions, whole(position)
+        if number is None or number not in allowed:
+            raise UsageError(f"{of.name}: position {position!r}; allowed {allowed[0]}..{allowed[-1]}")
+        self.motor, self.position, self.text = of.motor, number, f"{of.name} at position {number}"
+        self.kernel = of.kernel
+
+    def belongs(self, kernel: Kernel) -> bool:
+        """Return whether the axis is one of its bench."""
+        return self.kernel is kernel
+
+    def met(self) -> bool:
+        """Return whether it has the value now."""
+        return self.motor.position == self.position
+
+    def when(self) -> int | None:
+        """Return the instant at which it will hold under the present promises (ps); None: no promise says so."""
+        return self.motor.arrives(self.position)
+
+
+class OneAxis(Face):
+    """One axis of a chip as its user sees it; a chip as a whole is its own axis 1."""
+
+    for_users: ClassVar[tuple[str, ...]] = (
+        *("position", "travel", "position_at", "velocity_at", "steps", "motions", "marks", "phases", "parameters"),
+        *("reaches", "quantities", "deviation", "registers", "motor", "on_motion_begin", "on_motion_end", "name"),
+    )
+    to_set: ClassVar[Mapping[str, str]] = {
+        "position": "the part counts it; a host sends the command that loads or clears it: bench.host(x).send(...)",
+        "registers": "a host sends the commands that load them: bench.host(x).send(...)",
+        **dict.fromkeys(("on_motion_begin", "on_motion_end"), "add a listener: .add(function)"),
+    }
+    kernel: Kernel
+    name: str
+
+    @property
+    def motor(self) -> Axis:
+        """Position of the motor of this axis, now and in the past."""
+        raise NotImplementedError
+
+    @property
+    def position(self) -> int:
+        """The position register now, exact in mid-move, too; clockwise counts up."""
+        return self.motor.position
+
+    @property
+    def travel(self) -> int:
+        """Net steps since time 0, clockwise positive; it does not wrap."""
+        return self.motor.travel
+
+    def steps(self, start: Time | None = None, stop: Time | None = None) -> Steps:
+        """Return the steps at start <= t <= stop; as far back as the past is kept, and up to now, by default.
+
+        Raises:
+            TimeError: `start` or `stop` is no time.
+            NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
+        """
+        return self.motor.steps(*self._window(start, stop))
+
+    def position_at(self, times: Time | Sequence[Time] | NDArray[np.int64]) -> NDArray[np.int64] | int:
+        """Return the position register at instants of the past: an int for one, (n,) int64 for many.
+
+        Args:
+            times: "3 ms" or picoseconds, a list of them, or an array of int64 picoseconds.
+
+        Raises:
+            UsageError: an instant is still to come.
+            NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
+        """
+        instants = self._past(times)
+        return self.motor.position_at(instants) if isinstance(instants, int) else self.motor.positions_at(instants)
+
+    def velocity_at(self, times: Time | Sequence[Time] | NDArray[np.int64]) -> NDArray[np.float64] | float:
+        """Return the velocity at instants of the past, in steps/s, negative counter-clockwise.
+
+        It is the one at which the chip plays its steps: 1/interval of the step in progress, and 0 in every rest.
+
+        Args:
+            times: "3 ms" or picoseconds, a list of them, or an array of int64 picoseconds.
+
+        Returns:
+            A float for one instant, (n,) float64 for many.
+
+        Raises:
+            UsageError: an instant is still to come.
+            NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
+        """
+        instants = self._past(times)
+        return self.motor.velocity_at(instants) if isinstance(instants, int) else self.motor.velocities_at(instants)
+
+    def _past(self, times: Time | Sequence[Time] | NDArray[np.int64]) -> NDArray[np.int64] | int:
+        instants = moments(times)
+        last = instants if isinstance(instants, int) else int(instants.max(initial=0))
+        if last > self.kernel.now:
+            raise UsageError(f"{self.name}: {readable(last)} is still to come; it is {readable(self.kernel.now)}")
+        return instants
+
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Return what a picture draws of this axis over time: velocity, position, and what else the part has."""
+        return Velocity(self.motor), Position(self.motor)
+
+    def reaches(self, position: int) -> Condition:
+        """Return a condition: the position register has this value.
+
+        Raises:
+            UsageError: a value that the register cannot hold; the message gives its range.
+        """
+        return ReachesCondition(self, position)
+
+    @property
+    def registers(self) -> dict[str, int]:
+        """The manual's registers, by name in lower case."""
+        return {}
+
+    def motions(self, start: Time | None = None, stop: Time | None = None) -> list[MotionStart]:
+        """Return the motions that begin at start <= t <= stop; all of them by default.
+
+        Each names what began it, the rates in force in steps/s, its ideal, if the part defines one, and how it ended.
+
+        Raises:
+            TimeError: `start` or `stop` is no time.
+        """
+        return self.motor.motions(*self._window(start, stop))
+
+    @property
+    def on_motion_begin(self) -> Hook[[MotionStart]]:
+        """The hook that is called with every motion of this axis as it begins."""
+        return self.motor.log.on_begin
+
+    @property
+    def on_motion_end(self) -> Hook[[MotionEnd]]:
+        """The hook that is called with the end of every motion of this axis, as it comes."""
+        return self.motor.log.on_end
+
+    def marks(self, start: Time | None = None, stop: Time | None = None) -> list[Mark]:
+        """Return other events of this axis at start <= t <= stop: commands in motion, limits, home; all by default.
+
+        Raises:
+            TimeError: `start` or `stop` is no time.
+        """
+        return self.motor.marks(*self._window(start, stop))
+
+    def phases(self, start: Time | None = None, stop: Time | None = None) -> list[tuple[int, int, str]]:
+        """Return the phases of the motions between two instants: begin and end in ps, and a label such as "up".
+
+        Raises:
+            TimeError: `start` or `stop` is no time.
+        """
+        return self.motor.phases(*self._window(start, stop))
+
+    def deviation(self, motion: MotionStart) -> Deviation:
+        """Return by how much the axis has left the ideal of a motion at most, as far as it was to follow it.
+
+        Raises:
+            UsageError: the motion has no ideal.
+        """
+        from .deviation import deviation
+
+        if not isinstance(motion, MotionStart):
+            raise UsageError(f"{self.name}: deviation({motion!r}): expected a motion, such as {self.name}.motions()[0]")
+        if motion.ideal is None:
+            raise UsageError(f"{self.name}: the motion {motion.text} at {readable(motion.time_ps)} has no ideal")
+        return deviation(self.motor, motion.ideal)
+
+    def _window(self, start: Time | None, stop: Time | None) -> tuple[int, int]:
+        return window(start, stop, self.kernel.now, self.motor.since)
+
+    def parameters(self) -> Parameters:
+        """Return what a plot names, as it was in force in the latest motion; empty before there was one.
+
+        Returns:
+            Rates in steps/s ("R = 80" -> 5978.0), and further parameters ("S" -> 200).
+        """
+        latest = self.motor.log.latest()
+        return Parameters() if latest is None else Parameters(latest.rates, latest.notes)

@@ -1,0 +1,238 @@
+"""Quantities over time: what a picture or a waveform draws of an axis, exact at every instant.
+
+    velocity, steps/s                                   position, steps
+        ________                                                 _   .. a load: a break
+       |        |_____        step: as long as             __|‾   |_|
+    ___|              |____   the train says          ____|
+       first step     rest: 0
+
+The velocity is that of the train that is played: of a train of steps 1/interval of the step in progress, of a train of
+cycles what the position is displaced in the cycle.  A step takes as long as its train says, a read-out that lengthens
+it included; if the next one has to wait beyond that (STEP INHIBIT, ENABLE, the end of the move), the motor stands, and
+the velocity is 0.  Nothing is concluded from the distance of steps.
+
+An outline is what a picture needs of a quantity: a few points a column, each of them exact, and in each column the
+first, lowest, highest and last one.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterable, Sequence
+from itertools import accumulate, pairwise
+from typing import TYPE_CHECKING, NamedTuple, overload
+
+from ..time.timebase import Time, moments
+from .axis import staircase
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from .axis import Axis
+
+POINTS = 4  # that a column shows: first, lowest, highest, last
+
+
+class Outline(NamedTuple):
+    """A quantity over a window: each value holds, or begins a line, from its instant to the next.
+
+    A break is a pair of points at one instant: NaN (nothing is drawn up to here), then the new value.
+    """
+
+    times_ps: NDArray[np.int64]  # (m,) ascending; the first is the start of the window
+    values: NDArray[np.float64]  # (m,)
+
+
+class Quantity:
+    """Something that has a value at every instant.
+
+    `held`: a staircase, each value holds until the next one; else straight lines lead from point to point.
+    `from_zero`: it shows as its distance from zero, as a velocity does; a position may be anywhere.
+    """
+
+    name: str
+    unit: str
+    held: bool
+    from_zero: bool = True
+
+    @overload
+    def at(self, times: Time) -> float: ...  # type: ignore[overload-overlap]  # a text is no sequence of times
+    @overload
+    def at(self, times: Sequence[Time] | NDArray[np.int64]) -> NDArray[np.float64]: ...
+    def at(self, times: Time | Sequence[Time] | NDArray[np.int64]) -> float | NDArray[np.float64]:
+        """Return the value at one instant of the past, or the values at many: float64, shape as `times`.
+
+        Args:
+            times: "3 ms" or picoseconds, a list of them, or an array of int64 picoseconds, in any order.
+
+        Raises:
+            TimeError: not a time.
+            UsageError: an instant is still to come.
+        """
+        import numpy as np
+
+        instants = moments(times)
+        if isinstance(instants, int):
+            return float(self.values_at(np.array([instants]))[0])
+        return self.values_at(instants)
+
+    def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the values at instants of the past, in any order: float64, shape as `times_ps` (int64 ps)."""
+        raise NotImplementedError
+
+    def changes(self, start: int, stop: int) -> Outline:
+        """Return every change at start < t <= stop (ps), after the value at `start`."""
+        raise NotImplementedError
+
+    def staircase(self, start: int, stop: int) -> Outline:
+        """Return the value at `start` and every change at start < t <= stop (ps), all of them held until the next.
+
+        What grows evenly is a flight of small stairs here, the same ones for every window.
+        """
+        return self.changes(start, stop)
+
+    def outline(self, start: int, stop: int, columns: int) -> Outline:
+        """Return what a picture of so many columns shows of the window (ps): at most some four points a column."""
+        return thinned(self.changes(start, stop), start, stop, columns)
+
+
+class Velocity(Quantity):
+    """The velocity of an axis, negative counter-clockwise."""
+
+    name, unit, held = "velocity", "steps/s", True
+
+    def __init__(self, axis: Axis) -> None:
+        self.axis = axis
+
+    def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the values at instants of the past (ps), any order: float64, shape as `times_ps`."""
+        return self.axis.velocities_at(times_ps)
+
+    def changes(self, start: int, stop: int) -> Outline:
+        """Return every change at start < t <= stop (ps), the value at `start` before them."""
+        return Outline(*self.axis.velocities(start, stop))
+
+    def outline(self, start: int, stop: int, columns: int) -> Outline:
+        """Return what a picture of so many columns shows of start <= t <= stop (ps)."""
+        import numpy as np
+
+        driven = self.axis.driven(start, stop)
+        if not exceeds((playing.pieces(since, end - 1) for since, end, _, playing in driven), POINTS * columns):
+            return thinned(self.changes(start, stop), start, stop, columns)
+        edges = column_edges(start, stop, columns)
+        times, speeds = [start], [0.0]
+        for since, end, sign, playing in driven:
+            inside = edges[bisect_right(edges, since) : bisect_left(edges, end)]
+            for begin, over in pairwise([since, *inside, end]):
+                changes, found = playing.extremes(begin, over - 1)
+                times += changes
+                speeds += [sign * speed for speed in found]
+        whole = staircase(np.array(times, np.int64), np.array(speeds) + 0.0)
+        return thinned(Outline(*whole), start, stop, columns)
+
+
+class Position(Quantity):
+    """The position register of an axis.  Where it is loaded, or wraps round, there is a break."""
+
+    name, unit, held, from_zero = "position", "steps", True, False
+
+    def __init__(self, axis: Axis) -> None:
+        self.axis = axis
+
+    def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the values at instants of the past (ps), any order: float64, shape as `times_ps`."""
+        import numpy as np
+
+        return self.axis.positions_at(times_ps).astype(np.float64)
+
+    def changes(self, start: int, stop: int) -> Outline:
+        """Return every change at start < t <= stop (ps), the value at `start` before them."""
+        import numpy as np
+
+        axis = self.axis
+        steps, loads = axis.steps(start + 1, stop), axis.loads(start, stop)
+        times = np.unique(np.concatenate([[start], steps.times_ps, np.array(loads, np.int64)]))
+        return self._broken(times, axis.unwrapped_at(times), times, loads)
+
+    def outline(self, start: int, stop: int, columns: int) -> Outline:
+        """Return what a picture of so many columns shows of start <= t <= stop (ps)."""
+        import numpy as np
+
+        axis = self.axis
+        if not exceeds((b - a for _, _, a, b in axis.played(start + 1, stop)), POINTS * columns):
+            return thinned(self.changes(start, stop), start, stop, columns)
+        turns = np.array([start, *axis.turns(start + 1, stop)])
+        edges = np.array(column_edges(start, stop, columns))
+        times = np.unique(np.concatenate([turns, turns - 1, edges, edges - 1, [stop]]))
+        times = times[times >= start]
+        unwrapped = axis.unwrapped_at(times)
+        wraps = np.array(self._wraps(times, unwrapped, turns), np.int64)
+        if len(wraps):
+            around = np.concatenate([wraps, wraps - 1])
+            times, first = np.unique(np.append(times, around), return_index=True)
+            unwrapped = np.append(unwrapped, axis.unwrapped_at(around))[first]
+        outline = self._broken(times, unwrapped, np.append(wraps, turns), axis.loads(start, stop))
+        return thinned(outline, start, stop, columns)
+
+    def _wraps(self, times: NDArray[np.int64], unwrapped: NDArray[np.int64], turns: NDArray[np.int64]) -> list[int]:
+        """The first wrap between two instants each, all turns being among them: there are both ends of the register."""
+        import numpy as np
+
+        axis = self.axis
+        rounds = unwrapped // axis.modulus
+        wrapped = np.flatnonzero(rounds[1:] != rounds[:-1])
+        out = []
+        for n in wrapped[~np.isin(times[wrapped + 1], turns)].tolist():
+            upward = bool(rounds[n + 1] > rounds[n])
+            end = (int(rounds[n]) + upward) * axis.modulus  # the register turns from modulus - 1 to 0, or back
+            out.append(axis.reached(end if upward else end - 1, int(times[n])))
+        return out
+
+    def _broken(
+        self, times: NDArray[np.int64], unwrapped: NDArray[np.int64], steps: NDArray[np.int64], loads: list[int]
+    ) -> Outline:
+        """Return the register at ascending instants: what changes, and a break where it is loaded, or wraps at a step.
+
+        Each of `steps` follows an instant just before it.
+        """
+        import numpy as np
+
+        rounds, values = np.divmod(unwrapped, self.axis.modulus)
+        changed = np.append(True, values[1:] != values[:-1])
+        wrapped = np.append(False, rounds[1:] != rounds[:-1]) & np.isin(times, steps)
+        broken = changed & (wrapped | np.isin(times, loads))
+        broken[0] = False
+        points = np.repeat(np.flatnonzero(changed), 1 + broken[changed])
+        out = (self.axis.low + values[points]).astype(np.float64)
+        out[np.flatnonzero(broken[points])[::2]] = np.nan
+        return Outline(times[points], out)
+
+
+def exceeds(counts: Iterable[int], limit: int) -> bool:
+    """Return whether some counts add up to more than a limit; no more of them is asked for than it takes."""
+    return any(total > limit for total in accumulate(counts))
+
+
+def thinned(outline: Outline, start: int, stop: int, columns: int) -> Outline:
+    """Return points that look the same in a picture of the window: in each column first, lowest, highest and last."""
+    import numpy as np
+
+    times, values = outline
+    if len(times) <= POINTS * columns:
+        return outline
+    real = np.flatnonzero(~np.isnan(values))
+    column = np.searchsorted(column_edges(start, stop, columns), times[real], side="right")
+    last = np.flatnonzero(np.append(column[1:] != column[:-1], True))
+    first = np.append(0, last[:-1] + 1)
+    by_height = np.lexsort((values[real], column))
+    kept = real[np.unique(np.concatenate([first, last, by_height[first], by_height[last]]))]
+    breaks = np.flatnonzero(np.isnan(values))  # between two points that are kept, the last break is
+    before = np.searchsorted(kept, breaks)
+    kept = np.sort(np.append(kept, breaks[np.append(before[1:] != before[:-1], True)[: len(breaks)]]))
+    return Outline(times[kept], values[kept])
+
+
+def column_edges(start: int, stop: int, columns: int) -> list[int]:
+    """Return where the columns of a picture of the window begin (ps), each up to the next one."""
+    return [start + (stop - start) * column // columns for column in range(columns)]

@@ -1,0 +1,215 @@
+"""What outputs show of a train that is played: the promises that stand on the nets of a motor.
+
+begin k                begin k+1
+  |______________      ___|______
+__|              |____|                 PulseView: high for the last `high` ticks of each step
+                 |<-->| high
+__       _________________          _
+  |_____|                 |________|    StrobeView: low for the first `low` ticks of each step
+  |<--->| low
+__ _______________________ __________
+__X_______________________X__________   PatternView: the next phase from the begin of each step
+__           _____________           _
+  |_________|             |_________|   SquareView: high in the second half of each step, of a train of cycles
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ..wires.clocking import ClockEdges
+from .train import Playing, TrainEdges
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+class TrainView:
+    """What an output shows of a played train."""
+
+    __slots__ = ("of",)
+    of: Playing
+
+    @property
+    def until(self) -> int | None:
+        """The instant before which the promise holds (ps); None: for good."""
+        return self.of.until
+
+
+class StepView(TrainView):
+    """An output that shows each step of a played train: low from its begin until it rises, high outside."""
+
+    __slots__ = ()
+
+    def rise(self, k: int) -> int:
+        """Return the tick, since the origin of the train, at which the output rises in step k."""
+        raise NotImplementedError
+
+    def rises(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the ticks at which the output rises in steps first ... last-1: (n,) int64, since the origin."""
+        raise NotImplementedError
+
+    def clock(self, level: int, since: int) -> ClockEdges:
+        """Return the edges to a level after an instant (see clocking.py)."""
+        return TrainEdges(self, level, since)
+
+    def passed(self, level: int, tick: int) -> int:
+        """Return how many edges to a level there are by a tick, that tick included."""
+        k = self.of.train.begun_by(tick)
+        return k - 1 if k and level and tick < self.rise(k - 1) else k
+
+    def edge(self, level: int, k: int) -> int | None:
+        """Return the tick of edge k to a level, counting from 1; None: there are fewer."""
+        if k > self.of.train.steps:
+            return None
+        return self.rise(k - 1) if level else self.of.train.begin(k - 1)
+
+    def few(self, level: int, numbers: list[int]) -> list[int]:
+        """Return the ticks of some edges to a level, all of which come."""
+        return [self.rise(k - 1) for k in numbers] if level else self.of.train.few([k - 1 for k in numbers])
+
+    def edge_times(self, level: int, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of edges first ... last to a level: (n,) int64 ps."""
+        train = self.of.train
+        if not level:
+            return train.begins(first - 1, last)
+        ticks = self.rises(first - 1, last)
+        return train.clock.ps_array(ticks, train.origin, ticks)
+
+    def level(self, ps: int) -> int:
+        """Return the level at an instant (ps), edges at that instant included."""
+        train = self.of.train
+        tick = train.clock.ticks_until(self.of.bounded(ps))
+        k = train.begun_by(tick)
+        return 1 if k == 0 or tick >= self.rise(k - 1) else 0
+
+    def after(self, ps: int) -> int | None:
+        """Return when the level may change next, strictly after an instant (ps); None: as things stand never."""
+        train = self.of.train
+        tick = train.clock.ticks_until(ps)
+        k = train.begun_by(tick)
+        if k and tick < (rise := self.rise(k - 1)):
+            edge = rise
+        elif k < train.steps:
+            edge = train.begin(k)
+        else:
+            return None
+        time = train.clock.ps(edge)
+        return time if self.of.until is None or time < self.of.until else None
+
+
+class PulseView(StepView):
+    """PULSE of a played train: high for the last `high` ticks of each step."""
+
+    __slots__ = ("high",)
+
+    def __init__(self, of: Playing, high: int) -> None:
+        self.of, self.high = of, high
+
+    def rise(self, k: int) -> int:
+        """Return the tick, since the origin of the train, at which the output rises in step k."""
+        return self.of.train.begin(k + 1) - self.high
+
+    def rises(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the ticks at which the output rises in steps first ... last-1: (n,) int64, since the origin."""
+        import numpy as np
+
+        train = self.of.train
+        ends = train.begin_ticks(first + 1, last + 1)
+        return (np.append(ends, train.length) if last >= train.steps else ends) - self.high
+
+    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
+        import numpy as np
+
+        train, clock = self.of.train, self.of.train.clock
+        stop = self.of.bounded(stop)
+        a, b = train.begun(start), train.begun(stop)
+        ends = train.begin_ticks(max(a - 1, 0), min(b + 1, train.steps))  # begins around the window
+        falls = train.window(a, b)
+        first = max(a - 1, 0)  # the step that runs at `start` may still rise inside
+        last_begin = np.append(ends, train.length) if b + 1 > train.steps else ends
+        rises = clock.ps_array(last_begin[1 : b - first + 1] - self.high, train.origin)
+        rises = rises[(rises > start) & (rises <= stop)]
+        times = np.empty(len(falls) + len(rises), np.int64)
+        levels = np.empty(len(times), np.int8)
+        rise_first = int(len(rises) > 0 and (len(falls) == 0 or rises[0] < falls[0]))  # from there on they alternate
+        times[1 - rise_first :: 2], times[rise_first::2] = rises, falls
+        levels[1 - rise_first :: 2], levels[rise_first::2] = 1, 0
+        return times, levels
+
+
+class StrobeView(StepView):
+    """A step clock of a played train: low for the first `low` ticks of each step."""
+
+    __slots__ = ("low",)
+
+    def __init__(self, of: Playing, low: int) -> None:
+        self.of, self.low = of, low
+
+    def rise(self, k: int) -> int:
+        """Return the tick, since the origin of the train, at which the output rises in step k."""
+        return self.of.train.begin(k) + self.low
+
+    def rises(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the ticks at which the output rises in steps first ... last-1: (n,) int64, since the origin."""
+        return self.of.train.begin_ticks(first, last) + self.low
+
+    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
+        import numpy as np
+
+        train, stop = self.of.train, self.of.bounded(stop)
+        a, b = train.begun(start), train.begun(stop)
+        first = max(a - 1, 0)  # the step that runs at `start` may still rise inside
+        falls = train.begins(first, b)
+        rises = train.clock.ps_array(train.begin_ticks(first, b) + self.low, train.origin)
+        times = np.empty(2 * len(falls), np.int64)
+        levels = np.empty(len(times), np.int8)
+        times[::2], times[1::2] = falls, rises
+        levels[::2], levels[1::2] = 0, 1
+        inside = (times > start) & (times <= stop)
+        return times[inside], levels[inside]
+
+
+class PatternView(TrainView):
+    """A phase of a played train: `levels[(index + sign * begun) % len(levels)]`, and `before` until the first step."""
+
+    __slots__ = ("before", "index", "levels", "sign")
+
+    def __init__(self, of: Playing, levels: tuple[int, ...], index: int, sign: int, before: int) -> None:
+        self.of, self.levels, self.index, self.sign, self.before = of, levels, index, sign, before
+
+    def _after_steps(self, k: int) -> int:
+        return self.levels[(self.index + self.sign * k) % len(self.levels)] if k else self.before
+
+    def level(self, ps: int) -> int:
+        """Return the level at an instant (ps), edges at that instant included."""
+        return self._after_steps(self.of.begun(ps))
+
+    def after(self, ps: int) -> int | None:
+        """Return when the level may change next, strictly after an instant (ps); None: as things stand never."""
+        train = self.of.train
+        k = train.begun(ps)
+        here = self._after_steps(k)
+        for step in range(k, min(k + len(self.levels) + 1, train.steps)):
+            if self._after_steps(step + 1) != here:
+                time = train.clock.ps(train.begin(step))
+                return time if self.of.until is None or time < self.of.until else None
+        return None
+
+    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
+        import numpy as np
+
+        train = self.of.train
+        a, b = train.begun(start), self.of.begun(stop)
+        if b <= a:
+            return np.empty(0, np.int64), np.empty(0, np.int8)
+        cycle = [self._after_steps(k) for k in range(a + 1, a + 1 + len(self.levels))]  # what follows repeats it
+        changes = [level != before for level, before in zip(cycle, (cycle[-1], *cycle), strict=False)]
+        cycles = -(-(b - a) // len(cycle))
+        keep = np.tile(np.array(changes), cycles)[: b - a]
+        keep[0] = cycle[0] != self._after_steps(a)
+        return train.window(a, b)[keep], np.tile(np.array(cycle, np.int8), cycles)[: b - a][keep]

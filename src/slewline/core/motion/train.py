@@ -1,0 +1,390 @@
+"""Step trains: runs of equal intervals, asked rather than expanded.
+
+A move of a hundred thousand steps is a few hundred runs.  "How many steps by t?" is a bisection and a division;
+arrays are made only of the window that somebody asks for.
+
+    begin k                begin k+1
+      |<----- interval ------>|
+      |______________      ___|______
+    __|              |____|          PULSE is low from the begin of a step to `high` before its end
+                     |<-->| high
+
+What the nets of a motor show of it is in step_views.py.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterable
+from functools import lru_cache
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+from ..time.timebase import Clock
+from ..wires.clocking import ClockEdges
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+OPEN = 1 << 62  # a run without end
+FEW = 12  # instants: to ask for each costs less than arrays
+LONG = 512  # steps: filling such a run costs less than cumulating it
+
+
+class Train:
+    """Steps that begin at ticks of a clock: `steps` of them, from tick `origin` on, over in `length` ticks."""
+
+    __slots__ = ("_recent", "clock", "length", "origin", "steps")
+    steps: int
+    length: int
+
+    def __init__(self, clock: Clock, origin: int) -> None:
+        self.clock, self.origin = clock, origin
+        self._recent: tuple[int, int, NDArray[np.int64]] | None = None
+
+    # ----------------------------------------------------------------------------------- questions that a train answers
+    def begin(self, k: int) -> int:
+        """Return the tick at which step k begins; k = `steps` gives the end of the train."""
+        raise NotImplementedError
+
+    def begun_by(self, tick: int) -> int:
+        """Return how many steps have begun by a tick, that tick included."""
+        raise NotImplementedError
+
+    def begun_by_many(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return how many steps have begun by ticks since `origin`, any order: (n,) int64."""
+        raise NotImplementedError
+
+    def begin_ticks(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
+        """Return the begins of steps first ... last-1: (n,) int64, ticks since `origin`, ascending."""
+        raise NotImplementedError
+
+    def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Return the velocities from tick `since` to before tick `to`, both since `origin`, 0 <= since < to <= length.
+
+        Returns:
+            Ticks since `origin` (n,) int64, ascending, the first is `since`; steps/s from each to the next, float64.
+        """
+        raise NotImplementedError
+
+    def extremes(self, since: int, to: int) -> tuple[list[int], list[float]]:
+        """Return of the velocities the first, a lowest, a highest and the last: ticks since `origin`, and steps/s."""
+        ticks, speeds = self.velocities(since, to)
+        chosen = sorted({0, int(speeds.argmin()), int(speeds.argmax()), len(ticks) - 1})
+        return ticks[chosen].tolist(), speeds[chosen].tolist()
+
+    def pieces(self, since: int, to: int) -> int:
+        """Return how many velocities there are between two ticks since `origin`, within one."""
+        raise NotImplementedError
+
+    def rests(self, until: int) -> int:
+        """Return the tick since `origin` at which a train cut off at `until` (ps) comes to rest."""
+        raise NotImplementedError
+
+    # ------------------------------------------------------------------------------------------- what follows from them
+    def few(self, numbers: list[int]) -> list[int]:
+        """Return the ticks at which some steps begin, ascending, none the end: fewer than are worth an array."""
+        return [self.begin(k) for k in numbers]
+
+    def begun(self, ps: int) -> int:
+        """Return how many steps have begun by an instant (ps), that instant included."""
+        return self.begun_by(self.clock.ticks_until(ps))
+
+    def begun_many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return how many steps have begun by many instants (int64 ps, any order): (n,) int64."""
+        return self.begun_by_many(self.clock.ticks_array(ps + 1) - 1 - self.origin)
+
+    def window(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return `begins(first, last)`, cached and read-only: five views of a train ask for the same window."""
+        if self._recent is None or self._recent[:2] != (first, last):
+            self._recent = (first, last, self.begins(first, last))
+        return self._recent[2]
+
+    def begins(
+        self, first: int = 0, last: int | None = None, out: NDArray[np.int64] | None = None
+    ) -> NDArray[np.int64]:
+        """Return the begins of steps first ... last-1: (n,) int64 ps, ascending.
+
+        Args:
+            first, last: numbers of steps, from 0.
+            out: a buffer of that length or longer, whose beginning is returned.
+        """
+        ticks = self.begin_ticks(first, last)
+        return self.clock.ps_array(ticks, self.origin, out if out is None else out[: len(ticks)])
+
+
+class Laid(NamedTuple):
+    """Runs of equal intervals one after the other, in ticks; trains of the same runs share it, and leave it as it is.
+
+    Where runs start and which steps begin them; the tick at which the last step ends; `shown`: the first run, a
+    slowest, a fastest and the last one.
+    """
+
+    starts: list[int]
+    intervals: list[int]
+    counts: list[int]
+    firsts: list[int]
+    steps: int
+    length: int
+    shown: list[int]
+
+
+@lru_cache(maxsize=64)
+def laid(runs: tuple[tuple[int, int], ...]) -> Laid:
+    """Return runs (interval, count) one after the other.  A program in a loop makes the same moves over and over."""
+    starts, intervals, counts, firsts = [], [], [], []
+    start = first = 0
+    for interval, count in runs:
+        if count:
+            starts.append(start)
+            intervals.append(interval)
+            counts.append(count)
+            firsts.append(first)
+            start += interval * count
+            first += count
+    if not starts:  # a train of no steps answers like any other
+        starts, intervals, counts, firsts = [0], [1], [0], [0]
+    return Laid(starts, intervals, counts, firsts, first, start, shown(intervals))
+
+
+def shown(intervals: list[int]) -> list[int]:
+    """Return which of some intervals are the first, a longest, a shortest and the last one, ascending."""
+    return sorted({0, intervals.index(max(intervals)), intervals.index(min(intervals)), len(intervals) - 1})
+
+
+class StepTrain(Train):
+    """Steps at the begins of runs of equal intervals, in ticks of a clock.
+
+    `origin` is the tick at which step 0 begins; `runs` are (interval in ticks, count); the last count may be OPEN.
+    """
+
+    __slots__ = ("counts", "firsts", "intervals", "shown", "starts")
+
+    def __init__(self, clock: Clock, origin: int, runs: Iterable[tuple[int, int]]) -> None:
+        super().__init__(clock, origin)
+        own = laid(tuple(runs))
+        self.starts, self.intervals, self.counts, self.firsts = own.starts, own.intervals, own.counts, own.firsts
+        self.steps, self.shown = own.steps, own.shown
+        self.length = own.length  # ticks from the begin of step 0 to the end of the last
+
+    # ------------------------------------------------------------------------------------------- questions in ticks
+    def begin(self, k: int) -> int:
+        """Return the tick at which step k begins; k = `steps` gives the end of the train."""
+        if k >= self.steps:
+            return self.origin + self.length
+        i = bisect_right(self.firsts, k) - 1
+        return self.origin + self.starts[i] + (k - self.firsts[i]) * self.intervals[i]
+
+    def interval(self, k: int) -> int:
+        """Return the ticks from the begin of step k to its end."""
+        return self.intervals[bisect_right(self.firsts, k) - 1]
+
+    def begun_by(self, tick: int) -> int:
+        """Return how many steps have begun by a tick, that tick included."""
+        x = tick - self.origin
+        if x < 0:
+            return 0
+        i = bisect_right(self.starts, x) - 1
+        n = (x - self.starts[i]) // self.intervals[i] + 1
+        return self.firsts[i] + (n if n < self.counts[i] else self.counts[i])
+
+    def begun_by_many(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return how many steps have begun by ticks since `origin`, any order: (n,) int64."""
+        import numpy as np
+
+        starts = np.array(self.starts, np.int64)
+        i = np.maximum(np.searchsorted(starts, ticks, side="right") - 1, 0)
+        n = (ticks - starts[i]) // np.array(self.intervals, np.int64)[i] + 1
+        n = np.minimum(n, np.array(self.counts, np.int64)[i]) + np.array(self.firsts, np.int64)[i]
+        return np.where(ticks < 0, 0, n)
+
+    def pieces(self, since: int, to: int) -> int:
+        """Return how many velocities there are between two ticks since `origin`, within one."""
+        return bisect_left(self.starts, to) - bisect_right(self.starts, since) + 1
+
+    def rests(self, until: int) -> int:
+        """Return the tick since `origin` at which a train cut off at `until` (ps) comes to rest."""
+        return self.begin(begun) - self.origin if (begun := self.begun(until - 1)) else 0
+
+    # ------------------------------------------------------------------------------------------------------- arrays
+    def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Return the velocities from tick `since` to before tick `to`, both since `origin`.
+
+        Returns:
+            Ticks since `origin` (n,) int64, ascending, the first is `since`; steps/s from each to the next, float64.
+        """
+        import numpy as np
+
+        i, j = bisect_right(self.starts, since) - 1, bisect_left(self.starts, to)
+        ticks, intervals = np.array(self.starts[i:j], np.int64), np.array(self.intervals[i:j], np.int64)
+        ticks[0] = since
+        return ticks, self.clock.hz / intervals
+
+    def extremes(self, since: int, to: int) -> tuple[list[int], list[float]]:
+        """Return of the velocities the first, a lowest, a highest and the last: ticks since `origin`, and steps/s."""
+        i, j = bisect_right(self.starts, since) - 1, bisect_left(self.starts, to)
+        whole = j - i == len(self.starts)
+        chosen = self.shown if whole else [i + n for n in shown(self.intervals[i:j])]
+        return [since, *(self.starts[n] for n in chosen[1:])], [self.clock.hz / self.intervals[n] for n in chosen]
+
+    def begin_ticks(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
+        """Return the begins of steps first ... last-1: (n,) int64, ticks since `origin`, ascending."""
+        import numpy as np
+
+        last = self.steps if last is None else min(last, self.steps)
+        if last <= first:
+            return np.empty(0, np.int64)
+        i, j = bisect_right(self.firsts, first) - 1, bisect_right(self.firsts, last - 1)
+        out = np.empty(last - first, np.int64)
+        short = i  # runs from here to n are short: they are cumulated together; a long one is filled at once
+        for n in range(i, j):
+            if self.counts[n] >= LONG:
+                self._cumulate(out, short, n, first, last)
+                a, b = max(self.firsts[n], first), min(self.firsts[n] + self.counts[n], last)
+                begin = self.starts[n] + (a - self.firsts[n]) * self.intervals[n]
+                out[a - first : b - first] = np.arange(begin, begin + (b - a) * self.intervals[n], self.intervals[n])
+                short = n + 1
+        self._cumulate(out, short, j, first, last)
+        return out
+
+    def _cumulate(self, out: NDArray[np.int64], i: int, j: int, first: int, last: int) -> None:
+        """Fill in the begins of runs i ... j-1, as far as they lie in the window of steps first ... last-1."""
+        import numpy as np
+
+        if i == j:
+            return
+        a = max(self.firsts[i], first)
+        counts = np.array(self.counts[i:j])
+        counts[0] -= a - self.firsts[i]
+        counts[-1] -= max(self.firsts[j - 1] + self.counts[j - 1] - last, 0)
+        part = out[a - first : a - first + int(counts.sum())]
+        part[0] = self.starts[i] + (a - self.firsts[i]) * self.intervals[i]
+        np.cumsum(np.repeat(np.array(self.intervals[i:j]), counts)[:-1], out=part[1:])
+        part[1:] += part[0]
+
+
+class Playing:
+    """A train that is being played, shared by its views; at `until` (ps, exclusive) the firmware decides anew."""
+
+    __slots__ = ("train", "until")
+
+    def __init__(self, train: Train, until: int | None = None) -> None:
+        self.train, self.until = train, until
+
+    def bounded(self, ps: int) -> int:
+        """Return an instant (ps), or the last one before `until` if it is later."""
+        return ps if self.until is None or ps < self.until else self.until - 1
+
+    def begun(self, ps: int) -> int:
+        """Return how many steps have begun by an instant (ps) under this promise."""
+        return self.train.begun(self.bounded(ps))
+
+    def begun_many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return how many steps have begun by many instants (int64 ps, any order): (n,) int64."""
+        import numpy as np
+
+        if len(ps) < FEW:
+            return np.array([self.begun(at) for at in ps.tolist()], np.int64)
+        at = ps if self.until is None else np.minimum(ps, self.until - 1)
+        return self.train.begun_many(at)
+
+    @property
+    def moves(self) -> int | None:
+        """From which instant on the train says the velocity; None: it was withdrawn before."""
+        first = self.train.clock.ps(self.train.origin)
+        return first if self.until is None or first < self.until else None
+
+    def ticks(self, start: int, stop: int) -> tuple[int, int, bool]:
+        """Return the window start <= t <= stop (ps) as ticks of the train; `moves` lies before its end.
+
+        Returns:
+            From which tick on, and before which one; whether the train has come to rest before that.
+        """
+        train, clock = self.train, self.train.clock
+        since, to = clock.ticks_until(start) - train.origin, clock.ticks_until(stop) - train.origin + 1
+        rest = train.length if self.until is None else train.rests(self.until)
+        return since, min(to, rest), rest < to
+
+    def velocities(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Return the velocities at start <= t <= stop (ps); `moves` lies before `stop`.
+
+        Returns:
+            Instants (n,) int64 ps, ascending, the first is `start`; steps/s (n,) float64 from each to the next.
+        """
+        import numpy as np
+
+        since, to, rests = self.ticks(start, stop)
+        if since >= to:
+            return np.array([start]), np.zeros(1)
+        ticks, speeds = self.train.velocities(since, to)
+        if rests:
+            ticks, speeds = np.append(ticks, to), np.append(speeds, 0.0)
+        times = self.train.clock.ps_array(ticks, self.train.origin)
+        times[0] = start
+        return times, speeds
+
+    def pieces(self, start: int, stop: int) -> int:
+        """Return how many velocities there are at start <= t <= stop (ps), within two."""
+        since, to, _ = self.ticks(start, stop)
+        return 1 + (self.train.pieces(since, to) if since < to else 0)
+
+    def extremes(self, start: int, stop: int) -> tuple[list[int], list[float]]:
+        """Return of the velocities the first, a lowest, a highest and the last: instants (ps) and steps/s."""
+        since, to, rests = self.ticks(start, stop)
+        if since >= to:
+            return [start], [0.0]
+        ticks, speeds = self.train.extremes(since, to)
+        clock, origin = self.train.clock, self.train.origin
+        if rests:
+            ticks, speeds = [*ticks, to], [*speeds, 0.0]
+        return [start, *(clock.ps(origin + tick) for tick in ticks[1:])], speeds
+
+
+class Numbered(Protocol):
+    """A view of a train that can number its edges to a level from 1 on, since the train began."""
+
+    of: Playing
+
+    def passed(self, level: int, tick: int) -> int:
+        """Return how many edges there are by a tick, that tick included."""
+
+    def edge(self, level: int, k: int) -> int | None:
+        """Return the tick of edge k; None: the train has fewer."""
+
+    def few(self, level: int, numbers: list[int]) -> list[int]:
+        """Return the ticks of some edges, ascending, all of which come: fewer than are worth an array."""
+
+    def edge_times(self, level: int, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of edges first ... last: (n,) int64 ps."""
+
+
+class TrainEdges(ClockEdges):
+    """Edges of a view of a train, by arithmetic."""
+
+    def __init__(self, view: Numbered, level: int, since: int) -> None:
+        self.view, self.level, self.clock = view, level, view.of.train.clock
+        self.first = self._passed(since)
+
+    def _passed(self, ps: int) -> int:
+        return self.view.passed(self.level, self.clock.ticks_until(self.view.of.bounded(ps)))
+
+    def by(self, ps: int) -> int:
+        """Return how many edges there have been by an instant (ps), that instant included."""
+        return max(self._passed(ps) - self.first, 0)
+
+    def at(self, k: int) -> int | None:
+        """Return the instant of edge k (ps); None: the train has fewer, or was cut off before."""
+        tick = self.view.edge(self.level, self.first + k)
+        if tick is None:
+            return None
+        time, until = self.clock.ps(tick), self.view.of.until
+        return time if until is None or time < until else None
+
+    def many(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of edges first ... last, all of which come: (n,) int64 ps, ascending."""
+        return self.view.edge_times(self.level, self.first + first, self.first + last)
+
+    def few(self, numbers: list[int]) -> list[int]:
+        """Return the instants of some edges, all of which come, in ps."""
+        first = self.first
+        return self.clock.ps_list(self.view.few(self.level, [first + k for k in numbers]))

@@ -1,0 +1,94 @@
+"""A hook: something happens, and any number of listeners hear of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import BuiltinFunctionType, FunctionType, MethodType
+from typing import Generic, NoReturn, ParamSpec
+
+from ...errors import UsageError
+from ..messages.calls import misfit
+from ..messages.instead import missing
+
+P = ParamSpec("P")
+FUNCTIONS = (FunctionType, MethodType, BuiltinFunctionType)
+
+
+class Hook(Generic[P]):
+    """Listeners, called in the order in which they were added.
+
+    A listener may add and remove others, or itself, while it is called: what is removed is not called any more, what is
+    added is called from the next time on.  Who calls a hook often asks first whether anybody listens: `if hook: ...`.
+    """
+
+    __slots__ = ("listeners",)
+
+    def __init__(self) -> None:
+        self.listeners: tuple[Callable[P, object], ...] = ()
+
+    def add(self, listener: Callable[P, object]) -> Callable[P, object]:
+        """Call a function from now on; return it, for `remove`.
+
+        Raises:
+            UsageError: it is no function.
+        """
+        if not callable(listener):
+            raise UsageError(f"a listener {listener!r}; expected a function, which is called when it happens")
+        self.listeners = (*self.listeners, listener)
+        return listener
+
+    def remove(self, listener: Callable[P, object]) -> None:
+        """Call a function no longer; one that was added twice is called once less.
+
+        Raises:
+            UsageError: it does not listen.
+        """
+        listeners = list(self.listeners)
+        if listener not in listeners:
+            raise UsageError(f"remove({listener!r}): it does not listen; give what add() was given")
+        listeners.remove(listener)
+        self.listeners = tuple(listeners)
+
+    def __iadd__(self, listener: object) -> NoReturn:
+        raise UsageError(f"a hook += {listener!r}; write .add(...)")
+
+    def __bool__(self) -> bool:
+        return bool(self.listeners)
+
+    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> None:
+        """Call every listener."""
+        listeners = self.listeners
+        if not listeners and args and type(args[0]) in FUNCTIONS:  # what listeners are told is no function
+            raise UsageError(f"a listener {args[0]!r} is given to the hook itself; write .add(...)")
+        for listener in listeners:
+            if self.listeners is listeners or listener in self.listeners:
+                try:
+                    listener(*args, **kwargs)
+                except TypeError:
+                    if wrong := misfit(listener, *args, **kwargs):
+                        name = getattr(listener, "__name__", "of this kind")
+                        raise UsageError(f"a listener {name}: {wrong}; it is called with {_told(args)}") from None
+                    raise
+
+
+def _told(args: tuple[object, ...]) -> str:
+    return f"{len(args)} argument{'s' * (len(args) != 1)}: {', '.join(type(each).__name__ for each in args)}"
+
+
+missing(Hook, **dict.fromkeys(("append", "connect", "subscribe", "register", "listen"), "{it}.add(function)"))
+
+
+class CommandHook(Hook[[str]]):
+    """What a chip works on; "" is nothing, and is told once, whatever ends the work first: its end, reset, supply."""
+
+    __slots__ = ("text",)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.text = ""
+
+    def __call__(self, text: str) -> None:
+        """Call every listener."""
+        if text or self.text:
+            self.text = text
+            super().__call__(text)

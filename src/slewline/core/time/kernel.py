@@ -1,0 +1,348 @@
+"""The event kernel: integer time, delta rounds, tasks.
+
+Theory.  An instant T runs in rounds.  Round 1 runs every task that a timer woke; everything still reads as it was
+before T.  Then the edges that were promised for T and the changes made in round 1 commit together, everybody is
+told, and reactions run in rounds 2 and on, until the instant is quiet.  So a look (a timer wake at which firmware
+samples) sees the level from before the instant, and the order of tasks inside a round cannot matter.
+
+Rules of this file: no wall clock; nothing global; a heap entry is (time, order, who, token) and is stale, hence
+dropped, when `who.token` has moved on.  Nothing is ever searched for in the heap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine
+from functools import partial
+from heapq import heappop, heappush
+from itertools import count
+from typing import Any, Protocol, TypeVarTuple
+
+from ...errors import Endless, SlewlineError, UsageError
+from .hook import Hook
+from .outside import Outside
+from .timebase import readable
+
+ROUNDS_LIMIT = 100_000  # about a second, and a hundred times what a chain of a thousand gates takes
+Args = TypeVarTuple("Args")
+
+
+class Shuffler(Protocol):
+    """A source of chance that is handed in, for example random.Random(1)."""
+
+    def shuffle(self, ready: list[Any], /) -> None:
+        """Put a list into another order, in place."""
+
+
+class Task:
+    """A coroutine on the kernel; `value` is what its next resumption returns: the net that woke it, None for a time.
+
+    The coroutine is made when its first lines run: Python complains of one that is made and never run.
+    """
+
+    __slots__ = ("alive", "begin", "coroutine", "is_net", "name", "send", "token", "value")
+
+    def __init__(self, begin: Callable[[], Coroutine[Any, Any, None]], name: str) -> None:
+        self.begin, self.name = begin, name
+        self.coroutine: Coroutine[Any, Any, None] | None = None
+        self.send: Callable[[Any], Any] = self._run
+        self.token, self.alive, self.is_net = 0, True, False
+        self.value: Any = None
+
+    def _run(self, _value: None) -> None:
+        """Run the first lines."""
+        self.coroutine = self.begin()
+        self.send = self.coroutine.send
+        self.send(None)
+
+    def kill(self) -> None:
+        """End the task where it waits; its `finally` blocks run."""
+        self.token += 1
+        self.alive = False
+        if self.coroutine is not None:
+            self.coroutine.close()
+
+    def __repr__(self) -> str:
+        return f"<Task {self.name}>"
+
+
+class Call:
+    """A plain function to be called at an instant, in round 1."""
+
+    __slots__ = ("alive", "function", "is_net", "token", "value")
+
+    def __init__(self, function: Callable[[], object]) -> None:
+        self.function, self.token, self.value, self.alive, self.is_net = function, 0, None, True, False
+
+    def send(self, _value: None) -> None:
+        """Call the function (the kernel resumes it as it does a task)."""
+        self.function()
+
+    def __repr__(self) -> str:
+        return f"<Call {self.function!r}>"
+
+
+class CommitHook(Hook[[int]]):
+    """The hook of committed time.
+
+    A run looks once whether anybody listens; who is first to do so in the middle of it leaves a mark in the heap, so
+    that an instant costs nothing more while nobody listens.
+    """
+
+    __slots__ = ("kernel", "mark")
+
+    def __init__(self, kernel: Kernel) -> None:
+        super().__init__()
+        self.kernel, self.mark = kernel, Call(lambda: None)
+        self.mark.token = 1  # an entry with another token is stale: it is dropped, never called
+
+    def add(self, listener: Callable[[int], object]) -> Callable[[int], object]:
+        """Call a function with every committed instant (ps) from now on; return it, for `remove`."""
+        kernel = self.kernel
+        if kernel.running and not self.listeners:
+            heappush(kernel.heap, (kernel.now, next(kernel.order), self.mark, 0))
+        return super().add(listener)
+
+
+class Kernel:
+    """Virtual time, in picoseconds: `now` is the instant being run, `seen` the last one whose changes are visible.
+
+    `on_commit` is called with the instant up to which time has been run: an instant is quiet, or a run ends without an
+    event. What lies before that instant is final; at the instant itself an input from outside may still follow, and
+    then it is called again.
+    """
+
+    def __init__(self, shuffle: Shuffler | None = None) -> None:
+        self.now = 0
+        self.seen = 0
+        self.heap: list[tuple[int, int, Any, int]] = []
+        self.order = count()
+        self.pending: list[Any] = []  # drivers that change at the end of the round
+        self.woken: list[Any] = []  # tasks for the next round
+        self.task: Task | None = None
+        self.shuffle = shuffle
+        self.running = False
+        self.outside = Outside()
+        self.on_commit: Hook[[int]] = CommitHook(self)
+
+    # ------------------------------------------------------------------------------------------------- scheduling
+    def spawn(self, function: Callable[[*Args], Coroutine[Any, Any, None]], *args: *Args, name: str) -> Task:
+        """Start a task, the coroutine that a function makes of its arguments; its first lines run in the next round."""
+        task = Task(partial(function, *args), name)
+        self.woken.append(task)
+        return task
+
+    def call_at(self, ps: int, function: Callable[[], object]) -> Call:
+        """Call a function in round 1 of an instant; an instant that is past or present is served in the next round."""
+        call = Call(function)
+        if ps <= self.now:
+            self.woken.append(call)
+        else:
+            heappush(self.heap, (ps, next(self.order), call, 0))
+        return call
+
+    def wake_at(self, ps: int, task: Task) -> None:
+        """Wake a task that waits, at an instant, unless something else has woken it by then."""
+        heappush(self.heap, (ps, next(self.order), task, task.token))
+
+    def next_time(self) -> int | None:
+        """Return the instant of the next event if nobody interferes (ps); None: there is none."""
+        heap = self.heap
+        while heap and heap[0][2].token != heap[0][3]:
+            heappop(heap)
+        return heap[0][0] if heap else None
+
+    # ---------------------------------------------------------------------------------------------------- running
+    def settle(self) -> None:
+        """Run rounds of the present instant until it is quiet: what was driven from outside takes effect."""
+        if not self.running and (self.woken or self.pending):
+            self.running = True
+            try:
+                self._react(self.now, [])
+                if self.on_commit.listeners:
+                    self._committed()
+            finally:
+                self._rest()
+
+    def run(self, until: int) -> None:
+        """Run everything up to and including an instant (ps), which is then the present one."""
+        self.run_while(None, until)
+        if until > self.now:
+            self.now = self.seen = until
+            if self.on_commit.listeners:
+                self.running = True
+                try:
+                    self._committed()
+                finally:
+                    self._rest()
+
+    def run_while(self, over: Callable[[], bool] | None, until: int) -> bool:
+        """Run whole instants, none later than `until` (ps), until `over` returns true; return false when it does.
+
+        Raises:
+            UsageError: the call comes from within a run.
+        """
+        if self.running:
+            raise UsageError(
+                f"it is {readable(self.now)}, and time passes already: what a run calls cannot let it pass"
+            )
+        if self.woken or self.pending:
+            self.settle()
+        heap = self.heap
+        told = self.on_commit.listeners != ()
+        self.running = True
+        try:
+            while over is None or not over():
+                if not heap or (time := heap[0][0]) > until:
+                    return True
+                _, _, who, token = heappop(heap)
+                if who.token != token:
+                    if not told and self.on_commit.listeners:  # somebody has begun to listen
+                        told = True
+                        self._committed()
+                    continue
+                who.token = token + 1
+                self.now = time
+                self.seen = time - 1
+                if self.shuffle is not None or who.is_net or (heap and heap[0][0] == time):
+                    self._instant(time, who)
+                    if told:
+                        self._committed()
+                    continue
+                self.task = who  # one timer, alone in its instant: most of the time
+                try:
+                    who.send(None)
+                except StopIteration:
+                    who.alive = False
+                except Exception:
+                    who.alive = False
+                    raise
+                if self.pending or self.woken:
+                    self._react(time, [])
+                else:
+                    self.seen = time
+                if told:
+                    self._committed()
+            return False
+        finally:
+            self._rest()
+
+    def _instant(self, time: int, who: Any) -> None:
+        """An instant with several causes.  Round 1: the tasks whose time has come; everything reads as before."""
+        heap = self.heap
+        ready: list[Any] = []
+        edges: list[Any] = []
+        while True:
+            if who.is_net:
+                edges.append(who)
+            else:
+                who.value = None
+                ready.append(who)
+            while True:
+                if not heap or heap[0][0] != time:
+                    try:
+                        self._resume(ready)
+                    finally:
+                        self._react(time, edges)
+                    return
+                _, _, who, token = heappop(heap)
+                if who.token == token:
+                    who.token = token + 1
+                    break
+
+    def _committed(self) -> None:
+        """Tell that this instant is over; what a listener puts in still belongs to it, and then it is told again."""
+        for _ in range(ROUNDS_LIMIT):
+            self.on_commit(self.now)
+            if not (self.pending or self.woken):
+                return
+            self._react(self.now, [])
+        raise Endless(f"who listens to on_commit puts something in at {readable(self.now)} whenever it is told")
+
+    def _rest(self) -> None:
+        self.running = False
+        self.seen = self.now
+        self.task = None
+
+    def _react(self, time: int, edges: list[Any]) -> None:
+        """Commit, tell, run what was woken, and again, until the instant is quiet."""
+        for _ in range(ROUNDS_LIMIT):
+            if self.pending or edges:
+                self._commit(time, edges)
+                edges = []
+            self.seen = time
+            ready = self.woken
+            if ready:
+                self.woken = []
+                self._resume(ready)
+            elif not self.pending:
+                return
+        names = ", ".join(sorted({repr(task) for task in ready} | {repr(driver.net) for driver in self.pending}))
+        raise Endless(
+            f"{ROUNDS_LIMIT} rounds at {readable(time)}: these answer each other without letting time pass: {names}"
+        )
+
+    def _resume(self, ready: list[Any]) -> None:
+        """Resume tasks; an exception of one ends that task, and is raised when the others have had their turn."""
+        if self.shuffle is not None:
+            self.shuffle.shuffle(ready)
+        failure: Exception | None = None
+        for task in ready:
+            if task.alive:
+                self.task = task
+                try:
+                    task.send(task.value)
+                except StopIteration:
+                    task.alive = False
+                except Exception as error:
+                    task.alive = False
+                    failure = failure or error
+        if failure is not None:
+            raise failure
+
+    def _commit(self, time: int, nets: list[Any]) -> None:
+        """All changes of the round take effect together; then everybody is told."""
+        pending, self.pending = self.pending, []
+        changed = []
+        for driver in pending:
+            driver.pending = False
+            net = driver.net
+            told = driver.next
+            if net.told == 1 and net.plain is driver and ((kind := type(told)) is int or kind is tuple):
+                net.told = 0
+                driver.level = told  # the only driver puts a level after a level, and nobody records: most of the time
+                if told != net.value:
+                    net.value = told
+                    net.changes += 1
+                    net.changed_at = time
+                    if net.waiters or net.observers:
+                        changed.append(net)
+            else:
+                driver.take()
+                if net.told:
+                    net.told = 0
+                    nets += net.joined or (net,)
+        self.seen = time
+        for net in nets:
+            if net.update(time) and (net.waiters or net.observers):
+                changed.append(net)
+        for net in changed:
+            waiters = net.waiters
+            if len(waiters) == 1 and not net.observers:  # most of the time: one task waits for this very level
+                task, token, wanted = waiters[0]
+                if wanted is None or wanted == net.value or task.token != token:
+                    waiters.clear()
+                    if task.token == token:
+                        task.token = token + 1
+                        task.value = net
+                        self.woken.append(task)
+            else:
+                net.tell()
+        for net in nets:  # the next edge is an instant only if somebody still watches
+            if net.promise is not None:
+                net.schedule(time)
+
+    def current(self) -> Task:
+        """Return the task that is running; only inside one is it possible to wait."""
+        if self.task is None:
+            raise SlewlineError("only a task of the kernel can wait")
+        return self.task

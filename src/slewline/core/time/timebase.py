@@ -1,0 +1,233 @@
+"""Time is an integer number of picoseconds; a chip counts its own clock ticks and converts their sum once.
+
+Users write "25 us", "1.5 ms" or an int of picoseconds.  A float is refused: it would be rounded by somebody else; but
+`bench.now`, a float that knows its picoseconds (`Seconds`), is taken.
+Where time is to pass or something is to happen (`picoseconds`), an int from 1 to 999 is refused, too: it was meant to
+have another unit, and "5 ps" can be written.  A question about the past (`moment`) takes any int.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from math import gcd
+from operator import index
+from typing import TYPE_CHECKING, Self, TypeAlias
+
+from ...errors import TimeError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+PS_PER_S = 10**12
+LEAST_PS = 1000  # what a bare number must be at least, 0 apart
+UNITS = {
+    "ps": 1,
+    "ns": 10**3,
+    "us": 10**6,
+    "µs": 10**6,
+    "ms": 10**9,
+    "s": PS_PER_S,
+    "min": 60 * PS_PER_S,
+    "h": 3600 * PS_PER_S,
+}
+FREQUENCIES = {"hz": 1, "khz": 10**3, "mhz": 10**6}
+_QUANTITY = re.compile(r"\s*([+-]?)(\d{1,30})(?:\.(\d{0,30}))?\s*([a-zµ]+)\s*", re.IGNORECASE)
+
+
+class Seconds(float):
+    """An instant in seconds: a float that prints as "0.170768 s", rounded, and whose exact time is `ps`."""
+
+    __slots__ = ("ps",)
+    ps: int
+
+    def __new__(cls, ps: int) -> Self:
+        """Return the instant of so many picoseconds."""
+        found = super().__new__(cls, ps / PS_PER_S)
+        found.ps = ps
+        return found
+
+    def __getnewargs__(self) -> tuple[int]:  # what a copy is made of
+        return (self.ps,)
+
+    def __str__(self) -> str:
+        return f"{float(self):.6f} s"
+
+
+Time: TypeAlias = str | int | Seconds  # text with a unit, picoseconds, or bench.now
+
+
+def _scaled(text: str, units: dict[str, int], what: str, example: str) -> int:
+    match = _QUANTITY.fullmatch(text)
+    unit = units.get(match[4] if match and match[4] in units else match[4].lower()) if match else None
+    if match is None or unit is None:
+        raise TimeError(f"{what} {text!r}: expected a number and a unit ({', '.join(units)}), for example {example!r}")
+    decimals = match[3] or ""
+    value, rest = divmod(int(match[2] + decimals) * unit, int(10 ** len(decimals)))
+    if rest:
+        raise TimeError(f"{what} {text!r}: finer than 1 {next(iter(units))}; give a multiple of it")
+    return -value if match[1] == "-" else value
+
+
+def _whole(time: Time, negative: bool) -> int:
+    try:
+        if isinstance(time, bool):
+            raise TypeError
+        ps = _scaled(time, UNITS, "time", "25 us") if isinstance(time, str) else index(time)  # type: ignore[arg-type]
+    except TypeError:
+        if not isinstance(time, Seconds):
+            example = f"{time:g} s" if isinstance(time, float) and "e" not in f"{time:g}" else "25 us"
+            raise TimeError(
+                f"time {time!r}: expected text such as {example!r}, bench.now, or an int of picoseconds; "
+                "a float would be rounded"
+            ) from None
+        ps = time.ps
+    if ps < 0 and not negative:
+        raise TimeError(f"time {time!r}: virtual time does not run backwards; give 0 or more")
+    return ps
+
+
+def picoseconds(time: Time, *, negative: bool = False) -> int:
+    """Return the picoseconds of a time such as "25 us", of `bench.now`, or of an int that is picoseconds already.
+
+    Raises:
+        TimeError: another float, an unknown unit, a fraction of a picosecond, a negative time, an int from 1 to 999.
+    """
+    ps = _whole(time, negative)
+    if 0 < abs(ps) < LEAST_PS and not isinstance(time, str | Seconds):
+        raise TimeError(f"time {time!r}: a bare number is picoseconds; write its unit, such as '{ps} ms' or '{ps} ps'")
+    return ps
+
+
+def moment(time: Time, *, negative: bool = False) -> int:
+    """Return the picoseconds of an instant of the past: as `picoseconds`, but any int from 0 on is taken.
+
+    Raises:
+        TimeError: for a float, an unknown unit, a fraction of a picosecond, or a negative time, unless it may be one.
+    """
+    return _whole(time, negative)
+
+
+def moments(times: Time | Sequence[Time] | NDArray[np.int64]) -> int | NDArray[np.int64]:
+    """Return the picoseconds of one instant of the past as an int, of many as int64 of the shape of `times`.
+
+    Raises:
+        TimeError: as `moment`.
+    """
+    if isinstance(times, str | int | Seconds):
+        return moment(times)
+    import numpy as np
+
+    found = np.asarray(times)
+    if not found.ndim:
+        return moment(times)  # type: ignore[arg-type]
+    return found if found.dtype.kind in "iu" else np.array([moment(time) for time in times], np.int64)
+
+
+def window(start: Time | None, stop: Time | None, now: int, since: int = 0) -> tuple[int, int]:
+    """Return a window of the past in picoseconds: from `since` and up to `now` (ps), where nothing else is said.
+
+    Raises:
+        TimeError: no times, or a window that ends before it begins.
+    """
+    first, last = since if start is None else moment(start), now if stop is None else moment(stop)
+    if stop is not None and first > last:
+        raise TimeError(
+            f"from {readable(first)} to {readable(last)}: the window ends before it begins; give start, then stop"
+        )
+    return first, min(last, now)
+
+
+def hertz(frequency: str | int) -> int:
+    """Return the hertz of a frequency such as "11 MHz" or "3.579545 MHz", or of an int that is hertz already.
+
+    Raises:
+        TimeError: a float, an unknown unit, or a fraction of a hertz.
+    """
+    if isinstance(frequency, str):
+        return _scaled(frequency, FREQUENCIES, "frequency", "11 MHz")
+    if isinstance(frequency, int) and not isinstance(frequency, bool):
+        return frequency
+    raise TimeError(f"frequency {frequency!r}: expected text such as '11 MHz', or an int of hertz")
+
+
+def readable(ps: int) -> str:
+    """Return a time as text, rounded down to six decimals of its unit: 3200000000 is "3.2 ms"."""
+    for unit in ("s", "ms", "us", "ns"):
+        if abs(ps) >= UNITS[unit]:
+            whole, rest = divmod(abs(ps), UNITS[unit])
+            decimals = f"{rest:0{len(str(UNITS[unit])) - 1}d}"[:6].rstrip("0")
+            return f"{'-' if ps < 0 else ''}{whole}{'.' + decimals if decimals else ''} {unit}"
+    return f"{ps} ps"
+
+
+class Clock:
+    """A crystal: ticks to picoseconds by the reduced fraction n/d = 10^12/f, rounding down, without drift."""
+
+    __slots__ = ("d", "hz", "n")
+
+    def __init__(self, hz: int) -> None:
+        common = gcd(PS_PER_S, hz)
+        self.hz, self.n, self.d = hz, PS_PER_S // common, hz // common
+
+    def ps(self, ticks: int) -> int:
+        """Return the instant of a tick, in picoseconds since tick 0."""
+        return ticks * self.n // self.d
+
+    def ticks_until(self, ps: int) -> int:
+        """Return the last tick at or before an instant (ps since tick 0)."""
+        return ((ps + 1) * self.d - 1) // self.n
+
+    def ticks_from(self, ps: int) -> int:
+        """Return the first tick at or after an instant (ps since tick 0)."""
+        return -(-ps * self.d // self.n)
+
+    def ps_list(self, ticks: list[int]) -> list[int]:
+        """Return the instants of some ticks, in picoseconds since tick 0."""
+        n, d = self.n, self.d
+        return [tick * n // d for tick in ticks]
+
+    def ticks_list(self, ps: list[int]) -> list[int]:
+        """Return the first ticks at or after some instants (ps since tick 0)."""
+        n, d = self.n, self.d
+        return [-(-time * d // n) for time in ps]
+
+    def ticks_array(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the first ticks at or after many instants: int64, shape as `ps`, every element exact."""
+        whole, part = ps // self.n, ps % self.n
+        guess: NDArray[np.int64] = (part * (self.d / self.n)).astype("int64")  # wrong by one at most, as a float may be
+        rest = part * self.d - guess * self.n  # products wrap around, their difference is small
+        return whole * self.d + guess - -rest // self.n
+
+    def ps_array(
+        self, ticks: NDArray[np.int64], origin: int = 0, out: NDArray[np.int64] | None = None
+    ) -> NDArray[np.int64]:
+        """Return the instants of `origin + ticks`: int64 ps since tick 0, shape as `ticks`, every element exact.
+
+        Args:
+            ticks: int64, ascending.
+            origin: a tick, counted from tick 0.
+            out: where to put them; it may be `ticks` itself.
+
+        Raises:
+            TimeError: an instant lies beyond 2^63 ps (106 days), which int64 cannot hold.
+        """
+        import numpy as np
+
+        base, late = divmod(origin * self.n, self.d)  # the origin's exact instant lies late/d ps after `base`
+        last = int(ticks[-1]) if len(ticks) else 0
+        if self.ps(origin + last) >= 1 << 63:
+            raise TimeError("an array of picoseconds ends after 106 days (2^63 ps); ask for an earlier window")
+        if last * self.n + late < 1 << 63:
+            out = np.multiply(ticks, self.n, out=out)
+            if self.d > 1:
+                out += late
+                out //= self.d
+        else:  # q*n + r*(n//d) + (r*(n%d) + late)//d does not overflow where ticks*n would
+            quotient, rest = np.divmod(ticks, self.d)
+            finest = (rest * (self.n % self.d) + late) // self.d
+            out = np.add(quotient * self.n + rest * (self.n // self.d), finest, out=out)
+        if base:
+            out += base
+        return out

@@ -1,0 +1,27 @@
+"""Something that tasks wait for, on a net of its own."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .net import Driver, Net
+
+if TYPE_CHECKING:
+    from ..time.kernel import Kernel
+
+
+class Bell:
+    """Rings at the end of a round: its net changes, and whoever waits for a change goes on."""
+
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        self.count, self._driver = 0, Driver(Net(kernel, name), name)
+
+    @property
+    def net(self) -> Net:
+        """Changes with every ring."""
+        return self._driver.net
+
+    def ring(self) -> None:
+        """Wake whoever waits for a change."""
+        self.count += 1
+        self._driver.drive(self.count)

@@ -1,0 +1,415 @@
+"""Nets: wires with drivers, pulls and promises.
+
+A net is driven by levels (0, 1, or None for floating) or by promises: waveforms that a driver has planned ahead and
+that hold until it decides anew.  A promise costs the kernel nothing while nobody watches its net, and one heap entry
+(its next edge) while somebody does.
+
+Strong drivers that disagree give 0 (wired AND, as open collectors do) and one conflict report.  Without a strong
+driver the net takes its tie (the standard wiring of a bare part), without a tie its pull, without a pull it floats.
+
+Nets that are joined are one wire from then on: they share drivers, tie and pull, and each keeps who looks at it and
+what it has recorded, so that nobody who holds one of them need hear of the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from heapq import heappush
+from typing import Any
+
+from ...errors import WiringError
+from ..time.hook import Hook
+from ..time.kernel import Kernel, Task
+from .views import Rested, Wired
+from .wave import Level, Promise, Wave, floats, promised
+
+__all__ = ["Bus", "Driver", "Level", "Net", "Promise", "Wave"]
+
+MOST_PINS = 500  # of one wire: with each one more, all of them are asked what they show
+
+
+class Driver:
+    """One output on a net.  A level that it is given takes effect at the end of the round."""
+
+    __slots__ = ("kernel", "level", "name", "net", "next", "pending", "promise", "source")
+
+    def __init__(self, net: Net, name: str) -> None:
+        self.net, self.kernel, self.name = net.hub, net.kernel, name
+        self.level: Level = None
+        self.promise: Promise | None = None
+        self.next: Level | Promise = None
+        self.pending = False
+        self.source: object = None  # the part that runs ahead of time and decides on this output, if it does
+        net.check_room(1)
+        net.drivers.append(self)
+        net.sort_drivers()
+
+    def drive(self, level: Level) -> None:
+        """Put a level, 0 or 1, or a promise on the net; None releases it."""
+        self.next = level
+        if not self.pending:
+            self.pending = True
+            self.net.told += 1
+            self.kernel.pending.append(self)
+
+    def play(self, promise: Promise) -> None:
+        """Promise a waveform from this instant on."""
+        self.drive(promise)
+
+    def wave(self, before: Level, times: tuple[int, ...], levels: tuple[Level, ...]) -> None:
+        """Promise edges (ps, level) that all lie in the future; until the first one the output shows `before`.
+
+        Nobody can see them yet, so the promise takes effect at once.
+        """
+        net = self.net
+        promise = self.promise
+        if self.pending or net._log is not None or net.samplers or net.joined:
+            self.drive(Wave(before, times, levels))
+        elif type(promise) is Wave and not (net.waiters or net.observers or net.latched):
+            promise.before, promise.times, promise.levels = before, times, levels  # nobody holds the old one
+        else:
+            self.promise = Wave(before, times, levels)
+            net.sort_drivers()
+            net.token += 1
+            if net.waiters or net.observers or net.latched:
+                net.follow()
+
+    def renew(self) -> None:
+        """Report that `until` of the promise has moved, to whoever watches or samples the net."""
+        net = self.net
+        if (net.waiters or net.observers or net.latched or net.samplers or net.joined) and not self.pending:
+            self.drive(self.promise)
+
+    def take(self) -> None:
+        """Commit the pending level (called by the kernel)."""
+        hub, told = self.net, self.next
+        nets = hub.joined or (hub,)
+        if self.promise is None and told == self.level:
+            return  # it is so already
+        hub.renewed = told is self.promise
+        for net in nets:
+            for sampler in net.samplers:
+                sampler()
+        hub.renewed = False
+        if told is None or type(told) is int or type(told) is tuple:
+            if self.promise is None and (self.level is None) is (told is None):
+                self.level = told
+                return
+            self.level, self.promise = told, None
+        else:
+            self.promise = told
+        self.net.sort_drivers()
+        for net in nets:
+            net.token += 1
+
+    def at(self, ps: int) -> Level:
+        """Return what this output shows at an instant (ps): 0, 1, or None while it floats."""
+        return self.level if self.promise is None else self.promise.level(ps)
+
+
+class Joint:
+    """A pending entry of a net whose wiring has changed, as a driver is when it has been told a level (see `join`)."""
+
+    __slots__ = ("net", "next", "pending")
+
+    def __init__(self, net: Net) -> None:
+        self.net, self.next, self.pending = net, None, True
+
+    def take(self) -> None:
+        """Commit (called by the kernel)."""
+
+
+class Net:
+    """A wire: `level` is what a reader sees now.
+
+    While it is watched, `changes` counts its edges, and `changed_at` (ps) is the instant of the last one.
+    """
+
+    __slots__ = (
+        "_log", "active", "blamed_ps", "changed_at", "changes", "clash", "drivers", "hub", "is_net", "joined", "kernel",
+        "latched", "name", "observers", "on_conflict", "plain", "promise", "pull", "renewed", "samplers", "tie",
+        "token", "told", "value", "waiters",
+    )  # fmt: skip
+    width = 1
+
+    def __init__(self, kernel: Kernel, name: str, pull: Level = None, tie: Level = None) -> None:
+        self.kernel, self.name, self.pull, self.tie, self.is_net = kernel, name, pull, tie, True
+        self.hub: Net = self  # the net of a wire that its drivers tell
+        self.joined: tuple[Net, ...] = ()  # all nets of a wire that has several
+        self.drivers: list[Driver] = []
+        self.promise: Promise | None = None  # the promise of the first driver that has one
+        self.value: Level = tie if tie is not None else pull
+        self.waiters: list[tuple[Task, int, Level]] = []
+        self.observers: list[Callable[[Net], object]] = []
+        self.samplers: list[Callable[[], object]] = []  # called before a driver forgets what it has shown so far
+        self._log: list[tuple[int, Any]] | None = None
+        self.on_conflict: Hook[[Net]] = Hook()  # two drivers begin to disagree; one hook for all nets of a wire
+        self.blamed_ps: int | None = None  # when a chip heard of that last
+        self.token = self.changes = self.changed_at = 0
+        self.told = 0  # how many of its drivers have been told something in this round
+        self.clash = False  # two drivers disagree, which is reported once
+        self.active: list[Driver] = []  # those drivers that drive at all
+        self.plain: Driver | None = None  # the only one that drives, when a level may simply follow a level
+        self.renewed = False  # samplers are called because a bound has moved: what was promised so far remains true
+        self.latched = False  # `changes` and `changed_at` count even while nobody waits for the net
+
+    @property
+    def log(self) -> list[tuple[int, Any]] | None:
+        """A recorder's raw material: (from, level or promise); None: nobody records."""
+        return self._log
+
+    @log.setter
+    def log(self, log: list[tuple[int, Any]] | None) -> None:
+        self._log = log
+        self.sort_drivers()
+
+    def sort_drivers(self) -> None:
+        """Note who drives, which promise counts, and whether a commit can take the short way."""
+        self.active = [driver for driver in self.drivers if driver.promise is not None or driver.level is not None]
+        self.promise = next((driver.promise for driver in self.active if driver.promise is not None), None)
+        self.clash &= len(self.active) > 1
+        if self.joined:
+            for net in self.joined:
+                net.active, net.promise, net.plain, net.clash = self.active, self.promise, None, self.clash
+            return
+        single = len(self.active) == 1 and self.promise is None and self._log is None and not self.samplers
+        self.plain = self.active[0] if single else None
+
+    @property
+    def level(self) -> Level:
+        """The level that a reader sees: in round 1 the one from before the instant."""
+        return self.value if self.promise is None else self.resolve(self.kernel.seen)
+
+    @staticmethod
+    def wired(levels: Iterable[Level]) -> tuple[Level, bool]:
+        """Return what some levels on one wire add up to, and whether they disagree."""
+        level: Level = None
+        clash = False
+        for own in levels:
+            if own is not None:
+                if level is None:
+                    level = own
+                elif own != level:
+                    level, clash = 0, True
+        return level, clash
+
+    def resolve(self, ps: int) -> Level:
+        """Return the level at an instant (ps), from all drivers, the tie and the pull."""
+        level: Level = None
+        clash = False
+        for driver in self.active:
+            own = driver.level if driver.promise is None else driver.promise.level(ps)
+            if level is None:
+                level = own
+            elif own is not None:
+                level, differ = self.wired((level, own))
+                clash |= differ
+        if clash is not self.clash:
+            self._report(clash)
+        if level is None:
+            level = self.tie if self.tie is not None else self.pull
+        return level
+
+    def shown(self) -> Promise | Level:
+        """Return what the wire shows from now on, as things stand: a promise, or the level that it stays at.
+
+        It is a value: it holds for the past when drivers tell something else, and knows nothing of what they tell.
+        """
+        rest = self.tie if self.tie is not None else self.pull
+        told = [driver.level if driver.promise is None else driver.promise for driver in self.active]
+        if not any(map(promised, told)):
+            return rest if (level := self.wired(told)[0]) is None else level
+        if len(told) > 1:
+            return Wired(tuple(told), self.wired, rest)
+        return Rested(told[0], rest) if rest is not None and floats(told[0]) else told[0]
+
+    def edges_ahead(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop under the present promises: two lists, or int64 ps and int8 levels."""
+        return shown.edges(start, stop) if promised(shown := self.shown()) else ([], [])
+
+    def levels_before(self, instants: list[int]) -> list[Level]:
+        """Return the levels just before some instants (ps), under the present promises."""
+        if len(self.active) != 1 or (promise := self.active[0].promise) is None:
+            return [self.resolve(ps - 1) for ps in instants]
+        if type(promise) is Wave and promise.until is None:
+            found = promise.levels_before(instants)
+        else:
+            found = [promise.level(ps - 1) for ps in instants]
+        if None in found:
+            rest = self.tie if self.tie is not None else self.pull
+            return [rest if level is None else level for level in found]
+        return found
+
+    def _report(self, clash: bool) -> None:
+        for net in self.joined or (self,):
+            net.clash = clash
+        if clash:
+            self.hub.on_conflict(self.hub)
+
+    def rest(self) -> None:
+        """Refresh the level of an idle wire after its tie or pull has changed."""
+        if not self.drivers:
+            self.value = self.tie if self.tie is not None else self.pull
+
+    def update(self, ps: int) -> bool:
+        """Commit the level of an instant (ps) and return whether it changed (called by the kernel)."""
+        active, promise = self.active, self.promise
+        if len(active) == 1:
+            new = active[0].level if promise is None else promise.level(ps)
+            if new is None:
+                new = self.tie if self.tie is not None else self.pull
+        else:
+            new = self.resolve(ps)
+        if self._log is not None:
+            self._keep(ps, new)
+        alone = len(active) == 1 and self._log is None and not self.joined
+        if alone and not self.samplers and type(promise) is Wave and ps >= promise.times[-1]:
+            active[0].level, active[0].promise = promise.levels[-1], None  # the wave is over
+            self.promise, self.plain = None, active[0]
+            if promise.levels[-1] is None:
+                self.sort_drivers()
+        if new == self.value:
+            return False
+        self.value = new
+        self.changes += 1
+        self.changed_at = ps
+        return True
+
+    def _keep(self, ps: int, level: Level) -> None:
+        log = self._log
+        assert log is not None
+        single = (
+            self.promise is not None and sum(d.promise is not None or d.level is not None for d in self.drivers) == 1
+        )
+        entry = self.promise if single else level
+        if log and log[-1][0] == ps and log[-1][1] is not entry:
+            log[-1] = (ps, entry)
+        elif not log or (log[-1][1] is not entry and log[-1][1] != entry):
+            log.append((ps, entry))
+
+    def follow(self) -> None:
+        """Begin to watch a promised net: note the present level and schedule the next edge."""
+        self.value = self.resolve(self.kernel.seen)
+        self.schedule(self.kernel.seen)
+
+    def schedule(self, ps: int) -> None:
+        """Put the next promised edge into the heap if anybody watches."""
+        if self.waiters or self.observers or self.latched or (self._log is not None and len(self.active) > 1):
+            if len(self.active) == 1:
+                time = self.promise.after(ps)  # type: ignore[union-attr]
+            else:
+                times = [t for d in self.active if d.promise is not None and (t := d.promise.after(ps)) is not None]
+                time = min(times) if times else None
+            if time is not None:
+                self.token += 1
+                heappush(self.kernel.heap, (time, next(self.kernel.order), self, self.token))
+
+    def tell(self) -> None:
+        """Wake the tasks that wait for the new level (called by the kernel)."""
+        waiters = self.waiters
+        if waiters:
+            value = self.value
+            keep = None
+            for task, token, wanted in waiters:
+                if task.token == token:
+                    if wanted is None or wanted == value:
+                        task.token = token + 1
+                        task.value = self
+                        self.kernel.woken.append(task)
+                    elif keep is None:
+                        keep = [(task, token, wanted)]
+                    else:
+                        keep.append((task, token, wanted))
+            self.waiters = keep or []
+        for observer in self.observers:
+            observer(self)
+
+    def watch(self, observer: Callable[[Net], object]) -> None:
+        """Register a callback, called with the net after every change, before the tasks of the next round run."""
+        self.observers.append(observer)
+        if self.promise is not None:
+            self.follow()
+
+    def unwatch(self, observer: Callable[[Net], object]) -> None:
+        """Remove a callback of `watch`."""
+        self.observers.remove(observer)
+
+    def sample(self, sampler: Callable[[], object]) -> None:
+        """Register a callback that is run just before a driver of this net replaces its waveform."""
+        self.samplers.append(sampler)
+        self.plain = None
+
+    def unsample(self, sampler: Callable[[], object]) -> None:
+        """Remove a callback of `sample`."""
+        self.samplers.remove(sampler)
+        if not self.samplers:
+            self.sort_drivers()
+
+    def join(self, other: Net) -> None:
+        """Make two nets one wire, at the end of this round.  Fixed levels of both (ties) end: something is wired."""
+        one, two = self.hub, other.hub
+        if one is two:
+            return
+        joined = (*(one.joined or (one,)), *(two.joined or (two,)))
+        one.check_room(max(len(two.drivers), len(joined) - len(one.drivers)))
+        for net in joined:
+            for sampler in net.samplers:
+                sampler()
+        for driver in two.drivers:
+            driver.net = one
+        one.drivers += two.drivers
+        one.told += two.told + 1  # the joint
+        two.told = 0
+        for listener in two.on_conflict.listeners:
+            if listener not in one.on_conflict.listeners:
+                one.on_conflict.add(listener)
+        pull = one.pull or (two.pull if two.pull is not None else one.pull)  # a pull-up wins over an open input
+        for net in joined:
+            net.hub, net.joined, net.drivers, net.tie, net.pull = one, joined, one.drivers, None, pull
+            net.on_conflict = one.on_conflict
+            net.token += 1
+        one.sort_drivers()
+        one.kernel.pending.append(Joint(one))
+
+    def check_room(self, more: int) -> None:
+        """Refuse more pins than a wire may have, before anything is changed."""
+        if len(self.drivers) + more > MOST_PINS:
+            raise WiringError(f"{self.name}: {len(self.drivers) + more} pins on one wire; allowed {MOST_PINS}")
+
+    def __repr__(self) -> str:
+        return f"<Net {self.name}={self.level}>"
+
+
+class Bus(Net):
+    """Eight wires in one.  A driver puts (mask, value); a wire that nobody drives reads 1, as open TTL does."""
+
+    __slots__ = ()
+    width = 8
+
+    @staticmethod
+    def wired(levels: Iterable[Level]) -> tuple[Level, bool]:
+        """Return what drivers of eight wires, each (mask, value), add up to, and whether two disagree on a wire."""
+        level: Level = None
+        clash = False
+        for own in levels:
+            if own is not None:
+                if level is None:
+                    level = own
+                else:
+                    clash |= bool(level[0] & own[0] & (level[1] ^ own[1]))
+                    mask = level[0] | own[0]
+                    level = mask, (level[1] | ~level[0]) & (own[1] | ~own[0]) & mask
+        return level, clash
+
+    @property
+    def byte(self) -> int:
+        """The byte that a reader sees."""
+        level = self.level
+        return 0xFF if level is None else int(level[1] | ~level[0] & 0xFF)
+
+    def bit(self, number: int) -> int | None:
+        """Return the level of wire 0 to 7, None while nobody drives it."""
+        level = self.level
+        if level is None or not level[0] >> number & 1:
+            return None
+        return level[1] >> number & 1  # type: ignore[no-any-return]

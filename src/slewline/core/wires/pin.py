@@ -1,0 +1,281 @@
+"""Pins as the outside sees them, and the conditions that a run can wait for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, ClassVar, NoReturn
+
+from ...errors import NoSuchAttribute, UsageError, WiringError
+from ..datasheet.table import Pin
+from ..messages.instead import Face, missing
+from ..messages.whole import whole
+from ..time.timebase import Time, picoseconds, readable
+from .net import Bus, Driver, Net
+
+if TYPE_CHECKING:
+    from ..time.kernel import Kernel
+
+
+class Condition:
+    """A condition that `Bench.run_until` can wait for; `a | b` waits for either.
+
+    `nets` are watched while somebody waits, so that their promised edges become instants.
+    """
+
+    text = ""
+    nets: tuple[Net, ...] = ()
+
+    def __str__(self) -> str:
+        return self.text
+
+    def begin(self) -> None:
+        """Prepare: somebody begins to wait."""
+
+    def met(self) -> bool:
+        """Return whether the condition holds now."""
+        raise NotImplementedError
+
+    def when(self) -> int | None:
+        """Return the instant at which it will hold under the present promises (ps); None: no promise says so."""
+        return None
+
+    @property
+    def foreseen(self) -> Callable[[], int | None] | None:
+        """`when`, if promises can say it at all; None: whoever waits looks after every instant."""
+        return self.when if type(self).when is not Condition.when else None
+
+    def belongs(self, kernel: Kernel) -> bool:
+        """Return whether it comes about in the time of a kernel, as far as its nets tell."""
+        return all(net.kernel is kernel for net in self.nets)
+
+    def __bool__(self) -> NoReturn:
+        raise self._no_truth()
+
+    def __and__(self, other: object) -> NoReturn:
+        raise self._no_truth()
+
+    def _no_truth(self) -> UsageError:
+        return UsageError(
+            f"{self}: a condition is neither true nor false; bench.run_until waits for it, a | b is either of two, and "
+            "lambda: x.position > 40 asks whatever you like"
+        )
+
+    def __or__(self, other: Condition) -> Condition:
+        if not isinstance(other, Condition):
+            raise UsageError(f"{self.text} | {other!r}: a condition goes with a condition, such as x.reaches(40)")
+        return EitherCondition(self, other)
+
+
+class EitherCondition(Condition):
+    """One of two conditions."""
+
+    def __init__(self, *of: Condition) -> None:
+        self.of, self.text = of, " or ".join(condition.text for condition in of)
+        self.nets = tuple(net for condition in of for net in condition.nets)
+
+    def __str__(self) -> str:
+        return " or ".join(map(str, self.of))
+
+    def belongs(self, kernel: Kernel) -> bool:
+        """Return whether both do."""
+        return all(condition.belongs(kernel) for condition in self.of)
+
+    def begin(self) -> None:
+        """Prepare both."""
+        for condition in self.of:
+            condition.begin()
+
+    def met(self) -> bool:
+        """Return whether the condition holds now."""
+        return any(condition.met() for condition in self.of)
+
+    def when(self) -> int | None:
+        """Return the earlier of the instants that promises of the two foresee (ps); None: none is foreseen."""
+        return min((time for condition in self.of if (time := condition.when()) is not None), default=None)
+
+
+class LevelCondition(Condition):
+    """A pin has a level, 0 or 1."""
+
+    def __init__(self, pin: Terminal, level: int) -> None:
+        if level not in (0, 1):
+            raise UsageError(f"{pin.name}: level {level!r}; allowed 0, 1")
+        self.pin, self.wanted, self.text, self.nets = pin, level, f"{pin.name}={level}", (pin.net,)
+
+    def met(self) -> bool:
+        """Return whether the condition holds now."""
+        return self.pin.level == self.wanted
+
+
+class EdgeCondition(Condition):
+    """A pin changes so many times."""
+
+    def __init__(self, pin: Terminal, number: int) -> None:
+        count = whole(number)
+        if count is None or count < 1:
+            raise UsageError(f"{pin.name}: {number!r} edges; allowed 1 and more")
+        self.net, self.number, self.text, self.nets = pin.net, count, f"{count} edges of {pin.name}", (pin.net,)
+
+    def begin(self) -> None:
+        """Count from now on."""
+        self.last = self.net.changes + self.number
+
+    def met(self) -> bool:
+        """Return whether the condition holds now."""
+        return self.net.changes >= self.last
+
+
+class GotCondition(Condition):
+    """These bytes, or words, have been received one behind the other."""
+
+    def __init__(self, name: str, received: bytearray | list[int], data: bytes | list[int]) -> None:
+        self.received, self.data, self.text = received, data, f"{name} got {data!r}"
+
+    def met(self) -> bool:
+        """Return whether the condition holds now."""
+        received, data = self.received, self.data
+        if isinstance(received, bytearray) and isinstance(data, bytes):
+            return data in received
+        return any(received[at : at + len(data)] == data for at in range(len(received) - len(data) + 1))
+
+
+def strapped(pins: Mapping[str, Terminal], names: Iterable[str]) -> tuple[int, ...]:
+    """Return the levels, 0 or 1, of strap pins; an open one reads 1."""
+    return tuple(0 if pins[name].level == 0 else 1 for name in names)
+
+
+class Terminal(Face):
+    """A pin as the outside sees it: its net, and a driver of one's own on it."""
+
+    for_users: ClassVar[tuple[str, ...]] = ("name", "level", "drive", "release", "pulse", "is_", "edges", "row", "net")
+
+    def __init__(self, owner: str, row: Pin, net: Net) -> None:
+        self.owner, self.row, self.net = owner, row, net
+        self.name = f"{owner}.{row.name}"
+        self.bit: int | None = None  # of a bus
+        self._driver: Driver | None = None
+        self._level: int | None = None  # what is driven from outside
+
+    @property
+    def level(self) -> int | None:
+        """0, 1, or None while the pin floats."""
+        net = self.net
+        if isinstance(net, Bus) and self.bit is not None:
+            return net.bit(self.bit)
+        return net.level  # type: ignore[no-any-return]
+
+    @level.setter
+    def level(self, level: int | None) -> None:
+        what = "release()" if level is None else f"drive({level!r})"
+        raise NoSuchAttribute(f"{self.name}: level cannot be set, it is what the wire shows; write pin.{what}")
+
+    def drive(self, level: int, at: Time | None = None) -> None:
+        """Drive the pin to 0 or 1 from outside, now or at an instant.
+
+        It overrides the standard wiring of a part that is not `bare`.
+
+        Raises:
+            UsageError: another level, or an instant that is over.
+            TimeError: `at` is no time.
+            WiringError: the pin carries no signal, or is a bus.
+        """
+        if level not in (0, 1):
+            raise UsageError(f"{self.name}: level {level!r}; allowed 0, 1 (release() lets go)")
+        self._put(level, self._instant(at))
+
+    def release(self, at: Time | None = None) -> None:
+        """Release the pin from outside, now or at an instant: it reads what is wired to it.
+
+        Raises:
+            UsageError: the instant is over.
+            TimeError: `at` is no time.
+            WiringError: the pin carries no signal, or is a bus.
+        """
+        self._put(None, self._instant(at))
+
+    def pulse(self, level: int, width: Time, at: Time | None = None) -> None:
+        """Drive the pin for a time, then as before: to the level that was driven from outside, or not at all.
+
+        Args:
+            level: 0 or 1.
+            width: such as "25 us", or picoseconds.
+            at: when it begins, by default now.
+
+        Raises:
+            UsageError: a level other than 0 and 1, or an instant that is over.
+            TimeError: `width` or `at` is no time.
+            WiringError: the pin carries no signal, or is a bus.
+        """
+        kernel = self.net.kernel
+        if level not in (0, 1):
+            raise UsageError(f"{self.name}: level {level!r}; allowed 0, 1")
+        start, ps = self._instant(at), picoseconds(width)
+
+        def begin() -> None:
+            before = self._level
+            self._put(level, kernel.now)
+            self._put(before, kernel.now + ps)
+
+        if start > kernel.now:
+            kernel.call_at(start, kernel.outside.later(begin))
+        else:
+            begin()
+
+    def _instant(self, at: Time | None) -> int:
+        now = self.net.kernel.now
+        ps = now if at is None else picoseconds(at)
+        if ps < now:
+            raise UsageError(f"{self.name}: {readable(ps)} is over; it is {readable(now)}")
+        return ps
+
+    def _put(self, level: int | None, ps: int) -> None:
+        kernel = self.net.kernel
+        if self.row.way in ("power", "none"):
+            raise WiringError(f"{self.name} (pin {self.row.number}: {self.row.says}) carries no signal")
+        if isinstance(self.net, Bus) and self.bit is None:
+            raise WiringError(f"{self.name} is a bus of eight wires; drive the pins of a chip that is wired to it")
+        if ps > kernel.now:
+            kernel.call_at(ps, kernel.outside.later(lambda: self._put(level, ps)))
+            return
+        self._level = level = None if level is None else int(level)
+        kernel.outside.tell("drive", pin=self.name, level=level)
+        if self._driver is None:
+            self._driver = Driver(self.net, "outside")
+        if isinstance(self.net, Bus) and self.bit is not None:
+            self._driver.drive(None if level is None else (1 << self.bit, level << self.bit))
+        else:
+            self._driver.drive(level)
+        kernel.settle()
+
+    # conditions, for Bench.run_until
+    def is_(self, level: int) -> LevelCondition:
+        """Return a condition: the pin has this level.
+
+        Raises:
+            UsageError: a level other than 0 and 1.
+        """
+        return LevelCondition(self, level)
+
+    def edges(self, number: int) -> EdgeCondition:
+        """Return a condition: the pin has changed this many times from the begin of the wait on.
+
+        Raises:
+            UsageError: not a whole number, 1 or more.
+        """
+        return EdgeCondition(self, number)
+
+    def __repr__(self) -> str:
+        return f"<pin {self.name}={self.level}>"
+
+
+missing(
+    Terminal,
+    **dict.fromkeys(("set", "set_level", "write"), "pin.drive(0) or pin.drive(1)"),
+    **dict.fromkeys(("high", "on"), "pin.drive(1) drives it, pin.level reads it"),
+    **dict.fromkeys(("low", "off", "clear"), "pin.drive(0) drives it, pin.level reads it"),
+    **dict.fromkeys(("get", "read", "value", "state"), "pin.level"),
+    **dict.fromkeys(("float", "free"), "pin.release()"),
+    **dict.fromkeys(("toggle", "strobe"), 'pin.pulse(1, "10 us")'),
+    **dict.fromkeys(("rises", "falls", "changes"), "pin.edges(1) is a condition for run_until"),
+    times='bench.record("{it}"), then bench.edges("{it}")',
+)

@@ -1,0 +1,420 @@
+"""Promises of promises: an inverter, a gate, a delay, and what several drivers of one wire add up to.
+
+    pulse           ‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾‾‾‾      promise of a train
+    enable          ‾‾‾‾‾‾‾‾‾‾|_________________      promise of an edge
+    Gated: and      ‾|_|‾|_|‾||_________________      asked, not played
+
+A view knows the promises that it is made of, and nothing else: level, next edge and edges of a window follow from
+theirs, so a million steps behind a gate cost what they cost in front of it.  It is a value.  When an input is driven
+otherwise, whoever promised the view bounds it by `until`, so that no edge shows of what was withdrawn, and promises
+another one in the next round (parts/base/follower.py).
+
+Edges are exact: each a real change, one at an instant.  `after` may be earlier than the next edge: ask again then.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable, Iterable, Sequence
+from functools import lru_cache
+from itertools import product
+from typing import Any
+
+from .clocking import ClockEdges, Limited, Walked, clock_edges
+from .wave import FLOATING, Level, Promise, floats, joined, promised, real_edges
+
+TRIES = 16  # changes of inputs that change nothing; then `after` says where it has come to
+
+
+class View:
+    """A promise that follows from others; `until` is the least of theirs and its own bound."""
+
+    __slots__ = ("_bound",)
+    floats = False
+
+    def __init__(self) -> None:
+        self._bound: int | None = None
+
+    # ------------------------------------------------------------------------------------- what a kind of view says
+    def inputs(self) -> Iterable[Promise]:
+        """Return the promises that the view is made of."""
+        raise NotImplementedError
+
+    def level_of(self, ps: int) -> Level:
+        """Return the level at an instant (ps), bounded by the inputs alone."""
+        raise NotImplementedError
+
+    def after_of(self, ps: int) -> int | None:
+        """Return what `after` does, bounded by the inputs alone."""
+        raise NotImplementedError
+
+    def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return what `edges` does, bounded by the inputs alone; start < stop."""
+        raise NotImplementedError
+
+    def holds(self) -> int | None:
+        """Return the instant before which the inputs hold (ps); None: for good."""
+        return min((bound for of in self.inputs() if (bound := of.until) is not None), default=None)
+
+    # ------------------------------------------------------------------------------------------------- the promise
+    @property
+    def until(self) -> int | None:
+        """The instant before which the promise holds; None: for good."""
+        bounds = [ps for ps in (self.holds(), self._bound) if ps is not None]
+        return min(bounds, default=None)
+
+    @until.setter
+    def until(self, ps: int | None) -> None:
+        self._bound = ps
+
+    @property
+    def bound(self) -> int | None:
+        """Its own bound alone: what else goes on behind `until` goes on."""
+        return self._bound
+
+    def level(self, ps: int) -> Level:
+        """Return the level at an instant (ps), edges at that instant included."""
+        return self.level_of(ps if self._bound is None or ps < self._bound else self._bound - 1)
+
+    def after(self, ps: int) -> int | None:
+        """Return when the level may change next, strictly after an instant; None: not as things stand."""
+        time = self.after_of(ps)
+        return time if time is None or self._bound is None or time < self._bound else None
+
+    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
+        if self._bound is not None and stop >= self._bound:
+            stop = self._bound - 1
+        return self.edges_of(start, stop) if stop > start else ([], [])
+
+
+class Bounded(Limited):
+    """Edges of another clock as long as they lie before the bound of a view, which may still move."""
+
+    def __init__(self, of: ClockEdges, view: View) -> None:
+        self.of, self.view = of, view
+
+    @property
+    def until(self) -> int | None:  # type: ignore[override]
+        """The instant before which edges count."""
+        return self.view.bound
+
+
+class Repeated(View):
+    """A promise as it is, with a bound of its own: the output of a buffer."""
+
+    __slots__ = ("of",)
+
+    def __init__(self, of: Promise) -> None:
+        super().__init__()
+        self.of = of
+
+    @property
+    def floats(self) -> bool:  # type: ignore[override]
+        """Does it let go of the wire at times?"""
+        return floats(self.of)
+
+    def inputs(self) -> Iterable[Promise]:
+        """Return the promises that the view is made of."""
+        return (self.of,)
+
+    def clock(self, level: int, since: int) -> ClockEdges:
+        """Return the edges to a level after an instant (see clocking.py)."""
+        return Bounded(clock_edges(self.of, level, since), self)
+
+    def level_of(self, ps: int) -> Level:
+        """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
+        return self.of.level(ps)
+
+    def after_of(self, ps: int) -> int | None:
+        """Return when the level may change next, strictly after an instant (ps), as `Promise.after`."""
+        return self.of.after(ps)
+
+    def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
+        times, levels = self.of.edges(start, stop)
+        return real_edges(times, levels, self.of.level(start))
+
+
+class Rested(Repeated):
+    """A promise on a wire that a pull or a tie holds while nobody drives it."""
+
+    __slots__ = ("rest",)
+    floats = False
+
+    def __init__(self, of: Promise, rest: Level) -> None:
+        super().__init__(of)
+        self.rest = rest
+
+    def clock(self, level: int, since: int) -> ClockEdges:
+        """Return the edges to a level after an instant (ps)."""
+        return Walked(self, level, since)
+
+    def level_of(self, ps: int) -> Level:
+        """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
+        return self.rest if (level := self.of.level(ps)) is None else level
+
+    def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
+        times, levels = self.of.edges(start, stop)
+        if isinstance(levels, list):
+            levels = [self.rest if level is None else level for level in levels]
+        return real_edges(times, levels, self.level_of(start))
+
+
+class Inverted(Repeated):
+    """The other level; a wire that floats is passed on as it is."""
+
+    __slots__ = ()
+
+    def clock(self, level: int, since: int) -> ClockEdges:
+        """Return the edges to a level after an instant (ps): those of the input to the other level."""
+        return super().clock(1 - level, since)
+
+    def level_of(self, ps: int) -> Level:
+        """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
+        return None if (level := self.of.level(ps)) is None else 1 - level
+
+    def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
+        times, levels = super().edges_of(start, stop)
+        if isinstance(levels, list):
+            return times, [None if level is None else 1 - level for level in levels]
+        return times, 1 - levels
+
+
+class Combined(View):
+    """What several inputs make of each other, promises and levels that stay; at least one is a promise."""
+
+    __slots__ = ("of",)
+
+    def __init__(self, of: Sequence[Promise | Level]) -> None:
+        super().__init__()
+        self.of = tuple(of)
+
+    def combined(self, levels: Sequence[Level]) -> Level:
+        """Return the output, 0, 1 or None, for the levels of the inputs."""
+        raise NotImplementedError
+
+    def combined_many(self, levels: Any) -> Any:
+        """Return the outputs for many levels: (inputs, n) int8, -1 for None, gives (n,) int8."""
+        raise NotImplementedError
+
+    def decides(self, number: int, level: Level) -> bool:
+        """Return whether an input with this level fixes the output, whatever the others do."""
+        raise NotImplementedError
+
+    def inputs(self) -> Iterable[Promise]:
+        """Return the promises that the view is made of."""
+        return filter(promised, self.of)
+
+    def _levels(self, ps: int) -> list[Level]:
+        return [what.level(ps) if promised(what) else what for what in self.of]
+
+    def level_of(self, ps: int) -> Level:
+        """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
+        return self.combined(self._levels(ps))
+
+    def after_of(self, ps: int) -> int | None:
+        """Return when the level may change next, strictly after an instant (ps), as `Promise.after`."""
+        levels = self._levels(ps)
+        here = self.combined(levels)
+        for _ in range(TRIES):
+            deciding = [of for n, of in enumerate(self.of) if promised(of) and self.decides(n, levels[n])]
+            asked = [of.after(ps) for of in deciding or self.inputs()]
+            times = [time for time in asked if time is not None]
+            if not times or (deciding and len(times) < len(asked)):
+                return None
+            ps = max(times) if deciding else min(times)  # nothing happens before the last one that decides lets go
+            before, levels = levels, self._levels(ps)
+            if levels == before or self.combined(levels) != here:  # an input that says "ask again" has tried enough
+                break
+        return ps
+
+    def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
+        asked: list[tuple[Any, Any]] = [what.edges(start, stop) if promised(what) else ([], []) for what in self.of]
+        before = self._levels(start)
+        if all(isinstance(times, list) for times, _ in asked):
+            instants = sorted({time for times, _ in asked for time in times})
+            return real_edges(instants, [self.level_of(ps) for ps in instants], self.combined(before))
+        import numpy as np
+
+        times = np.unique(np.concatenate([np.asarray(times, np.int64) for times, _ in asked]))
+        levels = np.empty((len(asked), len(times)), np.int8)
+        for n, (own, shown) in enumerate(asked):
+            codes = [FLOATING if level is None else level for level in shown] if isinstance(shown, list) else shown
+            codes = np.concatenate(([FLOATING if before[n] is None else before[n]], codes)).astype(np.int8)
+            levels[n] = codes[np.searchsorted(np.asarray(own, np.int64), times, side="right")]
+        return real_edges(times, self.combined_many(levels), self.combined(before))
+
+
+class Wired(Combined):
+    """Several drivers on one wire: low wins, and where nobody drives, the wire rests."""
+
+    __slots__ = ("_rest", "_wired")
+
+    def __init__(
+        self, of: Sequence[Promise | Level], wired: Callable[[Iterable[Level]], tuple[Level, bool]], rest: Level
+    ) -> None:
+        super().__init__(of)
+        self._wired, self._rest = wired, rest
+
+    @property
+    def floats(self) -> bool:  # type: ignore[override]
+        """Does nobody drive the wire at times?"""
+        return self._rest is None and all(map(floats, self.of))
+
+    def combined(self, levels: Sequence[Level]) -> Level:
+        """Return the output, 0, 1 or None, for the levels of the inputs."""
+        return self._rest if (level := self._wired(levels)[0]) is None else level
+
+    def combined_many(self, levels: Any) -> Any:
+        """Return the outputs for many levels: (inputs, n) int8, -1 for None, gives (n,) int8."""
+        import numpy as np
+
+        rest = FLOATING if self._rest is None else self._rest
+        return np.where((levels == 0).any(0), 0, np.where((levels == 1).any(0), 1, rest)).astype(np.int8)
+
+    def decides(self, number: int, level: Level) -> bool:
+        """Return whether an input with this level fixes the output, whatever the others do."""
+        return level == 0 and level.__class__ is int
+
+
+class Gated(Combined):
+    """A gate.  `table` has the output for every number that the inputs make, the first one counting 1, then 2, 4 ...
+
+    An input that floats reads high, as in TTL.
+    """
+
+    __slots__ = ("table",)
+
+    def __init__(self, of: Sequence[Promise | Level], table: tuple[int, ...]) -> None:
+        super().__init__(of)
+        self.table = table
+
+    def combined(self, levels: Sequence[Level]) -> Level:
+        """Return the output, 0, 1 or None, for the levels of the inputs."""
+        return self.table[sum(1 << n for n, level in enumerate(levels) if level != 0)]
+
+    def combined_many(self, levels: Any) -> Any:
+        """Return the outputs for many levels: (inputs, n) int8, -1 for None, gives (n,) int8."""
+        import numpy as np
+
+        number = ((levels != 0) << np.arange(len(levels))[:, None]).sum(0)
+        return np.array(self.table, np.int8)[number]
+
+    def decides(self, number: int, level: Level) -> bool:
+        """Return whether an input with this level fixes the output, whatever the others do."""
+        return (number, level != 0) in deciding(self.table)
+
+
+class Delayed(View):
+    """What a wire has shown, later: `pieces` say from which instants on it showed what, ascending."""
+
+    __slots__ = ("lag_ps", "pieces")
+
+    def __init__(self, pieces: Sequence[tuple[int, Promise | Level]], lag_ps: int) -> None:
+        super().__init__()
+        self.pieces, self.lag_ps = tuple(pieces), lag_ps
+
+    @property
+    def floats(self) -> bool:  # type: ignore[override]
+        """Does it let go of the wire at times?"""
+        return any(floats(what) for _, what in self.pieces)
+
+    def holds(self) -> int | None:
+        """Return the instant before which the output is known (ps): the delay later than its input; None: for good."""
+        last = self.pieces[-1][1]
+        return last.until + self.lag_ps if promised(last) and last.until is not None else None
+
+    def _piece(self, ps: int) -> int:
+        return max(bisect_right(self.pieces, ps, key=lambda piece: piece[0]) - 1, 0)
+
+    def level_of(self, ps: int) -> Level:
+        """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
+        what = self.pieces[self._piece(ps - self.lag_ps)][1]
+        return what.level(ps - self.lag_ps) if promised(what) else what
+
+    def after_of(self, ps: int) -> int | None:
+        """Return when the level may change next, strictly after an instant (ps), as `Promise.after`."""
+        n = self._piece(ps - self.lag_ps)
+        what = self.pieces[n][1]
+        time = what.after(ps - self.lag_ps) if promised(what) else None
+        if n + 1 < len(self.pieces) and (time is None or time > self.pieces[n + 1][0]):
+            time = self.pieces[n + 1][0]
+        return None if time is None else time + self.lag_ps
+
+    def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
+        first, last = self._piece(start - self.lag_ps), self._piece(stop - self.lag_ps)
+        parts: list[tuple[Any, Any]] = []
+        for n in range(first, last + 1):
+            since, what = self.pieces[n]
+            begin, end = start - self.lag_ps, stop - self.lag_ps
+            if n > first:
+                begin = since
+                parts.append(([since], [what.level(since) if promised(what) else what]))
+            if n < last:
+                end = self.pieces[n + 1][0] - 1
+            if promised(what) and end > begin:
+                parts.append(what.edges(begin, end))
+        times, levels = joined(parts)
+        times = [time + self.lag_ps for time in times] if isinstance(times, list) else times + self.lag_ps
+        return real_edges(times, levels, self.level_of(start))
+
+
+# ------------------------------------------------------------------------------------------------- making the simplest
+def inverted(what: Any) -> Promise | Level:
+    """Return the other level, or a view that shows it; None remains None."""
+    return Inverted(what) if promised(what) else None if what is None else 1 - what
+
+
+def gated(inputs: Sequence[Promise | Level], table: tuple[int, ...]) -> Promise | Level:
+    """Return the output of a gate: a level where that is all, else the simplest view that shows it.
+
+    Args:
+        inputs: promises, and levels that stay; None reads high.
+        table: as of `Gated`.
+    """
+    of: list[Promise] = []  # each promise once: several inputs may be on one wire
+    for what in inputs:
+        if promised(what) and not any(what is other for other in of):
+            of.append(what)
+    own = tuple(_row(inputs, table, of, bits) for bits in _rows(len(of)))
+    for n in reversed(range(len(of))):  # an input on which nothing depends is none
+        if all(own[i] == own[i ^ 1 << n] for i in range(len(own))):
+            own = tuple(level for i, level in enumerate(own) if not i >> n & 1)
+            del of[n]
+    if not of:
+        return own[0]
+    if len(of) == 1 and not floats(of[0]):
+        return Repeated(of[0]) if own == (0, 1) else Inverted(of[0])
+    return Gated(of, own)
+
+
+def _row(inputs: Sequence[Any], table: tuple[int, ...], of: list[Promise], bits: Sequence[int]) -> int:
+    """The output of a gate while the promises of it have these levels."""
+    number = 0
+    for n, what in enumerate(inputs):
+        level = next((bit for other, bit in zip(of, bits, strict=True) if other is what), what)
+        number |= (level != 0) << n
+    return table[number]
+
+
+@lru_cache(maxsize=16)
+def _rows(count: int) -> tuple[tuple[int, ...], ...]:
+    """All levels of so many inputs, the first one changing first."""
+    return tuple(bits[::-1] for bits in product((0, 1), repeat=count))
+
+
+@lru_cache(maxsize=256)
+def deciding(table: tuple[int, ...]) -> frozenset[tuple[int, bool]]:
+    """Return which inputs of a gate decide on its output, with which levels."""
+    inputs = range(len(table).bit_length() - 1)
+    return frozenset(
+        (n, bool(level))
+        for n in inputs
+        for level in (0, 1)
+        if len({out for i, out in enumerate(table) if i >> n & 1 == level}) == 1
+    )

@@ -1,0 +1,153 @@
+"""The parallel card that `slewline serve` has on TCP with `--registers`, for a host program on the other end.
+
+    from slewline.links.clients.card_port import CardPort
+
+    with CardPort("127.0.0.1", 4002) as card:            # slewline serve PART --pty x --registers 127.0.0.1:4002
+        card.command("O 81H")                            # answers to this side
+        print(card.ask("? P"))                           # P=00000000
+
+The registers are those of parts/boards/parallel_card.py, the messages those of links/ports/registers.py.  This file and
+chipset_port.py need nothing but the standard library: a host program may take copies of them to another machine.
+"""
+
+from __future__ import annotations
+
+import re
+
+from .chipset_port import DATA, IN, OUT, READY, STATUS, ChipsetPort
+
+CONTROL = 2
+REQUEST, DRIVE = 0x01, 0x02  # in the control register
+IS_READY, IS_FREE = 0x80, 0x40  # in the status: BUSY high, FPL high
+ANSWER, MESSAGE = 0x30 + STATUS, 0x40 + STATUS  # requests: wait until BUSY is low, until FPL is low
+STEP_MS = 200  # of one request that waits
+MODE = re.compile(r"O ?([0-9][0-9A-F]*)(H?)")
+LISTING = re.compile(r"\? ?M[ ,]+([0-9]+)")  # lines of the memory, behind the pointer
+ON_BUS = (0x05, 0x01)  # of the mode register: mask, and what it is while messages come over the bus
+
+
+class CardPort(ChipsetPort):
+    """A chip on its bus, behind a parallel card on a TCP port; arguments and errors as of `ChipsetPort`.
+
+    The card lets go of whatever the program before this one has left on its lines.
+
+    `messages` is what the chip has said and nobody has asked for.  `heeds`: FPL is looked at, which it is behind a mode
+    command of this program that sends messages to the bus.
+    """
+
+    def __init__(self, host: str, port: int, timeout: float = 10.0) -> None:
+        super().__init__(host, port, timeout)
+        self.messages = bytearray()
+        self.heeds = False
+        self.out(CONTROL, 0)
+
+    # ----------------------------------------------------------------------------------------------------- handshakes
+    def status(self) -> int:
+        """Return the status register."""
+        return self.inp(STATUS)
+
+    def until(self, request: int, ms: int, bit: int, wanted: int) -> int:
+        """Wait, for so many milliseconds of the chip's time, until a bit of the status is as wanted; return the status.
+
+        Raises:
+            TimeoutError: it has stayed otherwise.
+        """
+        while True:
+            (status,) = self.exchange((request, min(ms, STEP_MS)))
+            if status & bit == wanted:
+                return status
+            ms -= STEP_MS
+            if ms <= 0:
+                raise TimeoutError(f"{self.where}: the status stays {status:#04x}")
+
+    def free(self, ms: int) -> None:
+        """Wait until the chip takes a byte; what it says meanwhile is read."""
+        while not self.until(READY, ms, IS_READY, IS_READY) & IS_FREE and self.heeds:
+            self._fetch()
+
+    def _fetch(self, asked: bool = False) -> None:
+        """Read a byte of a message; `asked`: IO_REQUEST is low, and BUSY has answered."""
+        if not asked:
+            self.out(CONTROL, REQUEST)
+            self.until(ANSWER, STEP_MS, IS_READY, 0)
+        self.messages += self.exchange((IN + DATA, 0), (OUT + CONTROL, 0))[:1]
+        self.until(READY, STEP_MS, IS_READY, IS_READY)
+
+    def empty(self, ms: int = 5000) -> None:
+        """Do the empty handshake, with which a command begins; what the chip has to say comes first."""
+        while True:
+            self.free(ms)
+            self.out(CONTROL, REQUEST)
+            status = self.until(ANSWER, ms, IS_READY, 0)
+            if status & IS_FREE or not self.heeds:
+                self.out(CONTROL, 0)
+                return
+            self._fetch(asked=True)
+
+    def write(self, data: bytes) -> None:
+        """Send bytes by handshakes, all of them in one exchange; the chip must be about to take them.
+
+        Raises:
+            TimeoutError: it has not taken one of them.
+        """
+        wait, answer = (READY, STEP_MS), (ANSWER, STEP_MS)
+        requests = [wait, (OUT + DATA, 0), (OUT + CONTROL, REQUEST | DRIVE), answer, (OUT + CONTROL, 0)]
+        sent = [each if each[0] != OUT + DATA else (OUT + DATA, byte) for byte in data for each in requests]
+        answers = self.exchange(*sent)
+        for number, (request, status) in enumerate(zip(sent, answers, strict=True)):
+            if request in (wait, answer) and bool(status & IS_READY) is not (request == wait):
+                raise TimeoutError(f"{self.where}: byte {number // len(requests)} of {data!r} is not taken")
+
+    # -------------------------------------------------------------------------------------------------------- commands
+    def command(self, text: str, ms: int = 5000) -> None:
+        """Send a command, without its carriage return; it is taken when the call returns, not carried out."""
+        self.empty(ms)
+        self.write(text.encode("ascii") + b"\r")
+        if match := MODE.fullmatch(text):
+            mask, value = ON_BUS
+            self.heeds = int(match[1], 16 if match[2] else 10) & mask == value
+
+    def enter(self, program: str, ms: int = 5000) -> None:
+        """Store a program from the pointer on, a command a line; a byte may take `ms` to be stored."""
+        self.command("E", ms)
+        for byte in "".join(f"{line}\r" for line in program.splitlines()).encode("ascii") + b"Q":
+            self.until(READY, ms, IS_READY, IS_READY)
+            self.write(bytes([byte]))
+
+    def ask(self, query: str, ms: int = 5000) -> str:
+        """Send a query such as "? P", or "? M,3" for the pointer and lines of the memory, and return the answer.
+
+        Returns:
+            The answer without its last carriage return.
+
+        Raises:
+            TimeoutError: no answer; the mode register may send it elsewhere.
+        """
+        self.command(query, ms)
+        while (match := answer_to(query).search(self.messages)) is None:
+            self.until(MESSAGE, ms, IS_FREE, 0)
+            self.until(READY, ms, IS_READY, IS_READY)
+            self._fetch()
+        answer = bytes(match[0][:-1]).decode("latin-1")
+        del self.messages[match.start() : match.end()]
+        return answer
+
+    def listen(self, ms: int) -> bytes:
+        """Return what the chip says, once something has come: for so many milliseconds it may say nothing.
+
+        Raises:
+            TimeoutError: it has said nothing.
+        """
+        while not self.messages:
+            self.until(MESSAGE, ms, IS_FREE, 0)
+            self.free(ms)
+        found = bytes(self.messages)
+        self.messages.clear()
+        return found
+
+
+def answer_to(query: str) -> re.Pattern[bytes]:
+    """Return what the answer to a query looks like."""
+    listing = LISTING.fullmatch(query)
+    letter, lines = ("Y", int(listing[1])) if listing else (query.removeprefix("?").strip()[:1], 0)
+    return re.compile(re.escape(f"{letter}=").encode() + rb"[0-9]+\r" + rb"[^\r]*\r" * lines)

@@ -1,0 +1,1 @@
+"""The control port, its requests, and what it tells of a server."""

@@ -1,0 +1,118 @@
+"""Findings for who looks at a terminal: each cause once a minute, then how many more of it there were.
+
+Two findings have the same cause if they differ in numbers and in what the host has sent, which stands in quotes; what
+they advise counts.  Of one source and code so many causes are told apart; the others are counted together.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from ...core.chip import Finding
+from ..lines.pace import Lag
+from ..sockets.loop import Loop
+
+PERIOD_S = 60.0
+CAUSES = 8
+SHOWN = 80  # characters of a text that comes again
+CALM_LOOKS = 2  # without a loss: it is over
+OTHERS = "others"
+_VARIES = re.compile(r"""b?'(?:[^'\\]|\\.)*'|b?"(?:[^"\\]|\\.)*"|[+-]?(?:0x[0-9a-fA-F]+|[0-9]+)""")
+
+Key = tuple[str, str, str]  # source, code, cause
+
+
+def cause_of(finding: Finding) -> str:
+    """Return the text of a finding without numbers and without what the host has sent."""
+    return _VARIES.sub("_", finding.text)
+
+
+class Reports:
+    """Tells findings; the first of a cause at once, the others as a number when the minute is over."""
+
+    def __init__(self, loop: Loop, tell: Callable[[str], object]) -> None:
+        self.loop, self.tell = loop, tell
+        self.more: dict[Key, int] = {}  # since the last report of this cause
+        self.first: dict[Key, str] = {}  # what was told of it
+
+    def found(self, finding: Finding) -> None:
+        """Report a finding."""
+        key = finding.source, finding.code, cause_of(finding)
+        if key not in self.more and sum(other[:2] == key[:2] for other in self.more) >= CAUSES:
+            key = *key[:2], OTHERS
+        if key in self.more:
+            self.more[key] += 1
+        elif key[2] == OTHERS:
+            self._begin(key, "of other causes")
+            self.more[key] = 1
+        else:
+            self.tell(f"{finding.source}: {finding.code}: {finding.text}")
+            self._begin(key, f"like this: {finding.text.partition('; ')[0][:SHOWN]}")
+
+    def _begin(self, key: Key, first: str) -> None:
+        self.more[key], self.first[key] = 0, first
+        self.loop.after(PERIOD_S, lambda: self._over(key))
+
+    def _over(self, key: Key) -> None:
+        first = self.first[key]
+        if self._count(key):
+            self._begin(key, first)
+
+    def _count(self, key: Key) -> int:
+        count, first = self.more.pop(key), self.first.pop(key)
+        if count:
+            self.tell(f"{key[0]}: {key[1]}: {count} more {first}")
+        return count
+
+    def close(self) -> None:
+        """Tell what is left."""
+        for key in list(self.more):
+            self._count(key)
+
+
+class Lateness:
+    """Tells once that virtual time cannot follow the wall clock, and once when it can again.
+
+    Args:
+        rate: virtual seconds per second that are asked for.
+    """
+
+    def __init__(self, lag: Lag, rate: float, tell: Callable[[str], object]) -> None:
+        self.lag, self.rate, self.tell = lag, rate, tell
+        self.seen_ns = self.before_ns = 0  # lost at the last look, and before this time of losses
+        self.calm = CALM_LOOKS  # looks without a loss
+
+    @property
+    def behind(self) -> bool:
+        """Is time being lost?"""
+        return self.calm < CALM_LOOKS
+
+    def look(self) -> None:
+        """Tell what has changed since the last look, every few seconds."""
+        lost = self.lag.lost_ns
+        if lost == self.seen_ns:
+            if self.behind:
+                self.calm += 1
+                if not self.behind:
+                    self._over()
+            return
+        if not self.behind:
+            self.before_ns = self.seen_ns
+            self.tell(
+                f"virtual time falls behind the wall clock ({self._lost()} so far): this machine, or its other work, "
+                f"is too much for --rate {self.rate:g}; a lower one keeps up, and --lockstep needs none"
+            )
+        self.seen_ns, self.calm = lost, 0
+
+    def _lost(self) -> str:
+        return f"{(self.lag.lost_ns - self.before_ns) / 1e9:.1f} s lost"
+
+    def _over(self) -> None:
+        self.tell(f"virtual time follows the wall clock again; {self._lost()} of it")
+
+    def close(self) -> None:
+        """Tell what was lost, if that goes on to the end."""
+        self.look()
+        if self.behind:
+            self.tell(f"virtual time was behind the wall clock to the end; {self._lost()}")

@@ -1,0 +1,1 @@
+"""Lines between the outside and the modules: characters, pace, transcript, framing, stores."""

@@ -1,0 +1,138 @@
+"""A framing of our own for chips on a bus: lines of text, with read-back and without losses.
+
+The UART of figure 10.16 only receives, and has no way to hold a host up.  This link takes the place of a small host
+computer instead, which does the handshake for whoever sits at the far end:
+
+    R 100            a command, as in a program file; it goes out as fast as the chip takes it
+    ?0 ... ?3        read a verify group, of a running program through PROG/LIVE; its bytes:  ?3 4E 20 47
+    ?                are commands still to be sent or taken?        ? busy, or ? ready
+    !                forget what is to be sent, and what was asked; the answer is !
+
+Lines end with CR or LF, answers with CR LF.  Answers come in the order of the questions, except those to `?` and `!`,
+which come at once, however much is to be sent.  A line that cannot be sent is answered with a line that begins with `!`
+and says why.
+
+A command that has begun to go out when `!` comes is not cut in two: the chip gets the rest of it, and obeys.  A second
+`!` cuts it, and lets go of the bus: the way out when the chip takes no more.
+
+As many as `BACKLOG` lines may wait.  One that finds them waiting is refused, and so is what comes behind it until all
+have gone out, or are forgotten: a motion is made with the parameters in front of it, or not at all.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ...bench.scripts.stage import TAKEN_US
+from ...core.wires.waits import first_of
+from ...errors import SlewlineError, UsageError
+from ...language.dialect import spoken_as
+from ...language.letters import Letters
+from ...parts.hosts.host import Host
+from ..sockets.stream import CHUNK
+from .line import Line
+from .log import Log
+from .pace import Pace
+
+if TYPE_CHECKING:
+    from ...core.chip import Chip
+    from ...parts.base.caller import Errand
+    from ...parts.hosts.host import Port
+
+LONGEST = 256  # characters of a line
+BACKLOG = 4096  # lines that may wait for the chip
+SHARE = 256  # bytes in a turn of the loop
+
+
+class FramedLine(Line):
+    """Lines of text to a host computer on the bench, and its answers."""
+
+    share = SHARE
+
+    def __init__(self, name: str, chip: Chip, pace: Pace, log: Log, computer: Host) -> None:
+        super().__init__(name, [chip], pace, log)
+        self.chip, self.computer = chip, computer
+        self.line = bytearray()
+        self.too_long = self.full = self.cutting = False
+
+    def feed(self, data: bytes) -> None:
+        """Take bytes of the host: lines of text, each carried out when it is complete."""
+        for byte in data:
+            if byte not in b"\r\n":
+                self.too_long |= len(self.line) >= LONGEST
+                if not self.too_long:
+                    self.line.append(byte)
+            elif self.line:
+                line, self.line = bytes(self.line), bytearray()
+                self._line(line)
+                self.too_long = False
+
+    def _line(self, line: bytes) -> None:
+        try:
+            if self.too_long:
+                raise UsageError(f"a line of more than {LONGEST} characters")
+            odd = next((at for at, byte in enumerate(line) if byte > 0x7F), None)
+            if odd is not None:
+                raise UsageError(f"byte {line[odd]:#04x} at character {odd + 1} is not ASCII; not sent")
+            self._do(line.decode("ascii"))
+        except SlewlineError as error:
+            self.say(f"! {error}")
+
+    def _do(self, text: str) -> None:
+        if text == "!":
+            self._forget()
+        elif text == "?":
+            self.say(f"? {'ready' if self.computer.idle and self._takes() else 'busy'}")
+        elif text[0] == "?":
+            groups = [f"?{group}" for group in self.chip.sheet.verify_bytes]
+            if text not in groups:
+                raise UsageError(f"{text}: allowed {', '.join(['?', *groups])}")
+            self._check_room(text)
+            errand = self.computer.read_group(self.chip.name, int(text[1:]), None, live=None)
+            self.computer.work("an answer", lambda: self._answer(text, errand))
+        else:
+            self._check_room(text)
+            self.computer.send(spoken_as(self.chip.sheet, Letters).sent(self.chip.sheet, text))
+            self.computer.do(self._taken)
+
+    def _takes(self) -> bool:
+        """Does the chip take a command now?  A program that admits no live ones leaves READY high."""
+        sheet, pins = self.chip.sheet, self.chip.pins
+        running = sheet.role("running")
+        deaf = not sheet.takes_live and running is not None and pins[running.name].level == 0
+        return pins["ready"].level == 1 and not deaf
+
+    def _check_room(self, text: str) -> None:
+        self.cutting = False
+        waiting = len(self.computer.queue) // 2  # each line is two pieces of work
+        self.full = waiting >= BACKLOG or (self.full and waiting > 0)
+        if self.full:
+            raise UsageError(f"{text}: {waiting} lines are to be sent; not sent, wait until the answer to ? is ready")
+
+    def _forget(self) -> None:
+        (self.computer.clear if self.cutting else self.computer.drop)()
+        self.cutting = self.computer.begun  # the next one cuts
+        self.say("!")
+
+    async def _taken(self, port: Port) -> None:
+        """Wait until the chip is ready again, or has been at work for so long that it moves or waits."""
+        await first_of(self.kernel, self.kernel.now + port.ps(TAKEN_US), (port.ready, 1))
+
+    async def _answer(self, question: str, errand: Errand[bytes]) -> None:
+        self.say(f"{question} {errand.answer.hex(' ').upper()}")
+
+    def say(self, text: str) -> None:
+        """Send an answer, a line."""
+        self.give(text.encode("ascii", "backslashreplace") + b"\r\n")
+
+    def room(self) -> int:
+        """Return how many bytes may come now."""
+        return CHUNK  # what is too much is refused line by line, so that ? and ! are always heard
+
+    def sent(self) -> bool:
+        """Return whether everything that has come has gone to the chip."""
+        return True  # the next host may have come to forget what the last one has left
+
+    def quiet(self) -> bool:
+        """Return whether everything that was sent is played, and answered."""
+        return self.computer.idle

@@ -1,0 +1,237 @@
+"""A line between the outside and modules on a bench: one serial connector, and what hangs on it.
+
+    host --- stream ---> | noise | ---> SerialPort.write ---> txd ~~~> rxd   module, or several that share the line
+                         |       |
+         <--- stream --- | noise | <--- a character is over <~~~ rxd  <~~~ txd
+
+A byte from outside begins on the virtual line at the instant at which it came, or behind the one before it; a character
+of the module goes out at the instant at which its last bit is over.  Both take as long as the line's speed says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from ...core.wires.serial import Character
+from ...language.dialect import dialect_of
+from ...parts.hosts.adaptive_host import AdaptiveHost
+from ...parts.lines.noise import LINKED, Noise
+from ...parts.lines.rs232 import LATE_PS, SerialPort
+from ..sockets.strangers import TEXT
+from ..sockets.stream import CHUNK
+from .log import TO_CHIP, TO_HOST, Log
+from .pace import Pace, Wait
+
+if TYPE_CHECKING:
+    from ...core.chip import Chip
+
+BACKLOG = 256  # characters that may wait for their turn on the line
+PATIENCE_PS = 60 * 10**12  # how long an answer is waited for, in lockstep or by a host that says no more
+
+
+class Line:
+    """What a link sees of the modules: bytes in, bytes out, one host at a time.
+
+    `host` is where bytes go, None while nobody listens; they are lost then, as on a wire that ends in the air.
+    """
+
+    ports: tuple[str, ...] = ("tcp", "pty")  # on which it can be served
+    baud: int | str | None = None  # its rate, where it has one
+    greetings = TEXT  # of strangers, who are hung up on
+    share = CHUNK  # bytes that are taken from a host in a turn of the loop; others wait for their turn meanwhile
+
+    def __init__(self, name: str, chips: Sequence[Chip], pace: Pace, log: Log) -> None:
+        self.name, self.chips, self.pace, self.log = name, tuple(chips), pace, log
+        self.kernel = pace.kernel
+        self.host: Callable[[bytes], int] | None = None
+        self.host_name = ""
+        self.resume: Callable[[], object] | None = None
+        self.taken = self.given = self.dropped = 0  # bytes from the host, to the host, and those nobody read
+        self.wait: Wait | None = None  # in lockstep, what lets time pass for what has come
+        self.beside: list[Line] = []  # lines to the same chip
+        self.coming_ends: list[str] = []  # what chips had of a line at the last look
+
+    # ---------------------------------------------------------------------------------------------------- the host
+    def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
+        """Connect a host: `host` takes bytes, returns how many it dropped; `resume` is called when more may come."""
+        self.host, self.host_name, self.resume = host, name, resume
+        self.log.event(self.name, f"{name} is connected")
+
+    def detach(self, why: str) -> None:
+        """Disconnect the host; bytes that it has sent already still go to the chip."""
+        self.log.event(self.name, f"{self.host_name}: {why}")
+        self.host, self.host_name = None, ""
+
+    def look_for_ends(self) -> None:
+        """Report what has come without its end and was there already at the last look: the host waits in vain."""
+        coming = [chip.unfinished for chip in self.chips]
+        if any(coming) and coming == self.coming_ends:
+            self.pace.bench.conclude()
+        self.coming_ends = coming
+
+    def leave(self, why: str) -> None:
+        """Disconnect a host that has gone; what it has left over is told when all that it has sent is played."""
+        self.detach(why)
+        self.when_answered(self.pace.bench.conclude)
+
+    def take(self, data: bytes) -> None:
+        """Bytes have come from the host."""
+        self.taken += len(data)
+        self.note(TO_CHIP, data)
+        self.feed(data)
+        limit_ps = self.kernel.now + PATIENCE_PS
+        if self.wait is not None:
+            self.wait.limit_ps = limit_ps
+        elif self.pace.lockstep:
+            self.wait = Wait(self._all_quiet if self.beside else self.quiet, limit_ps, self._rests)
+            self.pace.wait(self.wait)
+
+    def _all_quiet(self) -> bool:
+        """Return whether this line is quiet, and those beside it: what it lets the chip do may be for them."""
+        return self.quiet() and all(line.quiet() for line in self.beside)
+
+    def when_answered(self, call: Callable[[], object]) -> None:
+        """Call a function when what has come is answered, or is not for a long time."""
+        limit_ps = self.kernel.now + PATIENCE_PS
+        if self.pace.lockstep:  # time passes for what has come, and not for one who waits
+            limit_ps = self.kernel.now if self.wait is None else self.wait.limit_ps
+        self.pace.wait(Wait(self.quiet, limit_ps, lambda _quiet: call()))
+
+    def _rests(self, quiet: bool) -> None:
+        self.wait = None
+        if not quiet:
+            self.log.event(self.name, "still no answer after 60 s; time stands still")
+
+    def give(self, data: bytes) -> None:
+        """Bytes go to the host."""
+        self.note(TO_HOST, data)
+        lost = len(data) if self.host is None else self.host(data)
+        self.given += len(data) - lost
+        if lost and not self.dropped:
+            self.log.event(self.name, "nobody reads: characters of the module are dropped from here on")
+        self.dropped += lost
+
+    # ------------------------------------------------------------------------------------------- what a kind brings
+    def obey(self, on: bool) -> None:
+        """Let characters wait for CTS of a chip that has it, or not; where there is none, nothing changes."""
+
+    def opened_at(self, baud: int) -> None:
+        """Take notice of the rate that a host has set where it does not count."""
+
+    def note(self, way: str, data: bytes) -> None:
+        """Write bytes into the transcript."""
+        self.log.characters(self.name, way, data)
+
+    def feed(self, data: bytes) -> None:
+        """Put bytes on their way to the module."""
+        raise NotImplementedError
+
+    def room(self) -> int:
+        """Return how many bytes may come now; when none may, `resume` is called once there is room again."""
+        raise NotImplementedError
+
+    def sent(self) -> bool:
+        """Return whether everything that has come has gone out, so that another host may begin."""
+        raise NotImplementedError
+
+    def quiet(self) -> bool:
+        """Return whether everything that was sent has been played and answered."""
+        raise NotImplementedError
+
+
+class SerialLine(Line):
+    """A line that ends in a serial connector on the bench."""
+
+    ports = ("tcp", "pty", "rfc2217", "serial")
+
+    def __init__(self, name: str, chips: Sequence[Chip], pace: Pace, log: Log, port: SerialPort) -> None:
+        super().__init__(name, chips, pace, log)
+        self.port = port
+        self.mute = not port.pins["rxd"].net.drivers  # nothing can ever come from the chip
+        self.coming = 0  # characters whose last bit is not over
+        self.late_ps = 0  # a late character of the module comes then, and those behind it not before
+        spared = next((bit for chip in chips if (bit := dialect_of(chip.sheet).constant_bit) is not None), None)
+        self.to_chip, self.to_host = (Noise(port.word.bits, LINKED, spared) for _ in range(2))
+        port.on_character.add(self._character)
+
+    @property
+    def baud(self) -> int | str:  # type: ignore[override]
+        """The rate of the line."""
+        return self.port.baud
+
+    def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
+        """Connect a host."""
+        super().attach(name, host, resume)
+        if self.mute:
+            self.log.event(self.name, "nothing is ever answered: what listens here only receives")
+
+    def opened_at(self, baud: int) -> None:
+        """Take notice of the rate that a host has set where it does not count; on a cable it would."""
+        self.port.opened_at(baud)
+
+    def feed(self, data: bytes) -> None:
+        """Send bytes to the chip, with the faults that are planned."""
+        if not self.to_chip.plans:
+            self.port.write(data)
+            return
+        for byte in data:
+            passed, fault = self.to_chip.hit(byte)
+            if passed is not None:
+                self.port.write(bytes([passed]), fault)
+
+    def obey(self, on: bool) -> None:
+        """Let characters wait for CTS of a chip that has it, while it says that, or not."""
+        if isinstance(self.port, AdaptiveHost) and self.port.heeding is not (wanted := None if on else False):
+            self.port.heed(wanted)
+
+    @property
+    def clear(self) -> bool | None:
+        """Is CTS on?  None: the chip has none."""
+        return self.port.pins["cts"].level == 0 if isinstance(self.port, AdaptiveHost) else None
+
+    def room(self) -> int:
+        """Return how many bytes may come now; with none, `resume` is called once half of them have gone out."""
+        port = self.port
+        room = BACKLOG - port.backlog
+        if room <= 0:
+            half = self.kernel.now + port.clock.ps(port.word.ticks * BACKLOG // 2)
+            self.kernel.call_at(half, lambda: self.resume() if self.resume is not None else None)
+        return room
+
+    def sent(self) -> bool:
+        """Return whether every character has gone out."""
+        return not self.port.outgoing
+
+    def quiet(self) -> bool:
+        """Return whether every character has gone out, and nothing is on its way back.
+
+        Characters that wait for CTS do not count while the chip waits for another host.
+        """
+        if self.coming or (self.port.outgoing and not self._held()):
+            return False
+        return not any(chip.answering for chip in self.chips)
+
+    def _held(self) -> bool:
+        port = self.port
+        return isinstance(port, AdaptiveHost) and port.held and any(chip.awaits_host for chip in self.chips)
+
+    def _character(self, character: Character) -> None:
+        self.port.received.clear()  # the host is outside
+        self.coming += 1
+        self.kernel.call_at(character.end_ps, lambda: self._over(character.byte))
+
+    def _over(self, byte: int) -> None:
+        passed, fault = self.to_host.hit(byte)
+        if fault == "late":
+            self.late_ps, fault = self.kernel.now + LATE_PS, ""
+        data = b"" if passed is None else bytes([0 if fault else passed])  # a driver makes NUL of a wrong character
+        if self.kernel.now < self.late_ps:
+            self.kernel.call_at(self.late_ps, lambda: self._arrive(data))
+        else:
+            self._arrive(data)
+
+    def _arrive(self, data: bytes) -> None:
+        self.coming -= 1
+        if data:
+            self.give(data)

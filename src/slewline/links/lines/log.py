@@ -1,0 +1,114 @@
+r"""The transcript of what was served: both directions of every line, in virtual time, and what happened around them.
+
+         0.012292 x  < F\r                        from the host to the module
+         0.017729 x  > R\r                        and back
+         0.020000 y  < 2 6c                        a byte to a register of a chipset, 5c from one: > 0 5c
+         0.500000 x  ! 127.0.0.1:40522 has gone    connections, faults, findings, what had to be dropped
+
+Characters of one direction share a line up to a carriage return.  The instant is that of the first of them: towards the
+module the one at which the server got it, from the module the one at which its last bit was over.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from os import PathLike
+from typing import TextIO
+
+from ...core.time.kernel import Kernel
+from ...core.time.timebase import PS_PER_S
+from ...errors import UsageError
+
+LONGEST = 64  # characters of one line of the transcript
+TO_CHIP, TO_HOST, EVENT = "<", ">", "!"
+
+
+class Log:
+    """A transcript; without a path nothing is written.
+
+    Args:
+        path: a file; what is in it stays, and the transcript comes behind it.  "-": standard error.
+        failed: told once, when the file takes no more; the transcript ends there.
+
+    Raises:
+        UsageError: the file cannot be written, or is none: a FIFO would wait for a reader.
+    """
+
+    def __init__(
+        self,
+        kernel: Kernel,
+        path: str | PathLike[str] | None = None,
+        failed: Callable[[str], object] = lambda _text: None,
+    ) -> None:
+        self.kernel, self.path, self.failed = kernel, path, failed
+        self.file: TextIO | None = None
+        self.open: dict[str, tuple[str, int, bytearray]] = {}  # by line: direction, instant, characters so far
+        self.on_terminal = path == "-"
+        self.reopen()
+
+    def reopen(self) -> None:
+        """Write behind what is in the file, if there is one; the transcript may have been closed before."""
+        if self.path is None or self.file is not None:
+            return
+        if self.on_terminal:
+            self.file = sys.stderr
+            return
+        if os.path.exists(self.path) and not os.path.isfile(self.path):
+            raise UsageError(f"log {self.path}: is no regular file; give a file, or - for standard error")
+        try:
+            self.file = open(self.path, "a", encoding="ascii", buffering=1)  # noqa: SIM115
+        except OSError as error:
+            raise UsageError(f"log {self.path}: {error.strerror}; give a file that can be written") from None
+
+    def characters(self, line: str, way: str, data: bytes) -> None:
+        """Write characters that have passed."""
+        if self.file is None:
+            return
+        for byte in data:
+            direction, since, so_far = self.open.get(line, ("", 0, bytearray()))
+            if direction != way:
+                self.end(line)
+                since, so_far = self.kernel.now, bytearray()
+                self.open[line] = way, since, so_far
+            so_far.append(byte)
+            if byte == 0x0D or len(so_far) >= LONGEST:
+                self.end(line)
+
+    def end(self, line: str) -> None:
+        """Write what was gathered of a line."""
+        if line in self.open:
+            way, since, data = self.open.pop(line)
+            self.write(since, line, way, data.decode("latin-1").encode("unicode_escape").decode("ascii"))
+
+    def event(self, line: str, text: str) -> None:
+        """Write an event on a line."""
+        if self.file is not None:
+            self.end(line)
+            self.write(
+                self.kernel.now, line, EVENT, " ".join(text.split()).encode("ascii", "backslashreplace").decode()
+            )
+
+    def write(self, ps: int, line: str, way: str, text: str) -> None:
+        """Write one line of the transcript; a full disk does not stop the server."""
+        if self.file is None:
+            return
+        try:
+            self.file.write(f"{ps // PS_PER_S:>8}.{ps % PS_PER_S // 10**6:06d} {line} {way} {text}\n")
+        except OSError as error:
+            self._let_go()
+            self.failed(f"log {self.path}: {error.strerror or error}; the transcript ends here")
+
+    def _let_go(self) -> None:
+        file, self.file = self.file, None
+        if file is not None and not self.on_terminal:
+            with suppress(OSError):  # what could not be written has been told
+                file.close()
+
+    def close(self) -> None:
+        """Write what is left."""
+        for line in list(self.open):
+            self.end(line)
+        self._let_go()

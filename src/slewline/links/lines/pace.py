@@ -1,0 +1,221 @@
+"""How virtual time passes while the world looks on.
+
+    paced       virtual time follows the wall clock: v = origin + rate * (wall - origin of the wall).  Whenever the
+                loop wakes, the bench runs up to the instant that belongs to the present; then the loop sleeps until the
+                instant of the next event.  A bench that falls behind catches up; one that falls behind by more than a
+                second (a machine that was asleep, a rate that is too high) loses the rest, which is reported.
+
+    lockstep    virtual time stands still, except while somebody waits for it: the bytes of a line and the answer to
+                them, an `advance`, an `until`.  An endless motion is as far as the host has come, whenever it looks.
+
+In both, time passes in slices of some milliseconds of the wall clock, so that the world is heard while it passes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from fractions import Fraction
+from time import perf_counter_ns
+from typing import TYPE_CHECKING
+
+from ...core.wires.net import Net
+from ...errors import UsageError
+from ...parts.lines.rs232 import POWER_UP_PS
+
+if TYPE_CHECKING:
+    from ...bench import Bench
+
+PS_PER_NS = 1000
+NS_PER_S = 10**9
+SLICE_NS = 20_000_000
+LATE_NS = 1_000_000  # later than this counts as late
+LOST_NS = NS_PER_S  # further behind than this is given up
+
+
+@dataclass
+class Lag:
+    """How well the wall clock was kept: events, how many of them came over a millisecond late, and the worst."""
+
+    events: int = 0
+    late: int = 0
+    worst_ns: int = 0
+    lost_ns: int = 0
+
+    def note(self, late_ns: int) -> None:
+        """Note that an event was due so many nanoseconds ago."""
+        self.events += 1
+        self.late += late_ns > LATE_NS
+        self.worst_ns = max(self.worst_ns, late_ns)
+
+
+@dataclass
+class Wait:
+    """Somebody waits for a condition, up to an instant; `done` is told whether it came about."""
+
+    met: Callable[[], bool]
+    limit_ps: int
+    done: Callable[[bool], object]
+    when: Callable[[], int | None] | None = None  # the instant that the present promises say
+    nets: Iterable[Net] = field(default_factory=tuple)
+
+
+def _seen(_net: Net) -> None:
+    """An observer that only makes promised edges instants."""
+
+
+class Pace:
+    """What both ways have in common; `goal` says how far time may go now.
+
+    Args:
+        clock: nanoseconds of the wall clock.
+    """
+
+    lockstep = False
+
+    def __init__(self, bench: Bench, clock: Callable[[], int] = perf_counter_ns) -> None:
+        self.bench, self.kernel, self.clock = bench, bench.kernel, clock
+        self.waits: list[Wait] = []
+        self.stop_ns = 0
+        self.lag = Lag()
+
+    def start(self) -> None:
+        """Begin to serve: power the chips up before anybody can speak to them."""
+        self.kernel.run(self.kernel.now + POWER_UP_PS)
+
+    def goal(self) -> int:
+        """Return the instant up to which time may pass now (ps)."""
+        raise NotImplementedError
+
+    def pause(self) -> float | None:
+        """Return how long the loop may sleep once the goal is reached, in seconds; None: until a byte comes."""
+        raise NotImplementedError
+
+    def present(self) -> None:
+        """Bring the bench to this instant, because something has come from outside."""
+
+    def wait(self, wait: Wait) -> None:
+        """Add somebody who waits."""
+        for net in wait.nets:
+            net.watch(_seen)
+        self.waits.append(wait)
+
+    def forget(self, wait: Wait) -> None:
+        """Remove a wait, met or not."""
+        if wait in self.waits:
+            self.waits.remove(wait)
+            for net in wait.nets:
+                net.unwatch(_seen)
+
+    def pass_time(self) -> bool:
+        """Let time pass up to the goal, for a slice at most; false when there is more to do at once."""
+        self.stop_ns = self.clock() + SLICE_NS
+        kernel = self.kernel
+        kernel.settle()
+        while True:
+            whole = self.goal()
+            goal = self._bounded(whole) if self.waits else whole
+            if kernel.run_while(self._enough, goal):
+                kernel.run(goal)
+            self._answer()
+            if kernel.now >= min(whole, self.goal()):
+                return True
+            if self.clock() >= self.stop_ns:
+                return False
+
+    def _enough(self) -> bool:
+        for wait in self.waits:
+            if wait.met():
+                return True
+        return self.clock() >= self.stop_ns
+
+    def _bounded(self, goal: int) -> int:
+        """Nobody's limit is passed, nor an instant that a promise names."""
+        for wait in self.waits:
+            goal = min(goal, max(wait.limit_ps, self.kernel.now))
+            if wait.when is not None:
+                times = (wait.when(), self.kernel.next_time())
+                goal = min([goal, *(max(time, self.kernel.now) for time in times if time is not None)])
+        return goal
+
+    def _answer(self) -> None:
+        """Tell those whose wait is over."""
+        for wait in list(self.waits):
+            met = wait.met()
+            if met or wait.limit_ps <= self.kernel.now:
+                self.forget(wait)
+                wait.done(met)
+
+
+class Paced(Pace):
+    """Virtual time follows the wall clock.
+
+    Args:
+        rate: virtual seconds per second, such as 1 or "0.1".
+    """
+
+    def __init__(self, bench: Bench, rate: str | float = 1, clock: Callable[[], int] = perf_counter_ns) -> None:
+        super().__init__(bench, clock)
+        try:
+            self.rate = Fraction(str(rate))
+        except (ValueError, ZeroDivisionError):
+            self.rate = Fraction(0)
+        if self.rate <= 0:
+            raise UsageError(f"rate {rate!r}; expected virtual seconds per second, such as 1 or 0.1")
+        self.origin_ps = self.origin_ns = 0
+
+    def start(self) -> None:
+        """Begin to serve: virtual time and the wall clock start together."""
+        super().start()
+        self.origin_ps, self.origin_ns = self.kernel.now, self.clock()
+
+    def goal(self) -> int:
+        """Return the instant that the wall clock has reached (ps)."""
+        passed = self.clock() - self.origin_ns
+        return self.origin_ps + passed * PS_PER_NS * self.rate.numerator // self.rate.denominator
+
+    def nanoseconds(self, ps: int) -> int:
+        """Return the nanoseconds of the wall clock in which so many ps of virtual time pass, rounded up."""
+        return -(-ps * self.rate.denominator // (PS_PER_NS * self.rate.numerator))
+
+    def pass_time(self) -> bool:
+        """Let time pass up to the wall clock, for a slice at most; return False when there is more to do at once."""
+        due = self.kernel.next_time()
+        goal = self.goal()
+        if due is not None and due <= goal:
+            behind = self.nanoseconds(goal - due)
+            self.lag.note(behind)
+            if behind > LOST_NS:
+                self.lag.lost_ns += behind
+                self.origin_ns += behind
+        return super().pass_time()
+
+    def present(self) -> None:
+        """Let time pass up to the wall clock, because something has come from outside."""
+        self.pass_time()
+
+    def pause(self) -> float | None:
+        """Return the seconds until the next event is due; None: until a byte comes."""
+        self.kernel.settle()
+        times: list[int | None] = [self.kernel.next_time()]
+        for wait in self.waits:
+            times += [wait.limit_ps, wait.when() if wait.when is not None else None]
+        ahead = [time for time in times if time is not None]
+        if not ahead:
+            return None
+        at = self.origin_ns + self.nanoseconds(min(ahead) - self.origin_ps)
+        return max(at - self.clock(), 0) / NS_PER_S
+
+
+class Lockstep(Pace):
+    """Virtual time passes only while somebody waits."""
+
+    lockstep = True
+
+    def goal(self) -> int:
+        """Return the instant up to which a client lets time pass (ps)."""
+        return max((wait.limit_ps for wait in self.waits), default=self.kernel.now)
+
+    def pause(self) -> float | None:
+        """Return None: only a byte from a client lets time pass."""
+        return None

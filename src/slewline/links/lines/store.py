@@ -1,0 +1,249 @@
+"""A memory that keeps its content without power: one file for the memory of one chip.
+
+    the line "slewline memory 1" | length, 4 bytes | CRC-32, 4 bytes | data         numbers with their high byte first
+    the line "slewline memory 2" | length, 4 bytes | CRC-32, 4 bytes | data | record | record ...
+
+    record    address, 4 bytes | length, 4 bytes | CRC-32 of both and of the data, 4 bytes | data
+
+A module answers Y when its program is in the memory, so `write` and `append` return only when a power cut can no longer
+undo them, and whatever ends them before leaves the former content in place.
+
+    write                                        append
+    a neighbour of the file, fsync it            a record behind the last one, fsync it
+    read it back and compare                     read it back and compare
+    rename it over the file                      ... the first one ever, those after a failure, and one that would make
+    fsync the directory                          the records longer than the rest by far, write the file anew instead
+
+The content is on the disk under another name before it has its own; a disk that keeps something else is found out in
+time; nothing behind the last step can fail.  Power that goes in the middle of an append leaves part of a record at the
+end, which is no record: it is dropped.  A broken record with a whole one behind it was broken later: damage.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from struct import Struct
+from typing import Any
+from zlib import crc32
+
+from ...core.memory.store import put
+from ...core.time.hook import Hook
+from ...errors import StoreError
+from ..sockets.system import BINARY, NO_LINK, directory
+
+MAGIC, JOURNAL = b"slewline memory 1\n", b"slewline memory 2\n"
+HEADER = Struct(f">{len(MAGIC)}sII")
+RECORD, PLACE, CHECK = Struct(">III"), Struct(">II"), Struct(">I")
+GARBLED = "the disk returns something else than was written; use another one"
+CHUNK = 1 << 16
+LEAST_JOURNAL, MOST_TIMES = 1 << 14, 4  # bytes; so many times longer than the content
+LARGEST = 1 << 24  # bytes of a file: fifty times what a memory of 64K with its records takes
+
+
+class FileStore:
+    """A memory in a file, replaced whole or not at all; of a large one, what changes is appended.
+
+    The neighbour has a fixed name, so that a process which is killed again and again leaves one such file, not many.
+    Two stores must not share a file.  Symbolic links are not followed: what stands under the name of the neighbour is
+    removed, never opened, and one in place of the file is refused.
+
+    Args:
+        path: the file; it need not exist, its directory must.
+        system: what takes the place of the module `os`, for tests.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], system: Any = os) -> None:
+        self.path, self.system = Path(path), system
+        self._part = self.path.with_name(f".{self.path.name}.part")
+        self._content: bytearray | None = None  # as it is on the disk, once something was appended
+        self._base = self._end = 0  # lengths of the file, without its records and with them; 0: not as we know it
+        self.on_failure: Hook[[str]] = Hook()  # a read or a write was refused, and why
+
+    def read(self) -> bytes:
+        """Return the content; empty when nothing was ever written.
+
+        Raises:
+            StoreError: the file cannot be read, is damaged, or is no memory of ours.
+        """
+        with self._refusals("read"):
+            return bytes(self._unpacked(self._found()))
+
+    def write(self, data: bytes) -> None:
+        """Replace the content, a damaged one too; returns when it is on the disk to stay.
+
+        Raises:
+            StoreError: the new content is not safely there; or the file is no memory of ours, and stays as it is.
+        """
+        self._content, self._end = None, 0
+        with self._refusals("write"):
+            self._replace(packed(data))
+
+    def append(self, data: bytes, at: int | None = None) -> None:
+        """Put some bytes into the content, at an address or at its end; returns when they are on the disk to stay.
+
+        Raises:
+            StoreError: the bytes are not safely there; or the file is damaged, or no memory of ours.
+            UsageError: the address lies beyond the end.
+        """
+        with self._refusals("write"):
+            if self._content is None:
+                self._content, self._end = self._unpacked(self._found()), 0
+            address = put(self._content, data, at)
+            if not data:
+                return
+            try:
+                self._keep(PLACE.pack(address, len(data)), data)
+            except BaseException:
+                self._content = None  # whatever the file holds now is asked of it
+                raise
+
+    def _keep(self, place: bytes, data: bytes) -> None:
+        """Put a record behind the others, or write the file anew."""
+        assert self._content is not None
+        record = place + CHECK.pack(crc32(place + data)) + data
+        longest = min(self._base + max(LEAST_JOURNAL, MOST_TIMES * len(self._content)), LARGEST)
+        end, self._end = self._end, 0
+        if end and end + len(record) <= longest and self._appended(record, end):
+            self._end = end + len(record)
+        else:
+            whole = packed(self._content, JOURNAL)
+            self._replace(whole)
+            self._base = self._end = len(whole)
+
+    def _appended(self, record: bytes, end: int) -> bool:
+        """Put a record at the end of the file, unless that is not where it was."""
+        try:
+            with self._opened(self.path, os.O_RDWR) as file:
+                if self.system.lseek(file, 0, os.SEEK_END) != end:
+                    return False
+                try:
+                    self._put(file, record)
+                    self.system.lseek(file, end, os.SEEK_SET)
+                    if self._rest(file) != record:
+                        raise StoreError(f"{self.path}: {GARBLED}")
+                except BaseException:
+                    with suppress(OSError):
+                        self.system.ftruncate(file, end)
+                    raise
+        except FileNotFoundError:
+            return False
+        return True
+
+    def _replace(self, content: bytes) -> None:
+        """Put another file in the place of the present one."""
+        with directory(self.path.parent, self.system) as made_safe:
+            self._found()
+            try:
+                with suppress(FileNotFoundError):
+                    self.system.unlink(self._part)
+                with self._opened(self._part, os.O_WRONLY | os.O_CREAT | os.O_EXCL) as file:
+                    self._put(file, content)
+                if self._load(self._part) != content:
+                    raise StoreError(f"{self.path}: {GARBLED}")
+                self.system.replace(self._part, self.path)
+            except BaseException:
+                with suppress(OSError):
+                    self.system.unlink(self._part)
+                raise
+            made_safe()
+
+    def _found(self) -> bytes:
+        """The file as it is; empty when there is none."""
+        if self.path.is_symlink():
+            raise StoreError(f"{self.path}: is a symbolic link; name the file itself, or remove the link")
+        if self.path.exists() and not (self.path.is_file() or self.path.is_dir()):  # to open a FIFO is to wait
+            raise StoreError(f"{self.path}: is no regular file; name another one, or remove it")
+        try:
+            found = self._load(self.path)
+        except FileNotFoundError:
+            return b""
+        if not found.startswith((MAGIC, JOURNAL)):
+            raise StoreError(f"{self.path}: is no memory of slewline; name another file, or remove this one")
+        return found
+
+    def _unpacked(self, found: bytes) -> bytearray:
+        """The content that a file holds."""
+        if not found:
+            return bytearray()
+        if len(found) >= HEADER.size:
+            magic, length, _ = HEADER.unpack_from(found)
+            end = HEADER.size + length
+            content = bytearray(found[HEADER.size : end])
+            whole = found[:end] == packed(content, magic)
+            if whole and end == len(found):
+                return content
+            if whole and magic == JOURNAL and repeated(content, found, end):
+                return content
+        why = "the memory is damaged (length or checksum); remove the file to begin empty"
+        raise StoreError(f"{self.path}: {why}")
+
+    def _put(self, file: int, content: bytes) -> None:
+        while content:
+            content = content[self.system.write(file, content) :]
+        self.system.fsync(file)
+
+    def _load(self, path: Path) -> bytes:
+        with self._opened(path, os.O_RDONLY) as file:
+            return self._rest(file)
+
+    def _rest(self, file: int) -> bytes:
+        found = bytearray()
+        while chunk := self.system.read(file, CHUNK):
+            found += chunk
+            if len(found) > LARGEST:
+                why = f"more than {LARGEST} bytes, which no memory has; name another file, or remove this one"
+                raise StoreError(f"{self.path}: {why}")
+        return bytes(found)
+
+    @contextmanager
+    def _opened(self, path: Path, flags: int) -> Iterator[int]:
+        file = self.system.open(path, flags | BINARY | NO_LINK, 0o666)
+        try:
+            yield file
+        finally:
+            with suppress(OSError):  # fsync has told everything that matters
+                self.system.close(file)
+
+    @contextmanager
+    def _refusals(self, verb: str) -> Iterator[None]:
+        """Say what the system refuses as an error of ours, and tell of it."""
+        try:
+            yield
+        except StoreError as error:
+            self.on_failure(str(error))
+            raise
+        except OSError as error:
+            why = error.strerror or error
+            text = f"{self.path}: cannot {verb} the memory: {why}; give a file in a writable directory"
+            self.on_failure(text)
+            raise StoreError(text) from error
+
+
+def packed(data: bytes | bytearray, magic: bytes = MAGIC) -> bytes:
+    """Return the content of a file without records: header and data."""
+    return HEADER.pack(magic, len(data), crc32(data)) + data
+
+
+def repeated(content: bytearray, found: bytes, at: int) -> bool:
+    """Put the records from a place of a file on into a content; is what lies behind them at most part of one?"""
+    while (place := record_at(found, at)) is not None:
+        address, length = place
+        if address > len(content):
+            return False
+        put(content, found[at + RECORD.size : at + RECORD.size + length], address)
+        at += RECORD.size + length
+    return all(record_at(found, later) is None for later in range(at + 1, len(found) - RECORD.size))
+
+
+def record_at(found: bytes, at: int) -> tuple[int, int] | None:
+    """Return address and length of a record, if there is a whole one with some data."""
+    if at + RECORD.size >= len(found):
+        return None
+    address, length, check = RECORD.unpack_from(found, at)
+    end = at + RECORD.size + length
+    if not length or end > len(found) or crc32(found[at : at + PLACE.size] + found[at + RECORD.size : end]) != check:
+        return None
+    return address, length

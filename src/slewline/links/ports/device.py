@@ -1,0 +1,172 @@
+"""A real serial port: the modules are at the far end of a cable.
+
+Its rate and format are those of the line.  A character from the cable is over when the computer hands it over, and then
+begins on the virtual line: the module hears it one character later than it would on the cable, and is heard one later.
+
+A port that goes away (an adapter that is unplugged) is looked for every half second until it is back.
+
+A COM port of Windows is nothing that a loop can wait for.  Two threads carry its bytes to a socket and back; an end of
+the socket is what the loop sees.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from threading import Thread
+from typing import Any
+
+from ...errors import SlewlineError, UsageError
+from ...extras import needs
+from ..lines.line import Line, SerialLine
+from ..sockets.loop import Loop
+from ..sockets.stream import CHUNK, Stream
+from ..sockets.system import WINDOWS_PORT, Descriptor, pair
+
+try:
+    import serial
+except ImportError:
+    raise SlewlineError(needs("a serial port needs", "serial")) from None
+
+RETRY_S = 0.5
+LOOK_S = 0.5  # how long a thread reads at most before it looks whether the port is still wanted
+
+
+class Threads:
+    """A serial port as one end of a pair of sockets: one thread reads the port, one writes to it."""
+
+    def __init__(self, port: Any) -> None:
+        self.port, self.why, self.over = port, "closed", False
+        self.ours, self.theirs = pair()
+        self.threads = [
+            Thread(target=work, name=f"cable {port.name}", daemon=True) for work in (self._read, self._write)
+        ]
+        for thread in self.threads:
+            thread.start()
+
+    def _read(self) -> None:
+        """Carry what comes from the cable, until the port fails or is closed."""
+        with self._ending():
+            while not self.over:
+                data = self.port.read(1)
+                if data:
+                    self.theirs.sendall(data + self.port.read(min(self.port.in_waiting, CHUNK)))
+
+    def _write(self) -> None:
+        """Carry what goes to the cable."""
+        with self._ending():
+            while data := self.theirs.recv(CHUNK):
+                self.port.write(data)
+
+    @contextmanager
+    def _ending(self) -> Iterator[None]:
+        """Whatever ends one thread ends the other, and is seen as an end of the socket."""
+        try:
+            yield
+        except Exception as error:  # a port that is closed under a read fails in many ways
+            self.why = str(error)
+        with suppress(OSError):
+            self.theirs.shutdown(socket.SHUT_RDWR)
+
+    def close(self) -> None:
+        """End the threads; the port is the caller's."""
+        self.over = True
+        self.ours.close()
+        for stop in ("cancel_read", "cancel_write"):
+            with suppress(Exception):
+                getattr(self.port, stop)()
+        for thread in self.threads:
+            thread.join(2 * LOOK_S)
+        self.theirs.close()
+
+
+def refused(device: str, error: Exception, windows: bool = os.name == "nt") -> str:
+    """Return why a serial port could not be opened, once, and what to do."""
+    if WINDOWS_PORT.fullmatch(device) and not windows:
+        return "is the name of a port of Windows; here a serial port is /dev/ttyUSB0 or the like"
+    number = getattr(error, "errno", None)  # the text of pySerial has it twice
+    why = os.strerror(number) if number else str(error)
+    return f"{why}; name a serial port that is there and that you may open (python -m serial.tools.list_ports)"
+
+
+class DevicePort:
+    """A line on a serial port of this machine.
+
+    Args:
+        tell: is told when the port goes away, and when it is back.
+
+    Raises:
+        UsageError: the port is not there at the beginning, or cannot be opened.
+    """
+
+    def __init__(self, loop: Loop, line: Line, device: str, tell: Callable[[str], object] = lambda _text: None) -> None:
+        assert isinstance(line, SerialLine)  # the server has seen to that
+        self.loop, self.line, self.device, self.tell = loop, line, device, tell
+        self.closed = False
+        self.port: Any = None
+        self.threads: Threads | None = None
+        try:
+            self._open()
+        except (OSError, ValueError) as error:
+            raise UsageError(f"{device}: {refused(device, error)}") from None
+
+    @property
+    def where(self) -> str:
+        """The name of the port."""
+        return self.device
+
+    def _open(self) -> None:
+        word = self.line.port.word
+        self.port = serial.Serial(
+            self.device,
+            int(self.line.port.baud),
+            bytesize=word.bits,
+            parity=word.parity[0].upper(),
+            stopbits=float(word.stop),
+            timeout=LOOK_S,
+            exclusive=True,
+        )
+        self.stream = Stream(self.loop, self._end(), self.line.take, self._lost, self.line.room)
+        self.line.attach(self.device, self.stream.write, self.stream.resume)
+
+    def _end(self) -> socket.socket | Descriptor:
+        """What the loop can wait for."""
+        try:
+            return Descriptor(self.port.fileno())
+        except (AttributeError, OSError):  # io.UnsupportedOperation is an OSError
+            self.threads = Threads(self.port)
+            return self.threads.ours
+
+    def _let_go(self, why: str) -> str:
+        """Close the port; returns why it failed, if a thread knows."""
+        self.line.leave(why)
+        threads, self.threads = self.threads, None
+        if threads is not None:
+            why = threads.why
+            threads.close()
+        self.port.close()
+        return why
+
+    def _lost(self, why: str) -> None:
+        why = self._let_go(why)
+        self.tell(f"{self.device}: gone ({why}); it is looked for until it is back")
+        self.loop.after(RETRY_S, self._retry)
+
+    def _retry(self) -> None:
+        if self.closed:
+            return
+        try:
+            self._open()
+        except (OSError, ValueError):
+            self.loop.after(RETRY_S, self._retry)
+        else:
+            self.tell(f"{self.device}: back")
+
+    def close(self) -> None:
+        """Let go of the port."""
+        self.closed = True
+        if self.stream.open:
+            self.stream.close()
+            self._let_go("closed")

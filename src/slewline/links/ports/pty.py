@@ -1,0 +1,197 @@
+"""A pseudo-terminal: a device file that host software opens as a serial port, under the name of a link.
+
+A pseudo-terminal of Linux is no UART.  It passes 8 bits at any speed, whatever the host has set; a line of 7 bits takes
+the lower ones.  It always says that it has 8 bits and no parity, which the C library compares with what was asked for:
+opening it as 7O2 fails (EINVAL), unless the call changes something else.  So the first open succeeds, and the second
+one, which asks for the same again, fails.  The cure:
+
+    packet mode with EXTPROC        the master hears of every change of settings
+    PARODD inverted after each      the next call has something to change
+
+The C library reads the settings back at once, and the inversion must come after that: it waits `SETTLE_S`, or for the
+first byte that the host sends.  Two calls that are closer together than this fail: pySerial's `timeout` set right after
+an open, a `bytesize` behind another setting, an open right after a close, most calls of stty.  A host that fails cannot
+be told why; the user can (`HINT`).  TCP and RFC 2217 have none of this.
+
+On macOS there is no EXTPROC of this kind: a pseudo-terminal there is for hosts that ask for 8N1 (`PLAIN`).
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+import struct
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from time import perf_counter
+
+from ...errors import UsageError
+from ..lines.line import Line
+from ..sockets import system
+from ..sockets.loop import Loop
+from ..sockets.stream import Stream
+
+DEVICE = re.compile(r"/dev/(?:pts/|ttys)[0-9]+")  # of Linux, of macOS
+CFLAG, LFLAG, ISPEED, OSPEED = 2, 3, 4, 5  # places in what tcgetattr returns
+SETTLE_S = 0.0005
+WAYS = "let it ask for 8N1, or serve with --tcp (socket://) or --rfc2217 (rfc2217://)"
+HINT = (
+    f"a pty has no 7 data bits and no parity: a host that sets 7O2 twice at once gets EINVAL (invalid argument); {WAYS}"
+)
+PLAIN = f"a pty of this system has 8 bits and no parity, and may refuse a host that asks for 7O2; {WAYS}"
+NONE = "--pty needs Linux or macOS: this system has no pseudo-terminals; serve with --tcp or --rfc2217 instead"
+
+
+class PacketStream(Stream):
+    """The master of a pseudo-terminal in packet mode: each read begins with a byte that says what follows.
+
+    Args:
+        changed: called when the settings have changed.
+        used: called when the host has sent something.
+    """
+
+    def __init__(
+        self,
+        loop: Loop,
+        end: system.Descriptor,
+        line: Line,
+        changed: Callable[[], object],
+        used: Callable[[], object],
+    ) -> None:
+        self.changed, self.used = changed, used
+        super().__init__(loop, end, line.take, lambda _why: None, line.room)
+
+    def fetch(self, room: int) -> bytes | None:
+        """Read; None: the other side has hung up."""
+        data = self.end.recv(room + 1)
+        if data[:1] == b"\0":
+            self.used()
+        else:  # the settings have changed, or a queue was flushed
+            self.changed()
+        return data[1:]
+
+
+class PtyPort:
+    """A line on a pseudo-terminal; a host may come and go, which nobody notices.
+
+    Args:
+        link: a symbolic link of this name is made, and removed at the end.
+
+    Raises:
+        UsageError: the link cannot be made, or something is there already that is no old link of ours; or the system
+            has no pseudo-terminals.
+    """
+
+    def __init__(self, loop: Loop, line: Line, link: str) -> None:
+        if not hasattr(os, "openpty"):
+            raise UsageError(NONE)
+        if system.WINDOWS_PORT.fullmatch(link):
+            raise UsageError(
+                f"{link} looks like a port of Windows: there it is --serial {link}; here name a link: /tmp/{link}"
+            )
+        if not link:
+            raise UsageError("a pty needs a name: give that of the link to be made, such as /tmp/x")
+        self.loop, self.line, self.link = loop, line, Path(link)
+        self.master, self.slave = os.openpty()  # without a slave of its own, the master fails when the host closes
+        self.name = os.ttyname(self.slave)
+        try:
+            self._make_link()
+        except BaseException:
+            self._close()
+            raise
+        self.ours: list[object] = []  # the settings as we made them
+        self.settled_at: float | None = None  # when a change is to be followed by an inversion
+        self._be_raw()
+        end = system.Descriptor(self.master)
+        if system.EXTPROC is None:
+            self.stream = Stream(loop, end, line.take, lambda _why: None, line.room)
+        else:
+            self.stream = PacketStream(loop, end, line, self._changed, self._used)
+        line.attach(self.name, self.stream.write, self.stream.resume)
+
+    @property
+    def where(self) -> str:
+        """The name of the link."""
+        return str(self.link)
+
+    @property
+    def hint(self) -> str:
+        """What a user should know who has a host of 7 bits."""
+        return PLAIN if system.EXTPROC is None else HINT
+
+    # -------------------------------------------------------------------------------------------------- the settings
+    def _be_raw(self) -> None:
+        import fcntl
+        import termios
+
+        settings = termios.tcgetattr(self.slave)
+        settings[0] = settings[1] = 0
+        for code, baud in system.bauds().items():
+            if baud == self.line.baud:
+                settings[ISPEED] = settings[OSPEED] = code  # a program that sets none has that of the line
+        settings[LFLAG] = system.EXTPROC or 0
+        termios.tcsetattr(self.slave, termios.TCSANOW, settings)
+        if system.EXTPROC is not None:
+            fcntl.ioctl(self.master, termios.TIOCPKT, struct.pack("i", 1))
+
+    def _changed(self) -> None:
+        import termios
+
+        settings = termios.tcgetattr(self.slave)
+        self.line.obey(bool(settings[CFLAG] & termios.CRTSCTS))
+        if (baud := system.bauds().get(settings[OSPEED])) is not None and baud != self.line.baud:
+            self.line.opened_at(baud)
+        self.settled_at = perf_counter() + SETTLE_S
+        self.loop.after(SETTLE_S, self._settled)
+
+    def _settled(self) -> None:
+        if self.stream.open and self.settled_at is not None and perf_counter() >= self.settled_at:
+            self._invert()
+
+    def _used(self) -> None:
+        if self.settled_at is not None:
+            self._invert()
+
+    def _invert(self) -> None:
+        import termios
+
+        assert system.EXTPROC is not None
+        self.settled_at = None
+        settings = termios.tcgetattr(self.slave)
+        if settings == self.ours:
+            return  # it was our own change that was told
+        settings[CFLAG] ^= termios.PARODD
+        settings[LFLAG] |= system.EXTPROC
+        termios.tcsetattr(self.slave, termios.TCSANOW, settings)
+        self.ours = termios.tcgetattr(self.slave)
+
+    # ------------------------------------------------------------------------------------------------------ the link
+    def _make_link(self) -> None:
+        with suppress(FileNotFoundError):
+            mode = os.lstat(self.link).st_mode
+            if not stat.S_ISLNK(mode) or not self._stale(os.readlink(self.link)):
+                raise UsageError(f"{self.link}: is there already, and no old link of ours; remove it, or name another")
+            os.unlink(self.link)
+        try:
+            os.symlink(self.name, self.link)
+        except OSError as error:
+            raise UsageError(f"{self.link}: {error.strerror}; name a link in a directory that can be written") from None
+
+    def _stale(self, target: str) -> bool:
+        """Was the link left behind by a server that has been killed?  Its device is gone, or is the one we have."""
+        return DEVICE.fullmatch(target) is not None and (target == self.name or not os.path.exists(target))
+
+    def close(self) -> None:
+        """Remove the link, and hang up."""
+        with suppress(OSError):
+            if os.readlink(self.link) == self.name:
+                os.unlink(self.link)
+        self.stream.close()
+        self.line.leave("closed")
+        self._close()
+
+    def _close(self) -> None:
+        os.close(self.master)
+        os.close(self.slave)

@@ -1,0 +1,220 @@
+"""RFC 2217: a serial port over TCP, with its settings: rfc2217://HOST:PORT for pySerial.
+
+A host asks for rate and format, and the line takes them: one that asks for another rate than the module is strapped for
+gets what a wrong rate gives on a wire.  DTR and RTS are accepted and lead nowhere, as on the three wires of a module; a
+break puts the line to space.  The protocol is that of pySerial's PortManager, which needs an object with the properties
+of its serial ports: `Remote` is one.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ...core.wires.serial import PARITIES, Word, bit_clock
+from ...errors import SlewlineError, UsageError
+from ...extras import needs
+from ..lines.line import SerialLine
+from .tcp import Session, TcpPort
+
+try:
+    from serial import rfc2217
+except ImportError:
+    raise SlewlineError(needs("RFC 2217 needs", "serial")) from None
+
+if TYPE_CHECKING:
+    from ..lines.line import Line
+    from ..sockets.loop import Loop
+
+LETTERS = {parity: letter for letter, parity in PARITIES.items()}
+LONGEST_OPTION = 256  # bytes of a suboption; no real one has more than a few
+SHARE = 64  # bytes in a turn of the loop; each is filtered by itself
+FASTEST = 10**6  # baud
+MASKS = {
+    rfc2217.SET_LINESTATE_MASK: rfc2217.SERVER_SET_LINESTATE_MASK,
+    rfc2217.SET_MODEMSTATE_MASK: rfc2217.SERVER_SET_MODEMSTATE_MASK,
+}
+
+
+class Remote:
+    """The line as a serial port of pySerial, as far as a PortManager needs one.
+
+    What a host sets holds for its own turn on the line: not before, and not behind it.
+    """
+
+    def __init__(self, session: NetSession, line: SerialLine, baud: int | str, word: Word) -> None:
+        self.session, self.port = session, line.port
+        self.baud, self.word = baud, word
+        self.rts = self.dtr = True
+        self.dsr = self.cd = True
+        self.ri = self.xonxoff = self._rtscts = False
+        self._break = False
+
+    def set_line(self, baud: int | str, word: Word) -> None:
+        """Take another rate or format."""
+        bit_clock(baud, self.port.name)
+        self.baud, self.word = baud, word.checked(self.port.name)
+        if self.session.begun:
+            self.apply(baud, word)
+
+    def apply(self, baud: int | str, word: Word) -> None:
+        """Let the line have a rate and a format."""
+        if (self.port.baud, self.port.word) != (baud, word):
+            self.port.change_line(baud, word.bits, word.parity, word.stop)
+
+    @property
+    def baudrate(self) -> int:
+        """The rate of the line."""
+        return int(self.baud)
+
+    @baudrate.setter
+    def baudrate(self, baud: int) -> None:
+        if not 1 <= baud <= FASTEST:
+            raise UsageError(f"{baud} baud; allowed 1 to {FASTEST}")
+        self.set_line(baud, self.word)
+
+    @property
+    def bytesize(self) -> int:
+        """Data bits."""
+        return self.word.bits
+
+    @bytesize.setter
+    def bytesize(self, bits: int) -> None:
+        self.set_line(self.baud, Word(bits, self.word.parity, self.word.stop))
+
+    @property
+    def parity(self) -> str:
+        """N, O or E; mark and space parity are refused."""
+        return LETTERS[self.word.parity]
+
+    @parity.setter
+    def parity(self, letter: str) -> None:
+        if letter not in PARITIES:
+            raise UsageError(f"parity {letter!r}; allowed {', '.join(PARITIES)}")
+        self.set_line(self.baud, Word(self.word.bits, PARITIES[letter], self.word.stop))
+
+    @property
+    def stopbits(self) -> float:
+        """1, 1.5 or 2."""
+        return float(self.word.stop)
+
+    @stopbits.setter
+    def stopbits(self, stop: float) -> None:
+        self.set_line(self.baud, Word(self.word.bits, self.word.parity, f"{stop:g}"))
+
+    @property
+    def cts(self) -> bool:
+        """CTS of a chip that has it; else it is on."""
+        return self.session.line.clear is not False
+
+    @property
+    def rtscts(self) -> bool:
+        """Does the line wait for CTS?"""
+        return self._rtscts
+
+    @rtscts.setter
+    def rtscts(self, on: bool) -> None:
+        self._rtscts = on
+        if self.session.begun:
+            self.session.line.obey(on)
+
+    @property
+    def break_condition(self) -> bool:
+        """Is the line held at space?"""
+        return self._break
+
+    @break_condition.setter
+    def break_condition(self, on: bool) -> None:
+        self._break = on
+        if self.session.begun:
+            self.port.space(on)
+
+    def reset_input_buffer(self) -> None:
+        """Drop nothing: characters go out as they come."""
+
+    def reset_output_buffer(self) -> None:
+        """Drop what waits for its turn on the line; what another host has sent stays."""
+        self.session.characters.clear()
+        if self.session.begun:
+            self.port.drop()
+
+
+class Telnet:
+    """What a PortManager answers through."""
+
+    def __init__(self, session: NetSession) -> None:
+        self.session = session
+
+    def write(self, data: bytes) -> None:
+        """Send bytes of the protocol itself."""
+        self.session.stream.write(bytes(data))
+
+
+class Manager(rfc2217.PortManager):
+    """The protocol, with the two answers that pySerial's own client does not wait for, and others do."""
+
+    def _telnet_process_subnegotiation(self, suboption: bytes) -> None:
+        super()._telnet_process_subnegotiation(suboption)  # type: ignore[misc]
+        answer = MASKS.get(suboption[1:2]) if suboption[:1] == rfc2217.COM_PORT_OPTION else None
+        if answer is not None:
+            self.rfc2217_send_subnegotiation(answer, suboption[2:3])
+
+
+class NetSession(Session):
+    """A host that speaks RFC 2217."""
+
+    port: NetPort
+    line: SerialLine
+
+    def arrive(self) -> None:
+        """Connect the host: answer its options of the line from now on."""
+        super().arrive()
+        self.remote = Remote(self, self.line, *self.port.settings)
+        self.manager = Manager(self.remote, Telnet(self))  # type: ignore[arg-type]
+
+    def begin(self) -> None:
+        """Begin the turn of this host, with the rate and format it has asked for."""
+        super().begin()
+        self.remote.apply(self.remote.baud, self.remote.word)
+        self.line.obey(self.remote.rtscts)
+        if self.remote.break_condition:
+            self.remote.break_condition = True
+
+    def end(self) -> None:
+        """End the turn of this host: the line returns to the settings of the port."""
+        if self.remote.break_condition:
+            self.remote.break_condition = False
+        self.remote.apply(*self.port.settings)
+
+    def room(self) -> int:
+        """Return how many bytes may come from the host now."""
+        return min(SHARE, super().room())
+
+    def heard(self, data: bytes) -> None:
+        """Take bytes of the host, telnet commands among them."""
+        for byte in data:
+            try:
+                for found in self.manager.filter(bytes([byte])):
+                    self.characters += found
+            except Exception as error:  # the PortManager believes what it is sent
+                self.line.log.event(self.line.name, f"not RFC 2217: {error!r}")
+                self.manager.suboption, self.manager.mode = None, rfc2217.M_NORMAL
+            if self.manager.suboption is not None and len(self.manager.suboption) > LONGEST_OPTION:
+                self.gone("a suboption without end is not RFC 2217")
+                return
+        self.port.pump()
+
+    def give(self, data: bytes) -> int:
+        """Send characters to the host; return how many were dropped."""
+        return min(super().give(b"".join(self.manager.escape(data))), len(data))
+
+
+class NetPort(TcpPort):
+    """A line on a TCP port, with its settings."""
+
+    scheme = "rfc2217"
+    make = NetSession
+
+    def __init__(self, loop: Loop, line: Line, *more: Any) -> None:
+        assert isinstance(line, SerialLine)  # the server has seen to that
+        self.settings = line.port.baud, line.port.word
+        super().__init__(loop, line, *more)

@@ -1,0 +1,112 @@
+"""The loop: one thread that waits for sockets and descriptors and for the next thing to do, whichever comes first.
+
+Whoever paces virtual time needs to sleep for a part of a millisecond (see `system.py`), which the loops of asyncio
+cannot: they wait in epoll, whose sleeps are whole milliseconds.
+"""
+
+from __future__ import annotations
+
+import selectors
+import signal
+import weakref
+from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
+from heapq import heappop, heappush
+from itertools import count
+from socket import socket
+from time import perf_counter
+
+from .system import FineSelector, Ready, bell
+
+Call = Callable[[], object]
+Calls = tuple[Call | None, Call | None]  # when readable, when writable
+
+
+class Loop:
+    """File descriptors, timers of the wall clock, and calls from signal handlers and other threads."""
+
+    def __init__(self) -> None:
+        self.selector = FineSelector()
+        self.calls: dict[int, Calls] = {}  # by descriptor
+        self.timers: list[tuple[float, int, Call]] = []
+        self.order = count()
+        self.asked: deque[Call] = deque()
+        self.dirty: list[Call] = []  # what flushes bytes that were written in this turn
+        self.closed = self.hears_signals = False
+        self.bell, self.button = bell()
+        self._forgotten = weakref.finalize(self, _close, self.bell, self.button)  # closed even so
+        self.watch(self.bell.fileno(), self._answer)
+
+    # --------------------------------------------------------------------------------------------- file descriptors
+    def watch(self, fd: int, readable: Call | None = None, writable: Call | None = None) -> None:
+        """Call these when a descriptor can be read or written; neither: forget it."""
+        calls = readable, writable
+        if self.calls.get(fd) == calls:
+            return  # a selector keeps the old pair then, and `serve` knows a pair by its identity
+        events = (selectors.EVENT_READ if readable else 0) | (selectors.EVENT_WRITE if writable else 0)
+        known = self.calls.pop(fd, None) is not None
+        if events:
+            self.calls[fd] = calls
+            (self.selector.modify if known else self.selector.register)(fd, events, calls)
+        elif known:
+            self.selector.unregister(fd)
+
+    # -------------------------------------------------------------------------------------------- calls and timers
+    def after(self, seconds: float, call: Call) -> None:
+        """Call a function when so much time of the wall clock has passed."""
+        heappush(self.timers, (perf_counter() + seconds, next(self.order), call))
+
+    def ask(self, call: Call) -> None:
+        """Call a function in the thread of the loop; may be used in any thread, and in a signal handler."""
+        self.asked.append(call)
+        with suppress(OSError):  # it has been rung often enough, or is closed by now
+            if not self.closed:
+                self.button.send(b"\0")
+
+    def hear_signals(self) -> None:
+        """Let a signal end the sleep; Windows would not.  To be called in the main thread, as `close` is then."""
+        signal.set_wakeup_fd(self.button.fileno(), warn_on_full_buffer=False)
+        self.hears_signals = True
+
+    def _answer(self) -> None:
+        self.bell.recv(4096)
+        for _ in range(len(self.asked)):  # what these ask for has its turn behind those who wait for a byte
+            self.asked.popleft()()
+
+    # ------------------------------------------------------------------------------------------------------ running
+    def sleep(self, pause: float | None) -> list[Ready]:
+        """Send what was written, then wait for at most so many seconds (None: for ever); returns what has come up."""
+        dirty, self.dirty = self.dirty, []
+        for flush in dirty:
+            flush()
+        if self.timers:
+            left = max(self.timers[0][0] - perf_counter(), 0)
+            pause = left if pause is None else min(pause, left)
+        return self.selector.select(pause)
+
+    def serve(self, ready: list[Ready]) -> None:
+        """Do what has come up, timers included."""
+        calls = self.calls
+        for key, mask in ready:
+            readable, writable = key.data
+            if writable is not None and mask & selectors.EVENT_WRITE and calls.get(key.fd) is key.data:
+                writable()
+            if readable is not None and mask & selectors.EVENT_READ and calls.get(key.fd) is key.data:
+                readable()  # else it was forgotten in this very turn
+        while self.timers and self.timers[0][0] <= perf_counter():
+            heappop(self.timers)[2]()
+
+    def close(self) -> None:
+        """Let go of everything; what is asked from now on is not done."""
+        self.closed = True
+        if self.hears_signals:
+            signal.set_wakeup_fd(-1)
+            self.hears_signals = False
+        self.selector.close()
+        self._forgotten()
+
+
+def _close(*ends: socket) -> None:
+    for end in ends:
+        end.close()

@@ -1,0 +1,112 @@
+"""Promises that go by the edges of a clock: a counter's outputs, and a latch.
+
+    clock       __|‾|__|‾|__|‾|__|‾|__|‾|__
+    Counted     0  | 1  | 1  | 0  | 0  | 1       levels by the number of edges, over and over
+    data        _____|‾‾‾‾‾‾‾‾‾‾‾‾‾‾|_______
+    Sampled     _______|‾‾‾‾‾‾‾‾‾‾‾‾‾‾|_____       what the data showed at the last edge
+
+A change of a clock edge and of the data at the same instant: the edge takes the new level.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from ...core.wires.clocking import ClockEdges
+from ...core.wires.views import View
+from ...core.wires.wave import Level, Promise, promised, real_edges
+
+
+class Counted(View):
+    """Levels by the number of clock edges: `levels[edges % len(levels)]`.
+
+    Args:
+        clock: made of `of`.
+        of: what the clock goes by, whose `until` bounds the promise, too; None: nothing does.
+        levels: 0 and 1.
+    """
+
+    __slots__ = ("clocked", "levels", "of")
+
+    def __init__(self, clock: ClockEdges, of: Promise | Level, levels: tuple[int, ...]) -> None:
+        super().__init__()
+        self.clocked, self.of, self.levels = clock, of, levels
+
+    def inputs(self) -> Iterable[Promise]:
+        """Return the promises that the view is made of."""
+        return (self.of,) if promised(self.of) else ()
+
+    def level_of(self, ps: int) -> Level:
+        """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
+        return self.levels[self.clocked.by(ps) % len(self.levels)]
+
+    def after_of(self, ps: int) -> int | None:
+        """Return when the level may change next, strictly after an instant (ps), as `Promise.after`."""
+        levels, k = self.levels, self.clocked.by(ps)
+        here = levels[k % len(levels)]
+        for more in range(1, len(levels)):
+            if levels[(k + more) % len(levels)] != here:
+                return self.clocked.at(k + more)
+        return None
+
+    def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
+        import numpy as np
+
+        a, b = self.clocked.by(start), self.clocked.by(stop)
+        if a == b:
+            return [], []
+        cycle = np.array(self.levels, np.int8)
+        levels = cycle[np.arange(a, b + 1) % len(cycle)]
+        real = levels[1:] != levels[:-1]
+        return self.clocked.many(a + 1, b)[real], levels[1:][real]
+
+
+class Sampled(View):
+    """What data showed at the last edge of a clock; a wire that floats reads high.
+
+    Args:
+        clock: its edges after an instant.
+        data: what the wire shows from that instant on.
+        before: the level until the first edge.
+    """
+
+    __slots__ = ("before", "clocked", "data")
+
+    def __init__(self, clock: ClockEdges, data: Promise | Level, before: int) -> None:
+        super().__init__()
+        self.clocked, self.data, self.before = clock, data, before
+
+    def inputs(self) -> Iterable[Promise]:
+        """Return the promises that the view is made of."""
+        return (self.data,) if promised(self.data) else ()
+
+    def _read(self, ps: int) -> int:
+        return int((self.data.level(ps) if promised(self.data) else self.data) != 0)
+
+    def taken(self, k: int) -> int:
+        """Return the level, 0 or 1, after k edges of the clock."""
+        return self._read(int(self.clocked.many(k, k)[0])) if k else self.before
+
+    def level_of(self, ps: int) -> Level:
+        """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
+        return self.taken(self.clocked.by(ps))
+
+    def after_of(self, ps: int) -> int | None:
+        """Return when the level may change next, strictly after an instant (ps), as `Promise.after`."""
+        return self.clocked.at(self.clocked.by(ps) + 1)
+
+    def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
+        import numpy as np
+
+        a, b = self.clocked.by(start), self.clocked.by(stop)
+        if a == b:
+            return [], []
+        times = self.clocked.many(a + 1, b)
+        first = int(times[0])
+        own, shown = self.data.edges(first, int(times[-1])) if promised(self.data) else ([], [])
+        read = np.array([self._read(first), *(level != 0 for level in shown)], np.int8)
+        levels = read[np.searchsorted(np.asarray(own, np.int64), times, side="right")]
+        return real_edges(times, levels, self.taken(a))

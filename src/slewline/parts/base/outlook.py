@@ -1,0 +1,65 @@
+"""The wire on a pin ahead of time: what its drivers have promised, whatever they are.
+
+    Outlook(pin, changed)
+
+        shown()   train ------------------>|  another train ---------------->
+                                           ^ changed(): at once, before the driver forgets
+
+Rules of this file: what is shown is a value.  Whoever keeps it bounds what rests on it when `changed` is called, and
+asks again in the next round.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from ...core.wires.pin import Terminal
+from ...core.wires.wave import Level, Promise, alike, promised
+
+
+class Outlook:
+    """What the wire on a pin will show, as things stand.
+
+    Args:
+        pin: wiring may still make its net one with another.
+        changed: called before a driver of the wire replaces what it has shown, in every round in which one does; inputs
+            can be read up to the instant before now.  `renewed` says that only the bound of a promise has moved.
+    """
+
+    __slots__ = ("_shown", "_told", "changed", "pin")
+
+    def __init__(self, pin: Terminal, changed: Callable[[], object]) -> None:
+        self.pin, self.changed = pin, changed
+        self._told: list[Any] | None = None
+        self._shown: Promise | Level = None
+        pin.net.sample(changed)
+
+    def close(self) -> None:
+        """Stop calling `changed`."""
+        self.pin.net.unsample(self.changed)
+
+    @property
+    def renewed(self) -> bool:
+        """While `changed` is called: is all that was promised so far still true?"""
+        return self.pin.net.hub.renewed
+
+    def shown(self) -> Promise | Level:
+        """Return what the wire shows from now on: a promise, or a level; the same object while nothing has changed."""
+        net = self.pin.net
+        told = [net.tie, net.pull, *(d.level if d.promise is None else d.promise for d in net.active)]
+        if self._told is None or len(told) != len(self._told) or not all(map(alike, told, self._told)):
+            self._told, self._shown = told, net.shown()
+        return self._shown
+
+    def level(self, ps: int) -> Level:
+        """Return the level at an instant (ps), present, future or committed."""
+        return shown.level(ps) if promised(shown := self.shown()) else shown
+
+    def after(self, ps: int) -> int | None:
+        """Return when the level may change next, as `Promise.after`."""
+        return shown.after(ps) if promised(shown := self.shown()) else None
+
+    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop: two lists, or two arrays (int64 ps, int8 levels)."""
+        return shown.edges(start, stop) if promised(shown := self.shown()) else ([], [])

@@ -1,0 +1,195 @@
+"""What every part has: a name, pins of its own, findings.  A part sees a chip through nets only.
+
+`wiring` is the standard wiring: pins of the part, and the roles (core/datasheet/roles.py) of the neighbour's pins to
+which `bench.part(..., to=...)` joins them, on the part's option `axis`, if it has one; those in `optional` stay open
+where no pin has that role.  Pins of parts have roles themselves, so that a part attaches to a part.
+
+What a user tells a part (a text, a key) comes by a method declared by `@from_outside`, which reports it to `input`, so
+that a journal can repeat it; `verbs` are the methods
+by which a run script tells it something, with a whole number or nothing.  `options` are the rows of what its
+constructor takes: it gets all of them, checked.
+"""
+
+from __future__ import annotations
+
+from bisect import insort
+from collections.abc import Mapping
+from dataclasses import replace
+from operator import attrgetter
+from types import MappingProxyType
+from typing import TYPE_CHECKING, ClassVar, Literal, TypeVar
+
+from ...core.chip import Finding
+from ...core.datasheet.option import Option
+from ...core.datasheet.table import Pin
+from ...core.messages.near import hint
+from ...core.time.hook import Hook
+from ...core.time.inputs import HasInputs
+from ...core.time.kernel import Kernel
+from ...core.wires.net import Bus, Driver, Net
+from ...core.wires.pin import Terminal
+from ...errors import UnknownName
+
+if TYPE_CHECKING:
+    from ...core.datasheet.table import Way
+    from ...core.motion.quantity import Quantity
+
+T = TypeVar("T")
+LEVELS = ("low", "high")
+AXIS = Option("axis", "int", 1, "of the neighbour", low=1, high=4)  # of a part that is wired to pins of an axis
+
+
+def served(host: str, chips: Mapping[str, T], chip: object) -> T:
+    """Return what a host has for one of its chips, which is named or given itself.
+
+    Raises:
+        UnknownName: the host does not serve it.
+    """
+    name = chip if isinstance(chip, str) else getattr(chip, "name", repr(chip))
+    if name not in chips:
+        raise UnknownName(f"{host} has no chip {name!r}; it serves {', '.join(chips)}{hint(name, chips)}")
+    return chips[name]
+
+
+class Part(HasInputs):
+    """A part on a bench.  Subclasses make their pins in the constructor and react to nets by observers or tasks."""
+
+    wiring: Mapping[str, str] = MappingProxyType({})
+    optional: frozenset[str] = frozenset()
+    verbs: tuple[str, ...] = ()
+    keeps: ClassVar[bool] = False  # it has an option `store`, which keeps something without power
+    sits: ClassVar[Literal["", "may", "must"]] = ""  # on the shaft of another part (`bench.part(..., on=...)`)
+    options: tuple[Option, ...] = ()
+
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        self.kernel, self.name = kernel, name
+        self.pins: dict[str, Terminal] = {}
+        self.drivers: dict[str, Driver] = {}
+        self._findings: list[Finding] = []
+        self._catching_up = False
+        self.on_finding: Hook[[Finding]] = Hook()
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.name}>"
+
+    def add_pin(
+        self,
+        name: str,
+        way: Way,
+        says: str,
+        *,
+        pull: int | None = None,
+        initial: int | None = None,
+        role: str = "",
+        axis: int = 1,
+        active: int | None = None,
+    ) -> Terminal:
+        """Make a pin; an output drives `initial` from the beginning.
+
+        Args:
+            role, axis: what it is for, where other parts attach to it.
+            active: the level that counts; None: the part takes it from the neighbour, or it has none.
+        """
+        row = Pin(len(self.pins) + 1, name, way, says, active=active, pull=pull, role=role, axis=axis)
+        terminal = Terminal(self.name, row, Net(self.kernel, f"{self.name}.{name}", pull))
+        self.pins[name] = terminal
+        if way in ("out", "both"):
+            driver = self.drivers[name] = Driver(terminal.net, self.name)
+            if initial is not None:
+                driver.drive(initial)
+        return terminal
+
+    def add_bus(self, name: str, says: str, *, role: str = "") -> Terminal:
+        """Make an eight-wire bus pin; its driver takes (mask, value) or None."""
+        terminal = Terminal(
+            self.name, Pin(len(self.pins) + 1, name, "both", says, role=role), Bus(self.kernel, f"{self.name}.{name}")
+        )
+        self.pins[name] = terminal
+        self.drivers[name] = Driver(terminal.net, self.name)
+        return terminal
+
+    def take_pin(self, name: str, inner: Terminal) -> Terminal:
+        """Make a pin of a part that this one contains its own, by another name."""
+        terminal = self.pins[name] = Terminal(self.name, replace(inner.row, name=name), inner.net)
+        return terminal
+
+    def pin(self, name: str) -> Terminal:
+        """Return a pin by its name.
+
+        Raises:
+            UnknownName: no such pin; the message lists those there are.
+        """
+        try:
+            return self.pins[name]
+        except KeyError:
+            says = f"{self.name} has no pin {name!r}; its pins: {', '.join(self.pins)}"
+            raise UnknownName(says + hint(name, self.pins)) from None
+
+    def high(self, name: str) -> bool:
+        """Return whether a pin reads high.  An open input does, as in TTL."""
+        return bool(self.pins[name].net.level != 0)
+
+    def byte(self, name: str) -> int:
+        """Return the byte on a bus pin, 0 to 255."""
+        return self.pins[name].net.byte  # type: ignore[attr-defined,no-any-return]
+
+    # ------------------------------------------------------------------------------------------------ what it tells
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Return what the part has over time, to be drawn, written and asked: an angle, a current, a count; or ()."""
+        return ()
+
+    def catch_up(self) -> None:
+        """Work off what has happened up to the last committed instant, in a part that does so only when asked.
+
+        Findings made on the way bear the instants at which things happened; their listeners hear them now.
+        """
+
+    def leave(self) -> None:
+        """Bring to a disk what belongs there: nobody lets time pass any more, for now or for good."""
+
+    def forget(self, before: int) -> None:
+        """Drop what the part keeps of the time before an instant (ps) for its quantities."""
+
+    @property
+    def findings(self) -> list[Finding]:
+        """What went wrong around the chip, by time; the part catches up first."""
+        self.be_caught_up()
+        return self._findings
+
+    def be_caught_up(self) -> None:
+        """Catch up, unless it is doing so: a listener that hears of one finding may ask for all."""
+        if not self._catching_up:
+            self._catching_up = True
+            try:
+                self.catch_up()
+            finally:
+                self._catching_up = False
+
+    def finding(self, code: str, text: str, at: int | None = None) -> None:
+        """Add a finding around the chip, now or at an instant of the past (ps)."""
+        found = Finding(self.kernel.now if at is None else at, self.name, code, text)
+        insort(self._findings, found, key=attrgetter("time_ps"))
+        self.on_finding(found)
+
+    def objection(self, own: str, row: Pin) -> str:
+        """Return what makes a neighbour's pin unfit for a pin of this part, though it has the right role, or ""."""
+        wanted, found = self.pins[own].row.sense, row.sense
+        if wanted is None or found is None or wanted == found:
+            return ""
+        return f"is active {LEVELS[found]}, and {own} means {LEVELS[wanted]}: bench.wire(..., invert=True) may help"
+
+    def attached(self, own: str, row: Pin) -> None:
+        """Take notice that `to` has joined a pin with a neighbour's, whose role holds at the level `row.active`."""
+
+    def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass.  Called once; subclasses fill it."""
+
+    @property
+    def idle(self) -> bool:
+        """Nothing left to do by itself."""
+        return True
+
+    @property
+    def waiting(self) -> str:
+        """What the part waits for."""
+        return f"{self.name}: nothing"

@@ -1,0 +1,233 @@
+"""An 8080 at the command port: the routines of the manual, on ports as they are wired there.
+
+    Ppi8255    port A data bus, port B status, port C inputs of the chip, by set/reset codes   (Table IX, fig. 10.9)
+    Host8080   one output port; bit 7 of the byte is I/O REQUEST                               (figs. 5.3, 10.7)
+
+A polling loop (IN, ANI, JZ) takes 27 states of the processor; the program looks on that grid.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+from ...core.datasheet.option import Option
+from ...core.time.inputs import from_outside
+from ...core.time.kernel import Kernel
+from ...core.time.timebase import Clock, hertz
+from ...core.wires.net import Net
+from ...core.wires.waits import first_of, until
+from ...errors import UsageError
+from ..base.worker import Data, Worker, as_bytes
+
+LOOP, IN, OUT, MVI, MOVE = 27, 10, 10, 7, 5  # states
+STOPPER = 0xFF
+
+
+class Processor8080(Worker):
+    """The processor: coroutines that look at a READY bit and write to ports, in its own time."""
+
+    def __init__(self, kernel: Kernel, name: str, cpu: str | int) -> None:
+        super().__init__(kernel, name)
+        self.clock = Clock(hertz(cpu))
+        self.tick = 0
+        self.sent = 0
+
+    def ready(self) -> Net:
+        """Return the net behind the READY bit."""
+        return self.net("ready")
+
+    async def states(self, number: int) -> None:
+        """Let states of the processor pass."""
+        self.tick = max(self.tick, self.clock.ticks_from(self.kernel.now)) + number
+        await until(self.kernel, self.clock.ps(self.tick))
+
+    async def poll(self, net: Net, wanted: int) -> None:
+        """Look at a bit again and again; the first look is at the end of the first IN."""
+        await self.states(IN)
+        origin = self.tick
+        while net.level != wanted:
+            await first_of(self.kernel, None, (net, wanted))
+            passed = self.clock.ticks_until(self.kernel.now) - origin
+            self.tick = origin + (passed // LOOP + 1) * LOOP
+            await until(self.kernel, self.clock.ps(self.tick))
+        await self.states(LOOP - IN)
+
+    def before_stopper(self, data: Data) -> bytes:
+        """Return the bytes in front of the stopper FF."""
+        found, stop, _ = as_bytes(self.name, data).partition(bytes([STOPPER]))
+        if not stop:
+            raise UsageError(f"{self.name}: no stopper FF behind {found!r}; the routine would run on through memory")
+        return found
+
+
+class Host8080(Processor8080):
+    """The smallest host: OUT 0DCH puts seven bits on the bus and bit 7 on I/O REQUEST; READY is looked at."""
+
+    wiring = MappingProxyType({"port": "data", "request": "request", "ready": "ready"})
+
+    options = (Option("cpu", "frequency", "2 MHz", "clock of the processor", low=1, unit="Hz"),)
+
+    def __init__(self, kernel: Kernel, name: str, *, cpu: str | int) -> None:
+        super().__init__(kernel, name, cpu)
+        self.add_bus("port", "output port DC, bits 0 to 6; bit 7 of the bus to ground")
+        self.add_pin("request", "out", "output port DC, bit 7", initial=1)
+        self.add_pin("ready", "in", "READY of the chip", pull=1)
+
+    def out(self, byte: int) -> None:
+        """Put a byte on the output port: OUT 0DCH."""
+        self.drivers["port"].drive((0xFF, byte & 0x7F))
+        self.drivers["request"].drive(byte >> 7)
+
+    @from_outside
+    def send(self, string: Data) -> None:
+        """Queue a string with the stopper FF at its end."""
+        data = self.before_stopper(string)
+        self.input("send", data + bytes([STOPPER]))
+        for byte in data:
+            self.work(f"SENDCHR {byte:#04x}", lambda byte=byte: self.sendchr(byte))  # type: ignore[misc]
+
+    async def sendchr(self, byte: int) -> None:
+        """Send a character as SENDCHR does (fig. 10.7).
+
+        Wait until ready, out with bit 7 low, wait until busy, bit 7 high.
+        """
+        await self.poll(self.ready(), 1)
+        await self.states(MOVE + MVI + OUT)
+        self.out(byte & 0x7F)
+        await self.poll(self.ready(), 0)
+        await self.states(MVI + OUT)
+        self.out(0xFF)
+        self.sent += 1
+
+
+class Ppi8255(Processor8080):
+    """An 8080 with an 8255 wired as in Table IX, and the routines that the manual lists.
+
+    Port A is in high impedance while I/O SELECT (port C, bit 1) is high: the chip may drive the bus then.
+    """
+
+    DATA, STATUS, CONTROL = 0xEC, 0xED, 0xEF
+    PORT_B = (  # pins of the chip and their roles, from bit 0 on
+        ("motion_complete", "motion_complete"), ("pulse", "step"), ("run", "running"), ("prog", "program_entry"),
+        ("programmable_output", "output1"), ("ready", "ready"), ("direction", "direction"), ("slew", "slewing"),
+    )  # fmt: skip
+    IOREQ, NOIOREQ, IOSELIN, IOSELOUT, DOWHILE, NOLOOP = range(6)
+    ABORT, NOABORT, TRIGGER, STPINH, LOWAIT, HIWAIT, RESETLO, NORESET = range(8, 16)
+    PORT_C = MappingProxyType({  # bit: pin of the chip, role, the level at which that holds
+        0: ("io_request", "request", 0), 1: ("io_select", "select", 1), 2: ("dowhile", "input2", None),
+        4: ("abort", "abort", 0), 5: ("step_inhibit", "enable", 0), 6: ("wait", "input1", None),
+        7: ("reset", "reset", 0),
+    })  # fmt: skip
+    AT_REST = (NOIOREQ, IOSELIN, NOLOOP, NOABORT, TRIGGER, HIWAIT, NORESET)  # what the program writes first of all
+
+    wiring = MappingProxyType(
+        {"a": "data"}
+        | {f"b{bit}": role for bit, (_, role) in enumerate(PORT_B)}
+        | {f"c{bit}": role for bit, (_, role, _) in PORT_C.items()}
+    )
+
+    options = (Option("cpu", "frequency", "2.048 MHz", "clock of the processor", low=1, unit="Hz"),)
+
+    def __init__(self, kernel: Kernel, name: str, *, cpu: str | int) -> None:
+        super().__init__(kernel, name, cpu)
+        self.add_bus("a", "port A (EC): data bus")
+        for bit, (pin, _) in enumerate(self.PORT_B):
+            self.add_pin(f"b{bit}", "in", f"port B (ED): {pin}", pull=1)
+        for bit, (pin, _, level) in self.PORT_C.items():
+            self.add_pin(f"c{bit}", "out", f"port C (set and reset through EF): {pin}", active=level)
+        self.latched, self.selected = 0xFF, False
+        self.received = bytearray()
+        for code in self.AT_REST:
+            self._write(self.CONTROL, code)
+
+    def ready(self) -> Net:
+        """Return the net behind the READY bit."""
+        return self.net("b5")
+
+    # -------------------------------------------------------------------------------------------------------- the ports
+    def read(self, port: int) -> int:
+        """Return what a port reads at this instant: IN."""
+        if port == self.DATA:
+            return self.byte("a")
+        if port == self.STATUS:
+            return sum(self.high(f"b{bit}") << bit for bit in range(8))
+        raise UsageError(f"{self.name}: no input port {port:#04x}; allowed 0xEC (data), 0xED (status)")
+
+    def _checked(self, port: int, value: int) -> None:
+        code = port == self.CONTROL and 0 <= value < 16 and value >> 1 in self.PORT_C
+        if not code and not (port == self.DATA and 0 <= value < 256):
+            allowed = "0xEC (data), 0xEF (codes 0 to 5 and 8 to 15)"
+            raise UsageError(f"{self.name}: OUT {port:#04x}, {value:#04x}; allowed {allowed}")
+
+    def _write(self, port: int, value: int) -> None:
+        """OUT: a byte to port A, or a set/reset code of port C to EF: bit number times two, plus the level."""
+        self._checked(port, value)
+        if port == self.DATA:
+            self.latched = value
+        else:
+            bit, level = divmod(value, 2)
+            self.drivers[f"c{bit}"].drive(level)
+            if self.PORT_C[bit][1] == "select":
+                self.selected = bool(level)
+        self.drivers["a"].drive(None if self.selected else (0xFF, self.latched))
+
+    # --------------------------------------------------------------------------------------------- what a user asks for
+    @from_outside
+    def out(self, port: int, value: int) -> None:
+        """Queue an OUT: a port and a value, such as 0xEF and 0x0B for STEP INHIBIT high."""
+        self._checked(port, value)
+        self.input("out", port, value)
+
+        async def action() -> None:
+            await self._output(port, value)
+
+        self.work(f"OUT {port:#04x}, {value:#04x}", action)
+
+    @from_outside
+    def sendparallel(self, buffer: Data) -> None:
+        """Queue the bytes in front of the stopper FF (fig. 11.6)."""
+        data = self.before_stopper(buffer)
+        self.input("sendparallel", data + bytes([STOPPER]))
+        self._queue(data)
+
+    @from_outside
+    def sendchar(self, data: Data) -> None:
+        """Queue bytes that may be FF themselves: the inner routine of SENDPARALLEL."""
+        data = as_bytes(self.name, data)
+        self.input("sendchar", data)
+        self._queue(data)
+
+    def _queue(self, data: bytes) -> None:
+        for byte in data:
+            self.work(f"SENDCHAR {byte:#04x}", lambda byte=byte: self._sendchar(byte))  # type: ignore[misc]
+
+    @from_outside
+    def rcvbyte(self, number: int) -> None:
+        """Queue a read-out of verify bytes, V already sent (fig. 6.1); they are appended to `received`."""
+        self.input("rcvbyte", number)
+        self.work(f"RCVBYTE, {number} bytes", lambda: self._rcvbyte(number))
+
+    # --------------------------------------------------------------------------------------------------- the routines
+    async def _output(self, port: int, value: int) -> None:
+        await self.states(MVI + OUT)
+        self._write(port, value)
+
+    async def _sendchar(self, byte: int) -> None:
+        await self.poll(self.ready(), 1)
+        await self._output(self.DATA, byte)
+        await self._output(self.CONTROL, self.IOREQ)
+        await self.poll(self.ready(), 0)
+        await self._output(self.CONTROL, self.NOIOREQ)
+        self.sent += 1
+
+    async def _rcvbyte(self, number: int) -> None:
+        await self.poll(self.ready(), 1)
+        await self._output(self.CONTROL, self.IOSELOUT)
+        for _ in range(number):
+            await self._output(self.CONTROL, self.IOREQ)
+            await self.poll(self.ready(), 0)
+            await self.states(IN)
+            self.received.append(self.read(self.DATA))
+            await self._output(self.CONTROL, self.NOIOREQ)
+            await self.poll(self.ready(), 1)
+        await self._output(self.CONTROL, self.IOSELIN)

@@ -1,0 +1,158 @@
+"""A chip as a simple IEEE-488 listener, and a talker that speaks to it (s.12, figs. 12.1 to 12.4).
+
+    NRFD  = READY                       low: not ready for data
+    DAV  -> I/O REQUEST                 unless ATN is low, or the byte is a line feed that is to be kept away
+    NDAC  = READY inverted              low until the byte is taken
+    IFC  -> RESET      MOTION COMPLETE -> SRQ
+
+A byte that is kept away never makes READY fall; the gate that blocks it therefore accepts it in place of the chip, or
+the talker would wait for ever.  The bus lines are open collectors.  The data lines go straight to the chip: there is no
+inverter in this circuit, so the talker puts its bytes out in positive logic.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+from ...core.datasheet.option import Option
+from ...core.time.inputs import from_outside
+from ...core.time.kernel import Kernel
+from ...core.wires.net import Net
+from ...core.wires.waits import level, until
+from ..base.part import Part
+from ..base.worker import Data, Worker, as_bytes
+
+US = 1_000_000
+SETTLING_PS = 2 * US  # data before DAV, and ATN before data
+REACTION_PS = US  # of a talker to NDAC, of a controller to DAV
+CLEAR_PS = 100 * US  # IFC
+LINE_FEED = 0x0A
+HANDSHAKE = ("dav", "nrfd", "ndac")
+MANAGEMENT = ("atn", "ifc", "srq")
+
+
+def add_bus_lines(part: Part) -> None:
+    """Make the data lines, handshake and management lines of the IEEE-488 bus."""
+    part.add_bus("dio", "data lines", role="dio")
+    for name in (*HANDSHAKE, *MANAGEMENT):
+        part.add_pin(name, "both", f"{name.upper()}, low active, open collector", pull=1, role=name)
+
+
+def pull(part: Part, name: str, low: bool) -> None:
+    """Pull an open-collector line low, or release it."""
+    part.drivers[name].drive(0 if low else None)
+
+
+class GpibListener(Part):
+    """A few gates between the bus and a chip."""
+
+    wiring = MappingProxyType(
+        {
+            "dio": "data",
+            "io_request": "request",
+            "ready": "ready",
+            "reset": "reset",
+            "motion_complete": "motion_complete",
+        }
+    )
+
+    options = (
+        Option("line_feeds", "bool", False, "let line feeds through, which many controllers send behind each return"),
+    )
+
+    def __init__(self, kernel: Kernel, name: str, *, line_feeds: bool) -> None:
+        super().__init__(kernel, name)
+        self.line_feeds = line_feeds
+        add_bus_lines(self)
+        self.add_pin("io_request", "out", "I/O REQUEST of the chip", initial=1)
+        self.add_pin("reset", "out", "RESET of the chip", initial=1)
+        self.add_pin("ready", "in", "READY of the chip", pull=1)
+        self.add_pin("motion_complete", "in", "MOTION COMPLETE of the chip", pull=1)
+
+    def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
+        for name in ("dio", "dav", "atn", "ifc", "ready", "motion_complete"):
+            self.pin(name).net.watch(self._react)
+        self._react()
+
+    def _react(self, _net: Net | None = None) -> None:
+        offered, ready = not self.high("dav"), self.high("ready")
+        blocked = not self.high("atn") or (not self.line_feeds and self.byte("dio") == LINE_FEED)
+        self.drivers["io_request"].drive(0 if offered and not blocked else 1)
+        self.drivers["reset"].drive(int(self.high("ifc")))
+        pull(self, "nrfd", not ready)
+        pull(self, "ndac", ready and not (offered and blocked))
+        pull(self, "srq", not self.high("motion_complete"))
+
+
+class GpibTalker(Worker):
+    """A talker and controller that knows nothing of addresses: fig. 12.3, byte by byte.
+
+    `requests` counts the falls of SRQ.
+    """
+
+    wiring = MappingProxyType({name: name for name in ("dio", *HANDSHAKE, *MANAGEMENT)})
+    negative = False  # logic of the data lines
+
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        super().__init__(kernel, name)
+        add_bus_lines(self)
+        self.requests = 0
+
+    def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
+        self.net("srq").watch(self._requested)
+
+    def _requested(self, net: Net) -> None:
+        self.requests += net.level == 0
+
+    @from_outside
+    def send(self, data: Data) -> None:
+        """Queue bytes for whoever listens."""
+        data = as_bytes(self.name, data)
+        self.input("send", data)
+        self.work(f"sends {data!r}", lambda: self._talk(data))
+
+    @from_outside
+    def command(self, data: Data) -> None:
+        """Queue bytes that go out with ATN low: addresses and interface messages."""
+        data = as_bytes(self.name, data)
+        self.input("command", data)
+        self.work(f"commands {data.hex(' ')}", lambda: self._command(data))
+
+    @from_outside
+    def clear(self) -> None:
+        """Queue an interface clear: IFC low for 100 us."""
+        self.input("clear")
+
+        async def action() -> None:
+            pull(self, "ifc", True)
+            await until(self.kernel, self.kernel.now + CLEAR_PS)
+            pull(self, "ifc", False)
+            await until(self.kernel, self.kernel.now + SETTLING_PS)
+
+        self.work("clears the interface", action)
+
+    async def _command(self, data: bytes) -> None:
+        pull(self, "atn", True)
+        await self._talk(data)
+        pull(self, "atn", False)
+        await until(self.kernel, self.kernel.now + SETTLING_PS)
+
+    async def _talk(self, data: bytes) -> None:
+        for byte in data:
+            await self._source(byte)
+        self.drivers["dio"].drive(None)
+
+    async def _source(self, byte: int) -> None:
+        """One byte: data, NRFD high, DAV low, NDAC high, DAV high."""
+        self.drivers["dio"].drive((0xFF, byte ^ 0xFF if self.negative else byte))
+        await until(self.kernel, self.kernel.now + SETTLING_PS)
+        await level(self.net("nrfd"), 1)
+        if self.net("ndac").level == 1:
+            self.finding("no-listener", f"{byte:#04x}: NRFD and NDAC are both high; nobody listens")
+            return
+        pull(self, "dav", True)
+        await level(self.net("ndac"), 1)
+        await until(self.kernel, self.kernel.now + REACTION_PS)
+        pull(self, "dav", False)

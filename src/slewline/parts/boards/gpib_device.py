@@ -1,0 +1,280 @@
+"""A chip on a full IEEE-488 bus (s.12, figs. 12.5 to 12.9): interface with address, controller, interrupt logic.
+
+    controller ==== GPIB, negative logic ==== interface ---- inverting buffers ---- chip
+                                                  |- CLR, TRIG -> interrupt logic -> STEP INHIBIT, SRQ
+
+Listen: a byte goes to the chip by the two-line handshake, NDAC follows READY.  Talk: I/O SELECT goes high, and each
+byte that the controller is ready for is fetched as a verify byte.  Serial poll: eight pins of the chip, as a byte.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+from ...core.datasheet.option import Option
+from ...core.time.inputs import from_outside
+from ...core.time.kernel import Kernel, Task
+from ...core.wires.net import Net
+from ...core.wires.waits import first_of, level, until
+from ..base.part import Part
+from ..base.worker import Data
+from .gpib import HANDSHAKE, REACTION_PS, SETTLING_PS, US, GpibTalker, add_bus_lines, pull
+
+SELECTED_CLEAR, TRIGGER, DEVICE_CLEAR, POLL_ENABLE, POLL_DISABLE = 0x04, 0x08, 0x14, 0x18, 0x19
+LISTEN, UNLISTEN, TALK, UNTALK = 0x20, 0x3F, 0x40, 0x5F
+STATUS = ("motion_complete", "step", "running", "program_entry", "output1", "ready", "direction", "slewing")  # roles
+
+
+class GpibDevice(Part):
+    """A 96LS488 with its handshake logic and inverting buffers."""
+
+    wiring = MappingProxyType(
+        {"db": "data", "io_request": "request", "io_select": "select", "ready": "ready"}
+        | {f"s{bit}": role for bit, role in enumerate(STATUS)}
+    )
+
+    options = (Option("address", "int", 5, "address of the device on the bus", low=0, high=30),)
+
+    def __init__(self, kernel: Kernel, name: str, *, address: int) -> None:
+        super().__init__(kernel, name)
+        self.address = address
+        add_bus_lines(self)
+        self.add_bus("db", "data bus of the chip")
+        self.add_pin("io_request", "out", "I/O REQUEST of the chip", initial=1)
+        self.add_pin("io_select", "out", "I/O SELECT of the chip", initial=0)
+        self.add_pin("ready", "in", "READY of the chip", pull=1)
+        for bit in range(8):
+            self.add_pin(f"s{bit}", "in", f"status poll, bit {bit}", pull=1)
+        self.add_pin("clr", "out", "a high pulse at device clear", initial=0)
+        self.add_pin("trig", "out", "a high pulse at device trigger", initial=0)
+        self.task: Task | None = None
+
+    def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
+        self.pin("ifc").net.watch(self._interface_clear)
+        self.pin("atn").net.watch(self._attention)
+        self._begin()
+
+    def _begin(self) -> None:
+        self.listening = self.talking = self.polling = False
+        self.task = self.kernel.spawn(self._run, name=self.name)
+
+    def _interface_clear(self, net: Net) -> None:
+        """IFC: let go of everything, forget all addresses."""
+        if net.level == 0 and self.task is not None:
+            self.task.kill()
+            for name in ("dio", "db", *HANDSHAKE):
+                self.drivers[name].drive(None)
+            self.drivers["io_request"].drive(1)
+            self.drivers["io_select"].drive(0)
+            self._begin()
+
+    def _attention(self, net: Net) -> None:
+        """ATN: whatever the chip is doing, nothing is accepted before the task comes to it."""
+        if net.level == 0:
+            pull(self, "nrfd", True)
+            pull(self, "ndac", True)
+
+    async def _run(self) -> None:
+        atn, names = self.pin("atn").net, ("nrfd", "ndac")
+        while True:
+            commanded = atn.level == 0
+            if commanded or self.listening:
+                pull(self, "ndac", True)
+                await self._accept(commanded)
+            elif self.talking:
+                await self._talk()
+            else:
+                for name in names:
+                    pull(self, name, False)
+                await level(atn, 0)
+
+    # ------------------------------------------------------------------------------------------------------- acceptor
+    async def _accept(self, commanded: bool) -> None:
+        """Take one byte: an interface message for everybody, or data for the chip; a change of ATN ends the wait."""
+        atn, dav, ready = (self.pin(name).net for name in ("atn", "dav", "ready"))
+        change = (atn, 1 if commanded else 0)
+        if not commanded:
+            pull(self, "nrfd", ready.level != 1)
+            if await first_of(self.kernel, None, change, (ready, 1)) is atn:
+                return
+        pull(self, "nrfd", False)
+        if await first_of(self.kernel, None, change, (dav, 0)) is atn:
+            return
+        byte = self.byte("dio") ^ 0xFF
+        pull(self, "nrfd", True)
+        if commanded:
+            await self._message(byte & 0x7F)
+        else:
+            await self._to_chip(byte)
+        pull(self, "ndac", False)
+        await level(dav, 1)
+        pull(self, "ndac", True)
+
+    async def _to_chip(self, byte: int) -> None:
+        self.drivers["db"].drive((0xFF, byte))
+        self.drivers["io_request"].drive(0)
+        await level(self.pin("ready").net, 0)
+        self.drivers["io_request"].drive(1)
+        self.drivers["db"].drive(None)
+
+    async def _message(self, code: int) -> None:
+        if code in (UNLISTEN, LISTEN + self.address):
+            self.listening = code != UNLISTEN
+        elif TALK <= code <= UNTALK:
+            self.talking = code == TALK + self.address
+        elif code in (POLL_ENABLE, POLL_DISABLE):
+            self.polling = code == POLL_ENABLE
+        elif code == DEVICE_CLEAR or (code == SELECTED_CLEAR and self.listening):
+            await self._pulse("clr")
+        elif code == TRIGGER and self.listening:
+            await self._pulse("trig")
+
+    async def _pulse(self, name: str) -> None:
+        self.drivers[name].drive(1)
+        await until(self.kernel, self.kernel.now + US)
+        self.drivers[name].drive(0)
+
+    # --------------------------------------------------------------------------------------------------------- source
+    async def _talk(self) -> None:
+        """Give bytes as long as the controller is ready for them: verify bytes, or the status in a poll."""
+        atn, nrfd, ready = (self.pin(name).net for name in ("atn", "nrfd", "ready"))
+        pull(self, "nrfd", False)
+        pull(self, "ndac", False)
+        while await first_of(self.kernel, None, (atn, 0), (nrfd, 1)) is not atn:
+            if self.polling:
+                await self._give(sum(self.high(f"s{bit}") << bit for bit in range(8)))
+                continue
+            await level(ready, 1)
+            self.drivers["io_select"].drive(1)
+            self.drivers["io_request"].drive(0)
+            await level(ready, 0)
+            await self._give(self.byte("db"))
+            self.drivers["io_request"].drive(1)
+            await level(ready, 1)
+        self.drivers["io_select"].drive(0)
+
+    async def _give(self, byte: int) -> None:
+        self.drivers["dio"].drive((0xFF, byte ^ 0xFF))
+        await until(self.kernel, self.kernel.now + SETTLING_PS)
+        pull(self, "dav", True)
+        await first_of(self.kernel, None, (self.pin("atn").net, 0), (self.pin("ndac").net, 1))
+        pull(self, "dav", False)
+        self.drivers["dio"].drive(None)
+        await level(self.pin("dav").net, 1)
+
+
+class GpibController(GpibTalker):
+    """A controller that addresses devices; data lines in negative logic, as the bus has them.
+
+    `received` keeps what devices said, `polled` the status bytes.
+    """
+
+    negative = True
+
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        super().__init__(kernel, name)
+        self.received = bytearray()
+        self.polled: list[int] = []
+
+    def write(self, address: int, data: Data) -> None:
+        """Queue data for one device."""
+        self.command([UNLISTEN, LISTEN + address])
+        self.send(data)
+        self.command([UNLISTEN])
+
+    @from_outside
+    def read(self, address: int, number: int) -> None:
+        """Queue a read-out: so many bytes of what a device has to say."""
+        self.input("read", address, number)
+
+        async def action() -> None:
+            await self._command(bytes([UNLISTEN, TALK + address]), hold=True)
+            self.received += await self._accept(number)
+            await self._command(bytes([UNTALK]))
+
+        self.work(f"reads {number} bytes from {address}", action)
+
+    @from_outside
+    def poll(self, address: int) -> None:
+        """Queue a serial poll of one device."""
+        self.input("poll", address)
+
+        async def action() -> None:
+            await self._command(bytes([POLL_ENABLE, TALK + address]), hold=True)
+            self.polled += await self._accept(1)
+            await self._command(bytes([POLL_DISABLE, UNTALK]))
+
+        self.work(f"polls {address}", action)
+
+    def device_clear(self) -> None:
+        """Queue a device clear for everybody."""
+        self.command([DEVICE_CLEAR])
+
+    def trigger(self, address: int) -> None:
+        """Queue a device trigger for one device."""
+        self.command([UNLISTEN, LISTEN + address, TRIGGER, UNLISTEN])
+
+    async def _command(self, data: bytes, hold: bool = False) -> None:
+        """ATN low, bytes, ATN high; with `hold` the controller stays not ready for data behind them."""
+        pull(self, "atn", True)
+        await until(self.kernel, self.kernel.now + SETTLING_PS)
+        pull(self, "nrfd", False)
+        pull(self, "ndac", False)
+        await self._talk(data)
+        pull(self, "nrfd", hold)
+        pull(self, "ndac", hold)
+        pull(self, "atn", False)
+        await until(self.kernel, self.kernel.now + SETTLING_PS)
+
+    async def _accept(self, number: int) -> bytes:
+        """Take bytes from the device that talks; the bus stays not ready behind the last one."""
+        data, dav = bytearray(), self.net("dav")
+        for _ in range(number):
+            pull(self, "nrfd", False)
+            await level(dav, 0)
+            await until(self.kernel, self.kernel.now + REACTION_PS)
+            data.append(self.byte("dio") ^ 0xFF)
+            pull(self, "nrfd", True)
+            pull(self, "ndac", False)
+            await level(dav, 1)
+            pull(self, "ndac", True)
+        await until(self.kernel, self.kernel.now + SETTLING_PS)
+        return bytes(data)
+
+
+class GpibInterrupts(Part):
+    """Interrupt logic (fig. 12.9): a flip-flop on STEP INHIBIT, and service requests.
+
+    `clear` (device clear), `reset` (master reset) and the fall of `limit` set STEP INHIBIT; `trigger` takes it back,
+    also while the limit switch is still closed, so that the master can drive away from it.  SRQ is low while the limit
+    switch is closed or MOTION COMPLETE is low.
+    """
+
+    wiring = MappingProxyType({"step_inhibit": "enable", "motion_complete": "motion_complete"})
+
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        super().__init__(kernel, name)
+        self.add_pin("clear", "in", "high: device clear", pull=0)
+        self.add_pin("reset", "in", "high: master reset", pull=0)
+        self.add_pin("trigger", "in", "high: device trigger", pull=0)
+        self.add_pin("limit", "in", "low: a limit switch is closed", pull=1)
+        self.add_pin("motion_complete", "in", "MOTION COMPLETE of the chip", pull=1, active=0)
+        self.add_pin("step_inhibit", "out", "STEP INHIBIT of the chip", initial=0, active=0)
+        self.add_pin("srq", "both", "SRQ of the bus, open collector", pull=1)
+
+    def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
+        for name, active, inhibit in (("clear", 1, 1), ("reset", 1, 1), ("limit", 0, 1), ("trigger", 1, 0)):
+            self.pin(name).net.watch(
+                lambda net, active=active, inhibit=inhibit: self._set(inhibit) if net.level == active else None  # type: ignore[misc]
+            )
+        for name in ("limit", "motion_complete"):
+            self.pin(name).net.watch(lambda _: self._request())
+        self._request()
+
+    def _set(self, inhibit: int) -> None:
+        self.drivers["step_inhibit"].drive(inhibit)
+
+    def _request(self) -> None:
+        pull(self, "srq", not (self.high("limit") and self.high("motion_complete")))

@@ -1,0 +1,105 @@
+r"""The ISA board of the chipset's application note: its host port as I/O addresses of a PC.
+
+    base + 0   data, read and write     + 2   command, write     + 4   bit 7: HostRdy, read     + 8   reset, write
+
+    clocks     |  0  |  1  |  2  |  3  |  4  |  5  |            of the bus, 8 MHz
+    address    ---<================================>            selects the port, and is HostCmd (A1)
+    IOW, IOR   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾
+    HostWrite  ‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾            the PAL cuts it short, so that data are held behind it
+    HostRead   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾            the PC takes the byte at its end
+
+The board decodes ten address lines.  It takes sixteen addresses; those without a function read FF and take nothing, and
+the other bits of the status float and read 1.  RESET of the bus resets the chipset, too.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+from ...core.time.kernel import Kernel
+from ...core.wires.net import Net
+from ...core.wires.waits import first_of, until
+from .board import CLOCK_PS, CYCLE, DATA, FLOATING, READY, STATUS, Board, base_option
+
+RESET_PS = 2_000_000  # the chipset wants 1 us; the strobe of the bus alone would be too short
+COMMAND, RESET = 2, 8  # offsets from the base
+HOSTRDY = 0x80
+
+
+class Isa(Board):
+    """An interface board in a PC."""
+
+    wiring = MappingProxyType(
+        {
+            "hostdata": "data",
+            "hostslct": "chip_select",
+            "hostcmd": "command",
+            "hostread": "read",
+            "hostwrite": "write",
+            "hostrdy": "ready",
+            "reset": "reset",
+        }
+    )
+
+    options = (base_option("; its two select lines give 0x340, 0x350, 0x370 and 0x390"),)
+
+    def __init__(self, kernel: Kernel, name: str, *, base: int) -> None:
+        super().__init__(kernel, name, base=base)
+        self.add_bus("hostdata", "data bus of the chipset")
+        for pin in ("hostslct", "hostread", "hostwrite", "reset"):
+            self.add_pin(pin, "out", f"{pin} of the chipset", initial=1)
+        self.add_pin("hostcmd", "out", "hostcmd of the chipset: address line A1", initial=0)
+        self.add_pin("hostrdy", "in", "hostrdy of the chipset", pull=1)
+        self.add_pin("reset_drv", "in", "RESET of the bus, high active", pull=0)
+        self.reset_until = 0  # a write to base + 8 holds the chipset in reset so long
+
+    def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
+        self.pin("reset_drv").net.watch(self._put_reset)
+        self._put_reset()
+
+    def _put_reset(self, _net: Net | None = None) -> None:
+        held = self.high("reset_drv") or self.kernel.now < self.reset_until
+        self.drivers["reset"].drive(0 if held else 1)
+
+    # ------------------------------------------------------------------------------------------------------ bus cycles
+    async def write(self, port: int, byte: int) -> None:
+        """Write a byte to a port, now: a write cycle."""
+        offset = self._offset(port)
+        if offset in (DATA, COMMAND):
+            self._select(command=int(offset == COMMAND))
+            self.drivers["hostdata"].wave(None, (self._clock(1), self._clock(5)), ((0xFF, byte), None))
+            self._low("hostwrite", 2, 3)
+        elif offset == RESET:
+            self.reset_until = self._clock(1) + RESET_PS
+            self.kernel.call_at(self._clock(1), self._put_reset)
+            self.kernel.call_at(self.reset_until, self._put_reset)
+        await until(self.kernel, self._clock(CYCLE))
+
+    async def read(self, port: int) -> int:
+        """Return the byte of a port, now: a read cycle."""
+        offset, end = self._offset(port), self._clock(CYCLE)
+        if offset == DATA:
+            self._select(command=0)
+            self._low("hostread", 1, 5)
+        await until(self.kernel, self._clock(5))
+        byte = FLOATING
+        if offset == DATA:
+            byte = self.byte("hostdata")
+        elif offset == STATUS and not self.high("hostrdy"):
+            byte &= ~HOSTRDY
+        await until(self.kernel, end)
+        return byte
+
+    async def until_ready(self, ps: int, what: str = READY) -> None:
+        """Wait, without cycles, until HostRdy is high or so much time (ps) is over."""
+        await first_of(self.kernel, self.kernel.now + ps, (self.pins["hostrdy"].net, 1))
+
+    def _select(self, command: int) -> None:
+        """The address is on the bus from the middle of clock 0 to the end of the cycle."""
+        times = self.kernel.now + CLOCK_PS // 2, self._clock(CYCLE)
+        self.drivers["hostslct"].wave(1, times, (0, 1))
+        self.drivers["hostcmd"].wave(0, times, (command, 0))
+
+    def _low(self, pin: str, first: int, last: int) -> None:
+        self.drivers[pin].wave(1, (self._clock(first), self._clock(last)), (0, 1))

@@ -1,0 +1,80 @@
+r"""A card in a PC for a bus that works both ways: the lines of the handshake as registers.
+
+    base + 0   data       write: what the card drives while bit 1 of the control is 1; read: what is on the bus
+         + 2   control    bit 0: IO_REQUEST low; bit 1: the card drives the bus; read as written
+         + 4   status     read: bit 7: BUSY is high, bit 6: FPL is high; the others read 1
+         + 8   reset      write, whatever byte: a pulse on RESET
+
+A byte to the chip: wait for bit 7, write data and control 3, wait until bit 7 is 0, write control 0.  A message of the
+chip, while bit 6 is 0: write control 1, wait until bit 7 is 0, read data, write control 0, wait for bit 7.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+from ...core.time.kernel import Kernel
+from ...core.wires.waits import first_of, until
+from .board import CYCLE, DATA, FLOATING, READY, STATUS, Board, base_option
+
+CONTROL, RESET = 2, 8  # offsets from the base
+REQUEST, DRIVE = 0x01, 0x02  # in the control register
+IS_READY, IS_FREE = 0x80, 0x40  # in the status: BUSY high, FPL high
+RESET_PS = 100_000_000  # longer than any crystal needs
+ANSWER, MESSAGE = "answer", "message"
+
+
+class ParallelCard(Board):
+    """A parallel interface card."""
+
+    wiring = MappingProxyType({"db": "data", "io_request": "request", "busy": "ready", "fpl": "flow", "reset": "reset"})
+    options = (base_option(""),)
+    waits = (READY, ANSWER, MESSAGE)
+
+    def __init__(self, kernel: Kernel, name: str, *, base: int) -> None:
+        super().__init__(kernel, name, base=base)
+        self.add_bus("db", "data bus of the chip")
+        self.add_pin("io_request", "out", "IO_REQUEST of the chip", initial=1)
+        self.add_pin("busy", "in", "BUSY of the chip", pull=1)
+        self.add_pin("fpl", "in", "FPL of the chip", pull=1)
+        self.add_pin("reset", "out", "RESET of the chip; open, but for a pulse")
+        self.latch, self.control = 0xFF, 0
+
+    @property
+    def status(self) -> int:
+        """The status register."""
+        low = IS_READY * (not self.high("busy")) | IS_FREE * (not self.high("fpl"))
+        return FLOATING & ~low
+
+    async def write(self, port: int, byte: int) -> None:
+        """Write a byte to a port, now: a write cycle; the register has it at the end of clock 4."""
+        offset, end = self._offset(port), self._clock(CYCLE)
+        await until(self.kernel, self._clock(5))
+        if offset == DATA:
+            self.latch = byte
+        elif offset == CONTROL:
+            self.control = byte & (REQUEST | DRIVE)
+        elif offset == RESET:
+            self.drivers["reset"].wave(None, (self._clock(0) + 1, self._clock(0) + RESET_PS), (1, None))
+        self.drivers["db"].drive((0xFF, self.latch) if self.control & DRIVE else None)
+        self.drivers["io_request"].drive(0 if self.control & REQUEST else 1)
+        await until(self.kernel, end)
+
+    async def read(self, port: int) -> int:
+        """Return the byte of a port, now: a read cycle."""
+        offset, end = self._offset(port), self._clock(CYCLE)
+        await until(self.kernel, self._clock(5))
+        byte = FLOATING
+        if offset == DATA:
+            byte = self.byte("db")
+        elif offset == CONTROL:
+            byte = self.control
+        elif offset == STATUS:
+            byte = self.status
+        await until(self.kernel, end)
+        return byte
+
+    async def until_ready(self, ps: int, what: str = READY) -> None:
+        """Wait, without cycles, until BUSY is high, or low (an answer), or FPL is low (a message); for so long (ps)."""
+        net, wanted = {READY: ("busy", 1), ANSWER: ("busy", 0), MESSAGE: ("fpl", 0)}[what]
+        await first_of(self.kernel, self.kernel.now + ps, (self.pins[net].net, wanted))

@@ -1,0 +1,177 @@
+"""Circuits between a GS-C module and its driver or motor (figures 10, 19 and 23)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from ...core.datasheet.option import Option
+from ...core.time.kernel import Kernel
+from ...core.time.timebase import Time, picoseconds
+from ...core.wires.net import Driver, Net
+from ...core.wires.views import gated
+from ...core.wires.wave import Level, Promise
+from ...errors import UsageError
+from ..base.follower import Stateless
+from ..base.part import AXIS, Part
+
+if TYPE_CHECKING:
+    from ...core.datasheet.table import Pin
+
+PULSE_PS = 1_700_000  # CLOCK low, as of the module
+TWO_CLOCKS = MappingProxyType({"cw": (1, 1, 0, 1), "ccw": (0, 1, 1, 1)})  # by DIR and CLOCK: low low, low high ...
+
+
+class TwoClocks(Stateless):
+    """A clock line for each direction, for drivers that want it so (figure 10)."""
+
+    follows = ("clock", "dir")
+    wiring = MappingProxyType({"clock": "step", "dir": "direction"})
+    options = (AXIS,)
+
+    def __init__(self, kernel: Kernel, name: str, *, axis: int = 1) -> None:
+        super().__init__(kernel, name)
+        self.axis = axis
+        self.add_pin("clock", "in", "CLOCK of the module", pull=1)
+        self.add_pin("dir", "in", "DIR of the module", pull=1, active=1)
+        self.add_pin("cw", "out", "CLOCK while DIR is high, else high", initial=1)
+        self.add_pin("ccw", "out", "CLOCK while DIR is low, else high", initial=1)
+
+    def objection(self, own: str, row: Pin) -> str:
+        """Return why a neighbour's pin does not fit, or "": its clock must rest at the level between steps."""
+        if own == "clock" and row.reset is not None and row.reset == row.active:
+            return "rests at the level of a step: with each change of direction the other clock would step"
+        return super().objection(own, row)
+
+    def view(self, pin: str, inputs: Sequence[Promise | Level]) -> Promise | Level:
+        """Return what an output shows while the inputs show promises or levels."""
+        return gated(inputs, TWO_CLOCKS[pin])
+
+
+class StepCheck(Part):
+    """Closes the loop: ENABLE is low from a CLOCK pulse until the motor has made the step (figure 19).
+
+    The detector signals x and y tell each step of the motor and its direction (figure 18):
+
+        x   0 1 1 0        clockwise to the right
+        y   0 0 1 1
+
+    A step that is never made holds the module for good, and one that the load turns back must be made again.
+    """
+
+    wiring = MappingProxyType({"clock": "step", "dir": "direction", "enable": "enable"})
+
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        super().__init__(kernel, name)
+        self.add_pin("clock", "in", "CLOCK of the module", pull=1)
+        self.add_pin("dir", "in", "DIR of the module", pull=1)
+        self.add_pin("x", "in", "detector signal", pull=0)
+        self.add_pin("y", "in", "detector signal", pull=0)
+        self.add_pin("enable", "out", "ENABLE of the module", initial=1)
+        self.behind = 0  # steps that the motor still owes, clockwise positive
+        self.lets = 1  # the level of ENABLE that lets the next step be made
+
+    def attached(self, own: str, row: Pin) -> None:
+        """Hold the chip as it wants to be held: STEP INHIBIT of a CY525 is high then."""
+        if own == "enable" and row.active is not None:
+            self.lets = row.active
+            self._put(0)
+
+    def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
+        self.quarter = self._quarter()
+        self.pin("clock").net.watch(self._clocked)
+        for pin in "xy":
+            self.pin(pin).net.watch(lambda _: self._turned())
+
+    def _quarter(self) -> int:
+        return {(False, False): 0, (True, False): 1, (True, True): 2, (False, True): 3}[self.high("x"), self.high("y")]
+
+    def _clocked(self, net: Net) -> None:
+        if net.level == 0:
+            self._put(1 if self.high("dir") else -1)
+
+    def _turned(self) -> None:
+        before, self.quarter = self.quarter, self._quarter()
+        self._put({0: 0, 1: -1, 2: 0, 3: 1}[(self.quarter - before) % 4])
+
+    def _put(self, owed: int) -> None:
+        self.behind += owed
+        self.drivers["enable"].drive(1 - self.lets if self.behind else self.lets)
+
+
+class Damping(Part):
+    """Brakes the last step of a move: a step back and a step forth behind it (figures 22 and 23).
+
+        a          ‾‾‾‾‾‾‾‾|______________________     high while MOV or RAMP is; it falls with the last step
+        b          __________|‾‾‾‾‾‾‾‾‾‾|_________     a low and b high turn DIR round
+        c          ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|_|‾‾‾‾‾|_|‾‾‾     two more clocks
+                           |<- t1 -->|       |
+                           |<----- t2 ------>|
+        phase       n-1  n |           n-1     n
+
+    The times follow from motor and load: the rotor is braked at t1, and at t2, before it turns back, held again.
+    """
+
+    wiring = MappingProxyType({"clock": "step", "dir": "direction", "mov": "moving", "ramp": "ramping"})
+
+    options = (
+        Option("t1", "time", "2 ms", "from the last step to the first pulse"),
+        Option("t2", "time", "3 ms", "from the last step to the second pulse; 0: none, the motor stays a step behind"),
+    )
+
+    def __init__(self, kernel: Kernel, name: str, *, t1: Time, t2: Time) -> None:
+        super().__init__(kernel, name)
+        self.t1_ps, self.t2_ps = picoseconds(t1), picoseconds(t2)
+        if self.t1_ps <= PULSE_PS or (self.t2_ps and self.t2_ps <= self.t1_ps + 4 * PULSE_PS):
+            raise UsageError(f"{name}: t1 {t1!r}, t2 {t2!r}; allowed t1 above 1.7 us, t2 above t1 + 6.8 us, or 0")
+        self.braked_ps = 0  # when the last motion is braked
+        for pin, pull in (("clock", 1), ("dir", 1)):
+            self.add_pin(pin, "in", f"{pin.upper()} of the module", pull=pull)
+        for pin in ("mov", "ramp"):
+            self.add_pin(pin, "in", f"{pin.upper()} of the module", pull=0, active=1)
+        self.add_pin("a", "out", "high: in motion", initial=0)
+        self.add_pin("b", "out", "high behind a motion: turns the direction round", initial=0)
+        self.add_pin("c", "out", "two pulses behind a motion", initial=1)
+        self.add_pin("clock_out", "out", "CLOCK of the driver", initial=1, role="step")
+        self.add_pin("dir_out", "out", "direction of the driver", initial=1, role="direction")
+
+    def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
+        for pin in ("mov", "ramp"):
+            self.pin(pin).net.watch(lambda _: self._detect())
+        self.pin("a").net.watch(self._ended)
+        for pin in ("clock", "dir", "a", "b", "c"):
+            self.pin(pin).net.watch(lambda _: self._put())
+        self._put()
+
+    def _detect(self) -> None:
+        """G1: the last pulse is over when both are low."""
+        self.drivers["a"].drive(int(self.high("mov") or self.high("ramp")))
+
+    def _ended(self, net: Net) -> None:
+        """The fall of a starts the timing generator."""
+        now, c = self.kernel.now, self.drivers["c"]
+        if net.level == 1:
+            if now < self.braked_ps:
+                self.finding(
+                    "damping-cut", "a motion begins before the last one is braked: longer pauses or shorter t2"
+                )
+            return
+        pulses = [self.t1_ps, *[self.t2_ps] * (self.t2_ps > 0)]
+        self.braked_ps = now + pulses[-1] + PULSE_PS
+        turned = (pulses[0] + pulses[-1]) // 2 + 2 * PULSE_PS
+        self._later((self.drivers["b"], now + PULSE_PS, 1), (self.drivers["b"], now + turned, 0))
+        for pulse in pulses:
+            self._later((c, now + pulse, 0), (c, now + pulse + PULSE_PS, 1))
+
+    def _later(self, *edges: tuple[Driver, int, int]) -> None:
+        for driver, ps, level in edges:
+            self.kernel.call_at(ps, lambda driver=driver, level=level: driver.drive(level))  # type: ignore[misc]
+
+    def _put(self) -> None:
+        """G2 turns the direction, and c joins the clock."""
+        turned = self.high("b") and not self.high("a")
+        self.drivers["dir_out"].drive(int(self.high("dir") ^ turned))
+        self.drivers["clock_out"].drive(int(self.high("clock") and self.high("c")))

@@ -1,0 +1,260 @@
+"""GS-D200 and GS-D200S, the driver modules beside a GS-C: translator (figure 7) and phase current (figures 6 and 11).
+
+    state   1  2  3  4  5  6  7  8        a 3-bit counter; a clockwise half step goes to the right
+    a       0  0  1  1  1  0  0  0        a, b: the ends of one winding; c, d: those of the other
+    b       1  0  0  0  0  0  1  1
+    c       0  0  0  0  1  1  1  0
+    d       1  1  1  0  0  0  0  0
+
+Half step goes through all states.  Full step leaves the lowest bit of the counter alone: switched at an odd state, two
+phases are on; at an even one, one phase.  The state advances with the rise of CLOCK, and RESET makes it 1.
+
+Phase current.  The set-point input is a divider inside the driver, 10 kohm from 5 V and `ground` to ground; the current
+is 2 A for each volt on it.  Around it stand the resistors of figure 11:
+
+    5 V --- 10k ---.--- ground --- 0 V         MOV RAMP   on
+    5 V - Tr1 - R1 -                            0   0     Tr2        rest
+                   .--- R3 ------- 0 V          1   1     Tr1        ramp
+                   .- R2 - Tr2 --- 0 V          1   0     neither    slew
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import MappingProxyType
+from typing import TYPE_CHECKING, NamedTuple
+
+from ...core.datasheet.option import Option
+from ...core.motion.history import History
+from ...core.time.kernel import Kernel
+from ...core.time.timebase import Time, moment, moments
+from ...core.wires.clocking import ClockEdges, Still
+from ...core.wires.views import gated
+from ...errors import UsageError
+from ..base.clocked import Clocked
+from ..base.counted import Counted
+from ..base.part import AXIS, Part
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from ...core.motion.quantity import Quantity
+
+STATES = ("0101", "0001", "1001", "1000", "1010", "0010", "0110", "0100")  # a, b, c, d in states 1 to 8
+PHASES = "abcd"
+AND = (0, 0, 0, 1)
+SUPPLY_V = 5.0
+PULL_UP_OHM = 10e3
+AMPERES_PER_VOLT = 2.0
+
+
+# ------------------------------------------------------------------------------------------------------- translator
+class GsD200(Clocked):
+    """A driver module: translator and enable; `to` wires CLOCK, DIR and RESET."""
+
+    wiring = MappingProxyType({"clock": "step", "direction": "direction", "reset": "driver_reset"})
+    optional = frozenset({"reset"})
+    options = (AXIS,)
+    follows = ("clock", "direction", "half_full", "reset", "enable")
+    clock = "clock"
+    steers = ("direction", "half_full", "reset")
+    acts = ("reset",)
+    edge = 1
+
+    def __init__(self, kernel: Kernel, name: str, *, axis: int = 1) -> None:
+        super().__init__(kernel, name)
+        self.axis = axis
+        self._state = 0  # 0 to 7, and what the clock makes of it
+        self._by = 0
+        self._counted: ClockEdges = Still()
+        self.add_pin("clock", "in", "step at each rise", pull=1)
+        self.add_pin("direction", "in", "high: clockwise", pull=1, active=1)
+        self.add_pin("reset", "in", "low: state 1", pull=1, active=0)
+        self.add_pin("enable", "in", "low: no current in any phase", pull=1)
+        self.add_pin("half_full", "in", "high: half step, low: full step", pull=1)
+        self.add_pin("control", "in", "current decay; high: slow, low: fast", pull=1)
+        for phase, level in zip(PHASES, STATES[0], strict=True):
+            self.add_pin(phase, "out", f"phase {phase}, high: on", initial=int(level))
+
+    @property
+    def state(self) -> int:
+        """The state of the translator, 1 to 8."""
+        if not self.high("reset"):
+            return 1
+        by = self._by * self._counted.by(self.kernel.seen) + self._step * self.due
+        return (self._state + by) % len(STATES) + 1
+
+    @property
+    def decay(self) -> str:
+        """How the current decays in the pauses of the chopper: "slow" or "fast"."""
+        return "slow" if self.high("control") else "fast"
+
+    @property
+    def _step(self) -> int:
+        """By how many states a clock advances."""
+        return (1 if self.high("direction") else -1) * (1 if self.high("half_full") else 2)
+
+    # ------------------------------------------------------------------------------------------------------- changes
+    def advance_to(self, ps: int) -> None:
+        """Take the steps up to an instant (ps)."""
+        self._state = (self._state + self._by * self._counted.by(ps)) % len(STATES)
+        self._counted = Still()
+
+    def stepped(self) -> None:
+        """Take the step whose edge comes at this instant."""
+        self._state = (self._state + self._step) % len(STATES)
+
+    def follow(self, clock: ClockEdges) -> None:
+        """Follow another clock from now on."""
+        if not self.high("reset"):
+            self._state, clock = 0, Still()
+        self._by, self._counted = self._step, clock
+        states = [STATES[(self._state + self._by * n) % len(STATES)] for n in range(len(STATES))]
+        enable = self.shown("enable")
+        for n, phase in enumerate(PHASES):
+            levels = tuple(int(state[n]) for state in states)
+            on = levels[0] if isinstance(clock, Still) else Counted(clock, self.shown(self.clock), levels)
+            self.put(self.drivers[phase], gated((on, enable), AND))
+
+
+# ----------------------------------------------------------------------------------------------------- phase current
+class Network(NamedTuple):
+    """What a driver module has inside: its resistor to ground, ohms, and the greatest phase current, amperes."""
+
+    ground: float
+    most: float
+
+
+# The sheet gives 1200 ohm to the GS-D200 and 750 to the GS-D200S; the numbers of its example follow from 1200.
+NETWORKS = MappingProxyType({"gs-d200": Network(1200.0, 2.0), "gs-d200s": Network(750.0, 2.5)})
+GROUND_OHM = NETWORKS["gs-d200"].ground
+
+
+def parallel(*resistors: float) -> float:
+    """Return the resistance of resistors side by side, ohms."""
+    return 1 / sum(1 / r for r in resistors)
+
+
+def set_point(*to_ground: float, to_supply: float | None = None, ground: float = GROUND_OHM) -> float:
+    """Return the phase current in amperes.
+
+    Args:
+        to_ground: resistors from the set-point input to ground, ohms.
+        to_supply: resistor from it to 5 V, ohms.
+        ground: the driver's own resistor to ground.
+    """
+    upper = parallel(PULL_UP_OHM, to_supply) if to_supply is not None else PULL_UP_OHM
+    lower = parallel(ground, *to_ground)
+    return AMPERES_PER_VOLT * SUPPLY_V * lower / (upper + lower)
+
+
+def to_ground(amperes: float, ground: float = GROUND_OHM) -> float:
+    """Return the resistor to ground, in ohms, that makes a current below that of the open input.
+
+    I / (1 - 0.933 I) kohm for 1200 ohm.
+    """
+    volts = amperes / AMPERES_PER_VOLT
+    return _rest(volts / ((SUPPLY_V - volts) / PULL_UP_OHM), ground, f"{amperes} A by a resistor to ground")
+
+
+def to_supply(amperes: float, *others: float, ground: float = GROUND_OHM) -> float:
+    """Return the resistor to 5 V, in ohms, that makes a current, with other resistors to ground."""
+    volts = amperes / AMPERES_PER_VOLT
+    upper = (SUPPLY_V - volts) * parallel(ground, *others) / volts
+    return _rest(upper, PULL_UP_OHM, f"{amperes} A by a resistor to 5 V")
+
+
+def beside(total: float, present: float) -> float:
+    """Return the resistor, in ohms, that makes `total` ohms with one that is present."""
+    return _rest(total, present, f"{total:g} ohm beside {present:g}")
+
+
+def _rest(total: float, present: float, what: str) -> float:
+    if not 0 < total < present:
+        raise UsageError(f"{what}: no resistor does that; allowed are currents on its side of the open input's")
+    return 1 / (1 / total - 1 / present)
+
+
+def _resists(ohms: float) -> str:
+    return "" if ohms > 0 else "allowed more than 0 ohm"
+
+
+class PhaseCurrent(Part):
+    """The phase current that MOV and RAMP choose through Tr1 and Tr2 (figure 11).
+
+    The resistors are by default those of the example: 1.5 A on ramps, 0.25 A at rest, 0.5 A at speed.
+    """
+
+    wiring = MappingProxyType({"mov": "moving", "ramp": "ramping"})
+
+    options = (
+        Option("r1", "float", 4245, "resistor at Tr1, to the supply", unit="ohm", check=_resists),
+        Option("r2", "float", 500, "resistor at Tr2", unit="ohm", check=_resists),
+        Option("r3", "float", 937, "resistor that is always there", unit="ohm", check=_resists),
+        Option("driver", "choice", "gs-d200", "the driver module", choices=tuple(NETWORKS)),
+    )
+
+    def __init__(self, kernel: Kernel, name: str, *, r1: float, r2: float, r3: float, driver: str) -> None:
+        super().__init__(kernel, name)
+        ground, most = NETWORKS[driver]
+        self.currents = {  # by the states of Tr1 and Tr2
+            (tr1, tr2): set_point(r3, *[r2] * tr2, to_supply=r1 if tr1 else None, ground=ground)
+            for tr1 in (False, True)
+            for tr2 in (False, True)
+        }
+        if self.currents[True, False] > most:
+            raise UsageError(
+                f"{name}: {self.currents[True, False]:.3g} A on ramps; the {driver} takes {most:g} A: a greater r1"
+            )
+        self.add_pin("mov", "in", "high: in motion", pull=0, active=1)
+        self.add_pin("ramp", "in", "high: on a ramp", pull=0, active=1)
+        self.history: History | None = None  # from the instant on at which the part is wired
+
+    def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
+        for pin in ("mov", "ramp"):
+            self.pin(pin).net.watch(lambda _: self._note())
+        self._note()
+
+    @property
+    def transistors(self) -> tuple[bool, bool]:
+        """Are Tr1 and Tr2 on?"""
+        return self.high("ramp"), not self.high("mov")
+
+    @property
+    def amperes(self) -> float:
+        """The current now."""
+        return self.currents[self.transistors]
+
+    def _note(self) -> None:
+        self._known.note(self.kernel.now, self.amperes)
+
+    @property
+    def _known(self) -> History:
+        if self.history is None:
+            self.history = History(self.amperes, self.kernel.now)
+        return self.history
+
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Return what the part has over time, to be drawn, written and asked."""
+        return (self._known.quantity(self.kernel, "current", "A"),)
+
+    def forget(self, before: int) -> None:
+        """Drop what the part keeps of the time before an instant (ps) for its quantities."""
+        self._known.forget(before)
+
+    @property
+    def past(self) -> list[tuple[int, float]]:
+        """From when on (ps) which current has flowed, amperes."""
+        return [*self._known]
+
+    def current_at(self, time: Time) -> float:
+        """Return the current at one instant of the past, amperes."""
+        return self._known.at(moment(time))
+
+    def currents_at(self, times: Sequence[Time] | NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the current at many instants of the past: float64, shape as `times`, amperes."""
+        import numpy as np
+
+        return self._known.values_at(np.asarray(moments(times)))

@@ -1,0 +1,1 @@
+"""The front panel: displays, thumbwheels, a jog switch, a keyboard."""

@@ -1,0 +1,230 @@
+"""Displays that a controller writes to: eight LED characters on its bus, and an LCD on its serial output.
+
+The LED display is of the HDSP-211x kind.  Six address lines reach it:
+
+    38 ... 3F   the characters, left to right            30   control word: brightness, flash, blink, clear
+    28 ... 2F   rows of the character that is designed   20   which one that is
+    00 ... 07   flash: bit 0, a character each           the others repeat one of these
+
+The LCD shows texts on its right, and on its left the parameters that were asked for, each on a line of its own.  How a
+CY325 is told where to write is in no readable page; this one sees from the text itself what it is, `X=00123` CR being a
+parameter, so whatever else comes is text.
+"""
+
+from __future__ import annotations
+
+import re
+from copy import deepcopy
+from types import MappingProxyType
+
+from ...core.datasheet.option import Option
+from ...core.time.hook import Hook
+from ...core.time.kernel import Kernel
+from ...core.wires.serial import BAUD, TTL, Receiver, Word, bit_clock
+from ..base.part import Part
+from ..memories.external import WRITE_WIRING, Writable
+
+CHARACTERS, FIRST, CONTROL = 8, 0x38, 0x30
+LINES = 0x3F  # six address lines
+BRIGHTNESS = (100, 80, 53, 40, 27, 20, 13, 0)  # percent, by the low three bits of the control word
+FLASHES, BLINKS, SELF_TEST, CLEAR = 0x08, 0x10, 0x40, 0x80  # further bits of it
+OF_OWN = "\u25a1"  # stands for a character that the user has designed
+PARAMETER = re.compile(rb"([A-Z])=([0-9]{5}|[0-9]{8})\r")
+CR, LF, BLANK = 0x0D, 0x0A, " "
+
+
+class Display(Part):
+    """A part that shows text.  `on_change` is called when what it shows has changed."""
+
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        super().__init__(kernel, name)
+        self.on_change: Hook[[]] = Hook()
+
+    @property
+    def rows(self) -> list[str]:
+        """What it shows, a text a line, all of the same length."""
+        raise NotImplementedError
+
+    @property
+    def picture(self) -> str:
+        """What it shows, with a frame, as text."""
+        return framed(self.rows)
+
+    @property
+    def waiting(self) -> str:
+        """What the part shows, in words."""
+        return f"{self.name}: {self.said}"
+
+    @property
+    def said(self) -> str:
+        """What it shows, in a line."""
+        return "shows " + " | ".join(row.rstrip() for row in self.rows).rstrip(" |")
+
+
+def framed(rows: list[str]) -> str:
+    """Return rows of equal length as a picture with a frame."""
+    edge = "-" * len(rows[0])
+    return "\n".join((f"+{edge}+", *(f"|{row}|" for row in rows), f"+{edge}+"))
+
+
+class HpDisplay(Writable, Display):
+    """An eight-character LED display, HDSP-211x, with the latch and the gates that enable it."""
+
+    wiring = MappingProxyType({**WRITE_WIRING, "select": "display_select"})
+
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        super().__init__(kernel, name, "low: the display is selected; enabled while rd or wr is low, too")
+        self.cells = bytearray(LINES + 1)
+        self._clear()
+
+    def _clear(self) -> None:
+        """Blank all characters, and let none flash."""
+        self.cells[FIRST:] = BLANK.encode() * CHARACTERS
+        self.cells[:CHARACTERS] = bytes(CHARACTERS)
+
+    def _place(self) -> int:
+        """The cell at the address in the latch."""
+        address = self.low & LINES
+        if address < 0x20:
+            return address % CHARACTERS
+        return address if address & 0x08 else address & ~0x07
+
+    def shown(self) -> int:
+        """Return the byte at the address."""
+        return self.cells[self._place()]
+
+    def written(self, byte: int) -> None:
+        """Take a byte: a character, a flash bit, or the control word."""
+        before, place = self.text, self._place()
+        self.cells[place] = byte
+        if place == CONTROL and self.cells[CONTROL] & CLEAR:
+            self._clear()
+            self.cells[CONTROL] &= ~CLEAR
+        if self.text != before:
+            self.on_change()
+
+    # ----------------------------------------------------------------------------------------------------- as is seen
+    @property
+    def text(self) -> str:
+        """The eight characters; a designed one is a small box."""
+        if not self.brightness:
+            return BLANK * CHARACTERS
+        return "".join(_glyph(byte) for byte in self.cells[FIRST:])
+
+    @property
+    def brightness(self) -> int:
+        """How bright it is, in percent."""
+        return BRIGHTNESS[self.cells[CONTROL] & 0x07]
+
+    @property
+    def flashing(self) -> tuple[int, ...]:
+        """The places, 0 to 7, of the characters that flash or blink."""
+        control = self.cells[CONTROL]
+        return tuple(n for n in range(CHARACTERS) if control & BLINKS or (control & FLASHES and self.cells[n] & 1))
+
+    @property
+    def rows(self) -> list[str]:
+        """Its only line."""
+        return [self.text]
+
+
+def _glyph(byte: int) -> str:
+    if byte & 0x80:
+        return OF_OWN
+    return chr(byte) if 0x20 <= byte < 0x7F else BLANK
+
+
+class Text:
+    """Lines of text that is written on and on: CR begins the next line, from the last one on the first."""
+
+    def __init__(self, rows: int, width: int) -> None:
+        self.lines, self.width, self.row = [""] * rows, width, 0
+
+    def write(self, byte: int) -> None:
+        """Put a character where the last one ended."""
+        if byte == CR or len(self.lines[self.row]) == self.width:
+            self.row = (self.row + 1) % len(self.lines)
+            self.lines[self.row] = ""
+        if byte not in (CR, LF):
+            self.lines[self.row] += _glyph(byte)
+
+
+class Lcd(Display):
+    """A serial LCD of several lines: parameters on the left, text on the right.
+
+    A text goes on where the last one ended; CR begins the next line, from the last one on the first.
+
+    Args:
+        baud: rate of the line.
+        rows: lines.
+        columns: characters of a line, of which the left part takes eleven: eight digits, a letter, "=" and a blank.
+    """
+
+    wiring = MappingProxyType({"rxd": "serial_out"})
+    options = (
+        BAUD,
+        Option("rows", "int", 4, "lines", low=1, high=8),
+        Option("columns", "int", 40, "characters of a line; the left part takes 11 of them", low=16, high=80),
+    )
+    LEFT = 11
+
+    def __init__(self, kernel: Kernel, name: str, *, baud: int | str = 9600, rows: int = 4, columns: int = 40) -> None:
+        super().__init__(kernel, name)
+        self.clock = bit_clock(baud, name)
+        self.add_pin("rxd", "in", "characters, TTL level", pull=1, active=0)
+        self.parameters: dict[str, str] = {}  # by letter, in the order in which they came first
+        self.text = Text(rows, columns - self.LEFT)  # on the right
+        self._pending = bytearray()  # what may become a parameter
+
+    def rewired(self) -> None:
+        """Start to listen: the part is wired, and time is about to pass."""
+        self.kernel.spawn(self._listen, name=self.name)
+
+    async def _listen(self) -> None:
+        receiver = Receiver(self.pin("rxd").net, self.clock, Word(8, "none", 1), TTL)
+        while True:
+            character = await receiver.character()
+            if character.good:
+                self.take(character.byte)
+            else:
+                self.finding(
+                    "display-garbled", f"{character.byte:#04x} came without its stop bit: is the rate the same?"
+                )
+
+    def take(self, byte: int) -> None:
+        """Show what a character makes; what may still become a parameter counts as text as long as it is none."""
+        self._pending.append(byte)
+        if match := PARAMETER.fullmatch(self._pending):
+            self.parameters[match[1].decode()] = match[2].decode()
+            self._pending.clear()
+        while self._pending and not _begins_parameter(bytes(self._pending)):
+            self.text.write(self._pending.pop(0))
+        self.on_change()
+
+    # ----------------------------------------------------------------------------------------------------- as is seen
+    @property
+    def left(self) -> list[str]:
+        """The lines on the left; more parameters than lines share them, the latest ones on top of the others."""
+        lines = [""] * len(self.text.lines)
+        for n, (letter, digits) in enumerate(self.parameters.items()):
+            lines[n % len(lines)] = f"{letter}={digits}"
+        return lines
+
+    @property
+    def right(self) -> list[str]:
+        """The lines on the right."""
+        text = deepcopy(self.text)
+        for byte in self._pending:
+            text.write(byte)
+        return text.lines
+
+    @property
+    def rows(self) -> list[str]:
+        """Its lines, left and right."""
+        halves = zip(self.left, self.right, strict=True)
+        return [f"{left:<{self.LEFT}}{right:<{self.text.width}}" for left, right in halves]
+
+
+def _begins_parameter(text: bytes) -> bool:
+    """Return whether a text may become a parameter with what comes next."""
+    return re.fullmatch(rb"[A-Z](=[0-9]{0,8})?", text) is not None and len(text) <= 10

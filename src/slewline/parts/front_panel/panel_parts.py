@@ -1,0 +1,150 @@
+"""What stands on the front of a machine: thumbwheel switches, and a switch for jogging.
+
+Thumbwheels are read a digit at a time, at an address of eight bits that no readable page gives.  Here it is
+
+    bits 7 to 3     the low five bits of the letter of the command that they set, R = 52H: 10010
+    bits 2 to 0     the digit, 0 is the most significant one
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+from ...core.datasheet.option import Option
+from ...core.time.inputs import from_outside
+from ...core.time.kernel import Kernel
+from ...core.wires.net import Net
+from ...errors import UsageError
+from ..base.part import Part
+from ..memories.external import BUS_WIRING, External
+
+DIGITS = "0123456789ABCDEF"
+MOST = 8  # digits that a bank may have: what three address bits tell apart
+UPPER_NIBBLE = 0xF0  # of the bus, which nobody drives: it reads high
+
+
+def switch_address(letter: str, digit: int) -> int:
+    """Return the address at which a digit of the switches for a command is read.
+
+    Args:
+        letter: of the command, A to Z.
+        digit: 0 is the most significant one, up to 7.
+    """
+    return (ord(letter) & 0x1F) << 3 | digit
+
+
+def _one_letter(letter: str) -> str:
+    return "" if len(letter) == 1 and "A" <= letter <= "Z" else "allowed one letter, A to Z"
+
+
+def _digits(value: str) -> str:
+    good = 1 <= len(value) <= MOST and all(digit in DIGITS for digit in value)
+    return "" if good else f"allowed 1 to {MOST} digits, such as 100 or 00000200 (A to F on hexadecimal switches)"
+
+
+class Thumbwheels(External):
+    """A bank of thumbwheel switches that sets the number of one command.
+
+    Args:
+        letter: of the command that is given with # instead of a number.
+        value: what is set, all digits of the bank: three for a number of 8 bits, five for 16, eight for 24.
+    """
+
+    wiring = MappingProxyType({**BUS_WIRING, "select": "switch_select"})
+    verbs = ("turn",)
+    options = (
+        Option("letter", "text", "R", "of the command whose number they set", check=_one_letter),
+        Option("value", "text", "000", "what is set: all digits of the bank", check=_digits, like="'100'"),
+    )
+
+    def __init__(self, kernel: Kernel, name: str, *, letter: str = "R", value: str = "000") -> None:
+        super().__init__(kernel, name, "low: the switches are selected")
+        self.letter, self.value = letter, value
+        self.read = 0  # digits that the chip has asked for since it selected the switches
+        self.told = False
+
+    def _latch(self, net: Net) -> None:
+        super()._latch(net)
+        digit = self.low & MOST - 1
+        if self.selected and self.low == switch_address(self.letter, digit):
+            self.read = max(self.read, digit + 1)
+
+    def _select(self, net: Net) -> None:
+        super()._select(net)
+        read, there = self.read, len(self.value)
+        self.read = 0
+        if read and read != there and not self.told:
+            self.told = True
+            became = "of a switch that is not there it reads 15" if read > there else "what is behind them does nothing"
+            what = f"the chip reads {read} digits for {self.letter}, and the bank has {there}: {became}"
+            self.finding("digit-count", f"{what}; give it a value of {read} digits")
+
+    @from_outside
+    def turn(self, to: int) -> None:
+        """Turn the switches to a number, 0 and up.
+
+        Raises:
+            UsageError: it has more digits than there are switches.
+        """
+        if isinstance(to, bool) or not isinstance(to, int) or not 0 <= to < 10 ** len(self.value):
+            raise UsageError(
+                f"{self.name}: turn to {to!r}; {len(self.value)} switches show 0 to {'9' * len(self.value)}"
+            )
+        self.input("turn", to)
+        self.value = f"{to:0{len(self.value)}}"
+        self._show(self.pins["rd"].net)
+
+    def shown(self) -> int | None:
+        """Return the digit at the address in the low four bits; None: it is none of ours."""
+        digit = self.low & MOST - 1
+        if self.low != switch_address(self.letter, digit) or digit >= len(self.value):
+            return None
+        return UPPER_NIBBLE | DIGITS.index(self.value[digit])
+
+    @property
+    def picture(self) -> str:
+        """The bank as text: its letter, and a window a digit."""
+        return f"{self.letter} " + "".join(f"[{digit}]" for digit in self.value)
+
+
+class JogSwitch(Part):
+    """A three-position switch for jogging: open in the middle, to ground for clockwise, to +5 V the other way.
+
+    Args:
+        position: where it stands at the beginning.
+    """
+
+    wiring = MappingProxyType({"out": "jog"})
+    verbs = ("cw", "ccw", "off")
+    options = (Option("position", "choice", "off", "where it stands at the beginning", choices=("off", "cw", "ccw")),)
+    LEVELS = MappingProxyType({"off": None, "cw": 0, "ccw": 1})
+
+    def __init__(self, kernel: Kernel, name: str, *, position: str = "off") -> None:
+        super().__init__(kernel, name)
+        self.position = position
+        self.add_pin(
+            "out", "out", "open, low for clockwise, or high for counter-clockwise", initial=self.LEVELS[position]
+        )
+
+    @from_outside
+    def cw(self) -> None:
+        """Push it to the side that jogs clockwise."""
+        self.input("cw")
+        self._push("cw")
+
+    @from_outside
+    def ccw(self) -> None:
+        """Push it to the side that jogs counter-clockwise."""
+        self.input("ccw")
+        self._push("ccw")
+
+    @from_outside
+    def off(self) -> None:
+        """Let it go back to the middle."""
+        self.input("off")
+        self._push("off")
+
+    def _push(self, position: str) -> None:
+        self.position = position
+        self.drivers["out"].drive(self.LEVELS[position])
+        self.kernel.settle()

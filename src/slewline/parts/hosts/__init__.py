@@ -1,0 +1,1 @@
+"""Host computers, one for each way to reach a chip."""

@@ -1,0 +1,142 @@
+"""A host computer: what every host can do, whatever it speaks over.
+
+    send(data)       queue what goes out as it stands; it goes out as fast as the chip takes it
+    ask(command)     send a command, let time pass until it is answered, return the answer
+    received         what has come in: bytes or characters, of a chipset words
+    got(data)        condition for `run_until`: this is in it
+    drop()           forget what is queued; what has begun to go out is not cut in two
+    clear()          forget all of it, and let go of the lines
+    idle, waiting    nothing is queued; what it does
+
+A host sees the wires and the sheet of a chip (`connection.py`), and never the chip.  Each kind has calls of its own
+beside these: verify, live (host.py), command, query, wait (packet_host.py), write, change_line (rs232.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, ClassVar, Self
+
+from ...core.messages.instead import Face, missing
+from ...core.time.hook import Hook
+from ...core.time.inputs import from_outside
+from ...core.time.kernel import Kernel
+from ..base.caller import Caller
+from ..base.part import served
+from ..base.worker import Data
+
+if TYPE_CHECKING:
+    from ...core.chip import Chip
+    from ...core.datasheet.channel import Channel
+    from ...core.time.timebase import Time
+    from ...core.wires.pin import Condition
+    from .connection import Connection
+
+
+class Computer(Caller, Face):
+    """A host computer of one chip, or of several that share a bus or a line."""
+
+    for_users: ClassVar[tuple[str, ...]] = (
+        *("send", "ask", "received", "got", "to", "drop", "clear", "idle", "waiting", "chip", "chips", "channel"),
+        *("name", "pin", "pins", "findings", "on_event", "on_finding"),
+    )
+
+    def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection] = ()) -> None:
+        super().__init__(kernel, name)
+        self.on_event: Hook[[str]] = Hook()  # what it does, in words: a line of a script, an answer
+        self.join(chips)
+
+    def join(self, chips: Sequence[Connection]) -> None:
+        """Take up what it is connected to."""
+        self.chips = {chip.name: chip for chip in chips}
+        self._to = chips[0].name if chips else ""
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.name} of {', '.join(self.chips)}: {self.waiting.partition(': ')[2]}>"
+
+    @property
+    def chip(self) -> Connection:
+        """The chip that it speaks to."""
+        return self.chips[self._to]
+
+    @property
+    def channel(self) -> Channel:
+        """The channel over which it reaches the chip."""
+        return self.chip.channel
+
+    def to(self, chip: str | Chip | Connection) -> Self:
+        """Speak to this chip from now on; return the host.
+
+        Raises:
+            UnknownName: it is not connected to such a chip.
+        """
+        self._to = served(self.name, self.chips, chip).name
+        return self
+
+    # -------------------------------------------------------------------------------------------------- out and back
+    if TYPE_CHECKING:
+
+        @property
+        def received(self) -> Sequence[int]:
+            """What has come in."""
+
+    def send(self, data: str | bytes) -> None:
+        """Queue what goes out as it stands; no time passes.
+
+        Raises:
+            UsageError: text that is not ASCII, or nothing that can be sent.
+        """
+        raise NotImplementedError
+
+    def ask(self, command: str, timeout: Time = "5 s") -> str | bytes | int:
+        """Send a command, let time pass until it is answered, and return the answer.
+
+        Raises:
+            UsageError: no command that is answered.
+            ChecksumError: a checksum does not fit, or a character came with a fault.
+            Timeout: no answer within `timeout`; the message says who waits for what.
+        """
+        raise NotImplementedError
+
+    def got(self, data: Data) -> Condition:
+        """Return a condition for `bench.run_until`: this has been received, without anything in between."""
+        raise NotImplementedError
+
+    # ---------------------------------------------------------------------------------------------------------- queue
+    @from_outside
+    def drop(self) -> None:
+        """Forget what is queued; what has begun to go out is not cut in two: the chip gets the rest of it."""
+        if not self.begun:
+            self.clear()
+            return
+        self.input("drop")
+        self.take_back(1, "drop()")
+
+    @from_outside
+    def clear(self) -> None:
+        """Forget what is queued, and let go of the lines: the host's program has been started anew."""
+        self.input("clear")
+        self.take_back(0, "clear()")
+        self.halt()
+
+    @property
+    def waiting(self) -> str:
+        """Return what the host waits for, in words."""
+        return f"{self.name}: nothing to send" if self.idle else super().waiting
+
+
+missing(
+    Computer,
+    command="{it}.send(...) queues what goes out, {it}.ask(...) waits for the answer",
+    query="{it}.ask(...)",
+    **dict.fromkeys(("write_line", "sendline", "send_line", "put", "execute", "transmit"), "{it}.send(...)"),
+    **dict.fromkeys(
+        ("read", "read_until", "receive", "recv", "answer_to"), "{it}.received has what came in, {it}.ask(...) waits"
+    ),
+    **dict.fromkeys(
+        ("open", "close", "reset_input_buffer"),
+        "there is nothing to open or close; {it}.clear() forgets what is queued",
+    ),
+    position="the position is the chip's: x.position, of x = bench.add(...)",
+    **dict.fromkeys(("run", "sleep", "wait", "flush", "run_until_idle"), "time is the bench's: bench.run_until_idle()"),
+)

@@ -1,0 +1,40 @@
+"""What a host is handed of a chip: its sheet, the wires of its board, and what the straps on it say; never the chip."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ...core.time.timebase import Clock
+
+if TYPE_CHECKING:
+    from ...core.datasheet.channel import Channel
+    from ...core.datasheet.table import Sheet
+    from ...core.wires.net import Bus
+    from ...core.wires.pin import Terminal
+    from ...core.wires.serial import Straps
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Connection:
+    """A chip that is reached over a channel, as a host sees it who is wired to its board.
+
+    `pins` are the wires, by the names of the pins, and `bus` are those of the data bus, if there is one; `crystal_hz`
+    is on the board.  A chip on a serial line has straps.  `up_ps` is the instant at which it was switched on last: the
+    host is told when it is again.
+    """
+
+    name: str
+    sheet: Sheet
+    channel: Channel
+    pins: Mapping[str, Terminal]
+    crystal_hz: int
+    bus: Bus
+    straps: Straps | None = None
+    up_ps: int = 0
+
+    @property
+    def clock(self) -> Clock:
+        """The clock of the crystal."""
+        return Clock(self.crystal_hz)

@@ -1,0 +1,395 @@
+"""The host computer of a chipset that takes packets: a command byte, words to it or from it, a checksum.
+
+    host.command("SET_POS", 12345)          10  0000 3039  -> checksum 3049, which is compared
+    host.query("GET_STATUS")                31             -> 0300, checksum 0331
+    host.ask("GET_STATUS")                  the same, from the text of a command
+
+A packet is over when HostRdy is high again behind its last word.  The host remembers the current axis, so that axis(2)
+sends SET_2 only if the current one is another.  A checksum that does not fit is raised where somebody waits for the
+packet, and is a finding of the host in any case.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+
+from ...core.messages.instead import Face, missing
+from ...core.messages.whole import whole
+from ...core.time.inputs import from_outside
+from ...core.time.timebase import Time, picoseconds
+from ...core.wires.pin import Condition, GotCondition
+from ...core.wires.waits import until
+from ...errors import ChecksumError, Timeout, UsageError
+from ...language import packets
+from ...language.source import host_lines
+from ..base.part import served
+from ..base.worker import Data, as_bytes
+from .computer import Computer
+from .packet_port import GAP_PS, LOW_PS, UNKNOWN, Packet, PacketPort, Strobes, operations, packet_of
+
+if TYPE_CHECKING:
+    from ...core.datasheet.table import Sheet
+    from ...core.time.kernel import Kernel
+    from ..base.caller import Errand
+    from .connection import Connection
+
+POLL = "1 ms"  # a host that waits for a status bit asks so often
+USUAL = Strobes()
+
+
+class Result(NamedTuple):
+    """What a command of a script returned."""
+
+    axis: int
+    command: str
+    value: int
+
+
+class PacketHost(Computer):
+    """A host computer on the host port of one chipset, or of several that share its data bus.
+
+    `received` are all words that it has read, `results` what the commands of a script returned.
+    """
+
+    for_users: ClassVar[tuple[str, ...]] = (
+        "command",
+        "query",
+        "axis",
+        "wait",
+        "packet",
+        "results",
+        "write_command",
+        "write_word",
+        "write_byte",
+        "read_word",
+        "read_byte",
+    )
+
+    def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], delay_ps: int = 0) -> None:
+        super().__init__(kernel, name, chips)
+        self.ports = {chip.name: PacketPort(kernel, chip, name, delay_ps) for chip in chips}
+        for chip in chips:
+            _tell_missing(chip.sheet)
+        self.received: list[int] = []
+        self.results: list[Result] = []
+
+    @property
+    def port(self) -> PacketPort:
+        """What it has on the chipset that it speaks to."""
+        return self.ports[self.chip.name]
+
+    def got(self, data: Data) -> Condition:
+        """Return a condition for `bench.run_until`: these words have been read, one behind the other.
+
+        Args:
+            data: words as numbers, 0 to 65535; or as bytes, two a word.
+        """
+        words = list(data) if not isinstance(data, (str, bytes, bytearray, int)) else None
+        if isinstance(data, (bytes, bytearray)) and len(data) % 2 == 0:
+            words = [int.from_bytes(data[at : at + 2], "big") for at in range(0, len(data), 2)]
+        if words is None:
+            raise UsageError(f"{self.name}: got({data!r}); expected words, such as [0x0300], or two bytes a word")
+        return GotCondition(self.name, self.received, words)
+
+    def axis(self, number: int) -> AxisView:
+        """Return a view whose commands are for one axis: it becomes the current one first, unless it is."""
+        self._check_axis(number)
+        return AxisView(self, number)
+
+    def _check_axis(self, number: int) -> None:
+        axes = self.port.sheet.axes
+        if number not in range(1, axes + 1):
+            raise UsageError(f"{self.name}: axis {number!r}; {self.port.chip} ({self.port.sheet.part}) has 1..{axes}")
+
+    def rest(self) -> None:
+        """Put the lines of every chip to rest."""
+        for port in self.ports.values():
+            port.rest()
+
+    # ------------------------------------------------------------------------------------------------------ packets
+    def command(self, name: str, *values: int | str, axis: int = UNKNOWN, timeout: Time = "5 s") -> int | None:
+        """Send a command and check the checksum; returns what the command returns, if it returns anything.
+
+        Args:
+            name: the mnemonic.
+            values: what the command takes, in its own units; rates also as text, "12345 steps/s", "0.5 steps/cycle2".
+            axis: becomes the current axis first, unless it is; 0: whichever is current.
+
+        Raises:
+            ChecksumError: the checksum does not fit, or the chipset does not know the command.
+            Timeout: HostRdy stays low.
+        """
+        row = packets.row(self.port.sheet, name)
+        numbers = packets.numbers(self.port.sheet, row, values, self.port.crystal_hz)
+        found = self.answer_of(self._queue(packet_of(row, numbers), axis), timeout)
+        return packets.values(row.reads, found)[0] if row.reads and found is not None else None
+
+    def query(self, name: str, axis: int = UNKNOWN, timeout: Time = "5 s") -> int:
+        """Send a command and return the number that it reads, in the units of the command.
+
+        Raises:
+            UsageError: the command returns nothing, or there is no such command.
+            ChecksumError, Timeout: as `command`.
+        """
+        if not packets.row(self.port.sheet, name).reads:
+            raise UsageError(f"{self.name}: {name} returns nothing, so there is no query; send it with command()")
+        return self.command(name, axis=axis, timeout=timeout)  # type: ignore[return-value]
+
+    def ask(self, command: str, timeout: Time = "5 s", axis: int = UNKNOWN) -> int:
+        """Send a command as a line of a script has it, and return the number that it reads, as of "GET_STATUS".
+
+        Raises:
+            UsageError: no command, or one that returns nothing.
+            ChecksumError, Timeout: as `command`.
+        """
+        line = packets.command(self.port.sheet, command, self.port.crystal_hz)
+        if not line.row.reads:
+            raise UsageError(f"{self.name}: {command} returns nothing; send it with command() or send()")
+        found = self.answer_of(self._queue(packet_of(line.row, line.values), axis), timeout)
+        return packets.values(line.row.reads, found)[0] if found is not None else None
+
+    def packet(
+        self, code: int, *words: int, reads: int = 0, checksum: bool = True, axis: int = UNKNOWN, timeout: Time = "5 s"
+    ) -> tuple[int, ...]:
+        """Send any packet: a code, and words behind it; returns the words that are read behind those."""
+        return self.answer_of(self._queue(Packet(code, words, reads, checksum), axis), timeout)
+
+    def send(self, data: str | bytes, axis: int = UNKNOWN) -> None:
+        """Queue packets: text is commands, one a line; bytes are a code and the bytes of its words, as they are."""
+        if isinstance(data, str):
+            for command in [
+                packets.command(self.port.sheet, line, self.port.crystal_hz) for _, _, line in host_lines(data)
+            ]:
+                self._queue(packet_of(command.row, command.values), axis)
+            return
+        for part, is_command in operations(as_bytes(self.name, data)):
+            self.strobe(self.port.chip, part, is_command, *USUAL)
+
+    def wait(self, bit: str, timeout: Time = "60 s", every: Time = POLL, axis: int = UNKNOWN) -> int:
+        """Ask for the status word until a bit of it is 1, or, with "!" before its name, 0; returns the word.
+
+        Args:
+            bit: "motion_complete", "!in_motion" ...; behind an update !in_motion waits for the cycle that works it.
+            every: pause between two questions.
+        """
+        packets.status_bit(self.port.sheet, bit.removeprefix("!"))
+        return self.answer_of(self.poll(self.port.chip, axis, bit, picoseconds(every)), timeout)
+
+    def _queue(self, packet: Packet, axis: int) -> Errand[tuple[int, ...]]:
+        return self.perform(self.port.chip, axis, *packet)
+
+    # ---------------------------------------------------------------------------------------------- single operations
+    def write_command(self, byte: int, timeout: Time = "5 s", **how: Any) -> None:
+        """Write a command byte and nothing else; the call ends with the strobe, not with the busy time behind it.
+
+        Args:
+            how: low, gap: times of the strobes; ready=False: strobe without looking at HostRdy.
+        """
+        self._write(self._bytes(byte, 1), True, timeout, how)
+
+    def write_byte(self, byte: int, timeout: Time = "5 s", **how: Any) -> None:
+        """Write half of a data word."""
+        self._write(self._bytes(byte, 1), False, timeout, how)
+
+    def write_word(self, word: int, timeout: Time = "5 s", **how: Any) -> None:
+        """Write a data word."""
+        self._write(self._bytes(word, 2), False, timeout, how)
+
+    def read_byte(self, timeout: Time = "5 s", **how: Any) -> int:
+        """Read half of a data word."""
+        return self._read(1, timeout, how)
+
+    def read_word(self, timeout: Time = "5 s", **how: Any) -> int:
+        """Read a data word."""
+        return self._read(2, timeout, how)
+
+    def _write(self, data: bytes, command: bool, timeout: Time, how: dict[str, Any]) -> None:
+        self.answer_of(self.strobe(self.port.chip, data, command, *self._how(**how)), timeout)
+
+    def _read(self, number: int, timeout: Time, how: dict[str, Any]) -> int:
+        data = self.answer_of(self.sample(self.port.chip, number, *self._how(**how)), timeout)
+        return int.from_bytes(data or b"", "big")
+
+    def _how(self, low: Time = LOW_PS, gap: Time = GAP_PS, ready: bool = True) -> Strobes:
+        how = Strobes(picoseconds(low), picoseconds(gap), ready)
+        if not (how.low_ps and how.gap_ps):
+            raise UsageError(f"{self.name}: low {low!r}, gap {gap!r}; allowed more than 0")
+        return how
+
+    def _bytes(self, number: int, size: int) -> bytes:
+        value = whole(number)
+        if value is None or not 0 <= value < 1 << 8 * size:
+            raise UsageError(f"{self.name}: {number!r}; allowed 0..{(1 << 8 * size) - 1}")
+        return value.to_bytes(size, "big")
+
+    # ------------------------------------------------------------------------ the queue, which is what a journal keeps
+    @from_outside
+    def perform(
+        self, chip: str, axis: int, code: int, words: Sequence[int], reads: int, checked: bool
+    ) -> Errand[tuple[int, ...]]:
+        """Queue a packet."""
+        port, packet = served(self.name, self.ports, chip), Packet(code, tuple(words), reads, checked)
+        for number, size in ((code, 1), *((word, 2) for word in words)):
+            self._bytes(number, size)
+        if axis != UNKNOWN:
+            self._check_axis(axis)
+        self.input("perform", chip, axis, code, list(words), reads, checked)
+        return self.errand(f"{packet.spelled(port.sheet)} to {chip}", lambda: self.exchange(port, packet, axis))
+
+    @from_outside
+    def strobe(
+        self, chip: str, data: Sequence[int], command: bool, low_ps: int, gap_ps: int, ready: bool
+    ) -> Errand[None]:
+        """Queue a write operation."""
+        port, data = served(self.name, self.ports, chip), bytes(data)
+        self.input("strobe", chip, data, command, low_ps, gap_ps, ready)
+
+        async def action() -> None:
+            await self.begin(port, Strobes(low_ps, gap_ps, ready))
+            await port.write(data, command, Strobes(low_ps, gap_ps, ready))
+            if command and ready:
+                port.note_axis(data[0])
+            elif command:
+                port.axis = UNKNOWN
+
+        return self.errand(f"{data.hex()} to {chip}", action)
+
+    @from_outside
+    def sample(self, chip: str, number: int, low_ps: int, gap_ps: int, ready: bool) -> Errand[bytes]:
+        """Queue a read operation."""
+        port = served(self.name, self.ports, chip)
+        self.input("sample", chip, number, low_ps, gap_ps, ready)
+        return self.errand(f"a word from {chip}", lambda: self.read(port, number, Strobes(low_ps, gap_ps, ready)))
+
+    @from_outside
+    def poll(self, chip: str, axis: int, bit: str, every_ps: int) -> Errand[int]:
+        """Queue questions for the status word until a bit is as it should be."""
+        port = served(self.name, self.ports, chip)
+        self.input("poll", chip, axis, bit, every_ps)
+        return self.errand(f"{bit} of {chip}", lambda: self.until_status(port, bit, every_ps, axis))
+
+    # ------------------------------------------------------------------------------------------------ the host's task
+    async def begin(self, port: PacketPort, how: Strobes) -> None:
+        """Wait until something may go out, which is then not cut in two."""
+        if how.ready:
+            await port.ready()
+        self.begun = True
+
+    async def exchange(self, port: PacketPort, packet: Packet, axis: int = UNKNOWN) -> tuple[int, ...]:
+        """Send a packet, now; return the words that are read, without the checksum."""
+        if axis not in (UNKNOWN, port.axis):
+            await self.exchange(port, packet_of(packets.row(port.sheet, f"SET_{axis}")))
+        await self.begin(port, USUAL)
+        await port.write(bytes([packet.code]), True, USUAL)
+        for word in packet.words:
+            await port.write(word.to_bytes(2, "big"), False, USUAL)
+        found = tuple([int.from_bytes(await self.read(port, 2, USUAL), "big") for _ in range(packet.reads)])
+        port.note_axis(packet.code, found)
+        checksum = int.from_bytes(await self.read(port, 2, USUAL), "big") if packet.checked else None
+        await port.ready()
+        port.note_update(packet.code)
+        if checksum is not None:
+            self._check(port, packet, found, checksum)
+        return found
+
+    def _check(self, port: PacketPort, packet: Packet, found: tuple[int, ...], checksum: int) -> None:
+        wrong = packet.mismatch(port.sheet, port.chip, found, checksum)
+        if wrong:
+            port.axis = UNKNOWN
+            self.finding("checksum", wrong)
+            raise ChecksumError(f"{self.name}: {wrong}")
+
+    async def read(self, port: PacketPort, number: int, how: Strobes) -> bytes:
+        """Read, now; a word is kept."""
+        data = await port.read(number, how)
+        if number == 2:
+            self.received.append(int.from_bytes(data, "big"))
+        return data
+
+    async def until_status(
+        self,
+        port: PacketPort,
+        bit: str,
+        every_ps: int,
+        axis: int = UNKNOWN,
+        never: Callable[[], bool] = lambda: False,
+    ) -> int:
+        """Ask for the status word, now, until a bit is as it should be.
+
+        An axis is in motion from the cycle on that works its update: !in_motion is asked for when that has begun.
+
+        Raises:
+            Timeout: twice running, `never` says that it cannot become so any more.
+        """
+        field, wanted = packets.status_bit(port.sheet, bit.removeprefix("!")), not bit.startswith("!")
+        question = packet_of(packets.row(port.sheet, "GET_STATUS"))
+        if field.name == "in_motion" and not wanted:
+            await until(self.kernel, port.worked_ps)
+        hopeless = False
+        while True:
+            (word,) = await self.exchange(port, question, axis)
+            if field.of(word) == wanted:
+                return word
+            before, hopeless = hopeless, never()
+            if before and hopeless:
+                raise Timeout(f"{self.name}: {bit} of {port.chip} cannot come any more")
+            await until(self.kernel, self.kernel.now + every_ps)
+
+
+class AxisView(Face):
+    """A host that speaks for one axis."""
+
+    for_users: ClassVar[tuple[str, ...]] = ("command", "query", "ask", "packet", "send", "wait", "host", "number")
+
+    def __init__(self, host: PacketHost, number: int) -> None:
+        self.host, self.number = host, number
+        self.name = f"{host.name}.axis({number})"
+
+    def __repr__(self) -> str:
+        return f"<{self.name}>"
+
+    def command(self, name: str, *values: int | str, timeout: Time = "5 s") -> int | None:
+        """PacketHost.command, for this axis."""
+        return self.host.command(name, *values, axis=self.number, timeout=timeout)
+
+    def query(self, name: str, timeout: Time = "5 s") -> int:
+        """PacketHost.query, for this axis."""
+        return self.host.query(name, axis=self.number, timeout=timeout)
+
+    def ask(self, command: str, timeout: Time = "5 s") -> int:
+        """PacketHost.ask, for this axis."""
+        return self.host.ask(command, timeout, axis=self.number)
+
+    def packet(
+        self, code: int, *words: int, reads: int = 0, checksum: bool = True, timeout: Time = "5 s"
+    ) -> tuple[int, ...]:
+        """PacketHost.packet, for this axis."""
+        return self.host.packet(code, *words, reads=reads, checksum=checksum, axis=self.number, timeout=timeout)
+
+    def send(self, data: str) -> None:
+        """PacketHost.send of commands, for this axis."""
+        self.host.send(data, axis=self.number)
+
+    def wait(self, bit: str, timeout: Time = "60 s", every: Time = POLL) -> int:
+        """PacketHost.wait, for this axis."""
+        return self.host.wait(bit, timeout, every, axis=self.number)
+
+
+missing(
+    AxisView,
+    **{name: f"it is the chip's: x.axis(1).{name}" for name in ("position", "reaches", "steps", "registers")},
+    velocity='it is the chip\'s: x.axis(1).velocity_at("3 ms")',
+    findings="what a host did wrong is in bench.findings",
+)
+
+
+@cache
+def _tell_missing(sheet: Sheet) -> None:
+    """Say what there is instead of methods that are called as the commands of a sheet."""
+    for row in sheet.commands:
+        verb = "query" if row.reads else "command"
+        values = "".join(f", {arg.name}" for arg in row.args)
+        for cls in (PacketHost, AxisView):
+            missing(cls, **dict.fromkeys((row.name.lower(), row.name), f'{{it}}.{verb}("{row.name}"{values})'))

@@ -1,0 +1,171 @@
+r"""What a host has on the host port of a chipset, and how it strobes bytes through it.
+
+HostRdy   ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\___ 82 us ___/‾‾   looked at before each operation
+HostSlct  ‾‾‾‾\________________________________________/‾‾‾‾‾‾‾
+bus       ----<     high byte     X     low byte       >-------   a command is one byte, with HostCmd high
+HostWrite ‾‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾   HostRead likewise; the chipset drives the bus
+           settle set-up low   gap    low     hold
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+from ...core.time.kernel import Kernel
+from ...core.wires.net import Driver, Net
+from ...core.wires.waits import level, until
+from ...language import packets
+from ...language.dialect import spoken_as
+
+if TYPE_CHECKING:
+    from ...core.datasheet.table import Row, Sheet
+    from .connection import Connection
+
+NS = 1000  # picoseconds
+SETTLE_PS, SETUP_PS, LOW_PS, GAP_PS, HOLD_PS = 10 * NS, 30 * NS, 80 * NS, 80 * NS, 80 * NS
+UNKNOWN = 0  # the current axis, behind what may have changed it
+
+
+class Strobes(NamedTuple):
+    """How a host strobes: low so long, high so long between two bytes; `ready`: not before HostRdy is high."""
+
+    low_ps: int = LOW_PS
+    gap_ps: int = GAP_PS
+    ready: bool = True
+
+
+class Packet(NamedTuple):
+    """A packet as it goes over the bus: `reads` words are read behind those that are written, then the checksum."""
+
+    code: int
+    words: tuple[int, ...] = ()
+    reads: int = 0
+    checked: bool = True
+
+    def spelled(self, sheet: Sheet) -> str:
+        """Return the packet for people: SET_POS (10 0000 3039)."""
+        row = sheet.commands.by_code.get(self.code)
+        sent = " ".join([f"{self.code:02x}", *(f"{word:04x}" for word in self.words)])
+        return f"packet {sent}" if row is None else f"{row.name} ({sent})"
+
+    def mismatch(self, sheet: Sheet, chip: str, found: Sequence[int], checksum: int) -> str:
+        """Return what is wrong with the checksum that a chip gave behind the words that were read; "": nothing is."""
+        expected = packets.checksum(self.code, (*self.words, *found))
+        if checksum == expected:
+            return ""
+        why = "0 is the answer to an illegal command" if checksum == 0 else "a byte was garbled; send the packet again"
+        returned = f" returned {' '.join(f'{word:04x}' for word in found)}," if found else ""
+        return f"{self.spelled(sheet)} to {chip}:{returned} checksum {checksum:04x}, expected {expected:04x}; {why}"
+
+
+class PacketPort:
+    """What a host has on one chipset: drivers on its host port, and what it knows of the current axis."""
+
+    def __init__(self, kernel: Kernel, chip: Connection, host: str, delay_ps: int) -> None:
+        self.kernel, self.chip, self.delay_ps = kernel, chip.name, delay_ps
+        self.sheet = chip.sheet
+        self.crystal_hz = chip.crystal_hz  # of the board: what a rate in seconds, and a cycle, go by
+        self.pins = pins = chip.pins
+        self.select, self.reading, self.writing, self.command = (
+            Driver(pins[name].net, host) for name in ("hostslct", "hostread", "hostwrite", "hostcmd")
+        )
+        self.bus = Driver(chip.bus, host)
+        self.cycle_ps = chip.clock.ps(chip.sheet.times["cycle"].ticks)
+        self.worked_ps = 0  # by then the cycle has begun that works the last update
+        self.axis = 1
+        pins["reset"].net.watch(self._restarts)
+        pins["hostintrpt"].net.watch(lambda net: self._restarts(net) if net.level is None else None)
+        self.rest()
+
+    def _restarts(self, _net: Net) -> None:
+        """RESET changes, or an output floats because the supply is off."""
+        self.axis = 1
+
+    def rest(self) -> None:
+        """Select nothing, and let go of the bus."""
+        for driver in (self.select, self.reading, self.writing):
+            driver.drive(1)
+        self.command.drive(0)
+        self.bus.drive(None)
+
+    async def ready(self) -> None:
+        """Wait until HostRdy is high."""
+        await level(self.pins["hostrdy"].net, 1)
+
+    async def write(self, data: bytes, command: bool, how: Strobes) -> None:
+        """Write a command byte, or the two bytes of a word, as one operation."""
+        await self._begin(how)
+        start, rises, end = self._strobe(self.writing, len(data), how)
+        if command:
+            self.command.wave(0, (start, end), (1, 0))
+        changes = (start, *(rise + how.gap_ps // 2 for rise in rises[:-1]), end)
+        self.bus.wave(None, changes, (*((0xFF, byte) for byte in data), None))
+        await until(self.kernel, end)
+
+    async def read(self, number: int, how: Strobes) -> bytes:
+        """Read the bytes of a word, each as it stands at the end of its strobe, as one operation."""
+        await self._begin(how)
+        _, rises, end = self._strobe(self.reading, number, how)
+        data = bytearray()
+        for rise in rises:
+            await until(self.kernel, rise)
+            data.append(self.bus.net.byte)  # type: ignore[attr-defined]
+        await until(self.kernel, end)
+        return bytes(data)
+
+    async def _begin(self, how: Strobes) -> None:
+        if how.ready:
+            await self.ready()
+        await until(self.kernel, self.kernel.now + self.delay_ps)
+
+    def _strobe(self, line: Driver, number: int, how: Strobes) -> tuple[int, tuple[int, ...], int]:
+        """Promise strobes; returns when the port is selected, when they end, and when the port is left alone."""
+        start = self.kernel.now + SETTLE_PS
+        falls = tuple(start + SETUP_PS + n * (how.low_ps + how.gap_ps) for n in range(number))
+        rises = tuple(fall + how.low_ps for fall in falls)
+        end = rises[-1] + HOLD_PS
+        line.wave(1, tuple(sorted((*falls, *rises))), (0, 1) * number)
+        self.select.wave(1, (start, end), (0, 1))
+        return start, rises, end
+
+    def note_update(self, code: int) -> None:
+        """Note when an update that has just been taken will have been worked."""
+        if updates(self.sheet, code):
+            self.worked_ps = self.kernel.now + self.cycle_ps
+
+    def note_axis(self, code: int, found: Sequence[int] = ()) -> None:
+        """Note which axis is the current one behind a packet, of which these words were read."""
+        row = self.sheet.commands.by_code.get(code)
+        if row is None:
+            return
+        if row.name == RESET:
+            self.axis = 1
+        elif row.acts == "set":
+            self.axis = row.code  # SET_2 has the code 2
+        elif row.name == "SET_I":
+            status = spoken_as(self.sheet, packets.Packets).status
+            self.axis = packets.fields(found[0], status)["axis"] if found else UNKNOWN
+
+
+# ------------------------------------------------------------------------------------------------- commands as packets
+RESET = "RESET"  # the packet that leaves no checksum to be read
+UPDATES = ("UPDATE", "MULTI_UPDATE")
+
+
+def packet_of(row: Row, values: Sequence[int] = ()) -> Packet:
+    """Return a command as a packet."""
+    return Packet(row.code, packets.words(row, values), packets.counted(row.reads), row.name != RESET)
+
+
+def updates(sheet: Sheet, code: int) -> bool:
+    """Return whether this is the code of an update, which the next cycle works."""
+    row = sheet.commands.by_code.get(code)
+    return row is not None and row.name in UPDATES
+
+
+def operations(data: bytes) -> Iterator[tuple[bytes, bool]]:
+    """Bytes as a host writes them, an operation each, and whether it is a command: the first byte; words follow it."""
+    yield data[:1], True
+    for at in range(1, len(data), 2):
+        yield data[at : at + 2], False

@@ -1,0 +1,182 @@
+"""Shadow registers: what a host knows of a part from what it has sent, such as its mode register and program entry.
+
+A part that keeps its program as it was sent has no pin that tells its mode, so a host remembers it.  What somebody else
+tells the part, over its other side or by a program, a host does not hear of.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, ClassVar
+
+from ...core.datasheet.channel import AdaptiveLine, FlowBus
+from ...core.time.inputs import from_outside
+from ...core.wires.bell import Bell
+from ...errors import UsageError
+from ...language.dialect import spoken_as
+from ...language.verbatim import Entry, Verbatim
+from .computer import Computer
+
+if TYPE_CHECKING:
+    from ...core.datasheet.table import Sheet
+    from ...core.time.kernel import Kernel
+    from .connection import Connection
+
+TEXT = 0x80  # in the mode register: commands in ASCII
+MODE, RESET = "MODE", "INITIALIZE"  # the commands that a host remembers
+
+
+class Shadow:
+    """Takes the bytes that go to a part.  `mode` is its mode register, as far as the host knows."""
+
+    def __init__(self, sheet: Sheet, on_reset: Callable[[], object] = lambda: None) -> None:
+        self.sheet, self.dialect, self.on_reset = sheet, spoken_as(sheet, Verbatim), on_reset
+        self.decoder = self.dialect.decoder(sheet)
+        self.default = next(row.default for row in sheet.registers if row.name == "mode")
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin anew: the part has been reset."""
+        self.decoder.reset()
+        self.entry: Entry | None = None
+        self.mode = self.default
+        self.started = ""  # the command that has started a program, which may run
+
+    @property
+    def ascii(self) -> bool:
+        """Are commands in ASCII?"""
+        return bool(self.mode & TEXT)
+
+    @property
+    def at_letter(self) -> bool:
+        """Is the next byte the first one of a command, outside program entry?"""
+        return self.entry is None and self.decoder.at_letter
+
+    def feed(self, byte: int) -> None:
+        """Take a byte that goes out."""
+        if self.entry is not None:
+            if self.entry.ends(byte):
+                self.entry = None
+            return
+        found = self.decoder.feed(byte, self.ascii)
+        self.decoder.take_notes()
+        if found is None:
+            return
+        if found.row.role == "enter":
+            (leave,) = self.sheet.leave
+            self.entry = Entry(leave, self.ascii)
+        elif found.row.role == "run":
+            self.started = found.text
+        elif found.row.name == MODE and not found.switched:
+            self.mode = found.values[0]
+        elif found.row.name == RESET:
+            self.reset()
+            self.on_reset()
+
+    # ------------------------------------------------------------------------------------------------------- queries
+    def sent(self, command: str) -> bytes:
+        """Return a command as it goes out in the present mode.
+
+        Raises:
+            UsageError: no command, or one that binary does not have.
+        """
+        return (self.dialect.sent if self.ascii else self.dialect.sent_binary)(self.sheet, command)
+
+    def query(self, who: str, command: str) -> Query:
+        """Return what is asked by a command, such as "? P".
+
+        Raises:
+            UsageError: a command that is not answered.
+        """
+        dialect = self.dialect
+        letters, sign, listing = "".join(dialect.queries), re.escape(dialect.query), re.escape(dialect.listing)
+        pattern = rf"{sign} ?(?:([{re.escape(letters)}])|({listing})[ ,]+([0-9]+))"
+        match = re.fullmatch(pattern, command) if isinstance(command, str) else None
+        if match is None:
+            forms = ", ".join(f"{dialect.query} {letter}" for letter in (*letters, dialect.listing))
+            raise UsageError(f"{who}: {command!r} is not answered; ask {forms},n, and send() the rest")
+        return Query(self.dialect, match[1] or match[2], int(match[3] or 0), self.ascii)
+
+
+class Query:
+    """A query, and what its answer looks like among the bytes that come."""
+
+    def __init__(self, dialect: Verbatim, letter: str, lines: int, ascii: bool) -> None:
+        self.ascii = ascii
+        if letter == dialect.listing:  # the pointer, then lines of the memory
+            self.pattern = rb"Y=[0-9]+\r" + rb"[^\r]*\r" * lines if ascii else rb"Y=.." + rb"[^\r]*\r" * lines
+        elif ascii:
+            self.pattern = rb"%c=[0-9]{%d}\r" % (letter.encode(), dialect.queries[letter])
+        else:
+            self.pattern = rb"%c=.{%d}" % (letter.encode(), dialect.answer_bytes[dialect.queries[letter]])
+
+    def answered(self, data: bytes | bytearray, since: int) -> str | bytes | None:
+        """Return the answer that has come behind so many bytes, as text without its last carriage return; None: none.
+
+        In binary it is bytes: letter, equals sign, and the value.
+        """
+        match = re.compile(self.pattern, re.DOTALL).search(data, since)
+        if match is None:
+            return None
+        return match[0][:-1].decode("latin-1") if self.ascii else bytes(match[0])
+
+
+class ShadowHost(Computer):
+    """A host that goes by the flow line of its chip, FPL or CTS, while the mode register puts it to this use.
+
+    `gone` takes bytes as they go out; `news` rings with each of them, and whenever the host goes by the line or no
+    longer.
+    """
+
+    for_users: ClassVar[tuple[str, ...]] = (
+        "heed",
+        "mode",
+    )
+
+    gone: Shadow
+
+    def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection] = ()) -> None:
+        super().__init__(kernel, name, chips)
+        self.heeding: bool | None = None  # as somebody has said
+        self.news = Bell(kernel, f"{name}.(news)")
+
+    @property
+    def heeds(self) -> bool:
+        """Does the host go by the flow line?"""
+        if self.heeding is not None:
+            return self.heeding
+        channel = self.channel
+        assert isinstance(channel, FlowBus | AdaptiveLine)
+        mask, *values = channel.in_use
+        return self.gone.mode & mask in values
+
+    def why_silent(self) -> str:
+        """Return why a query may have no answer, as far as the host can tell, and what to do; empty: it cannot."""
+        channel, sheet, mode = self.channel, self.chip.sheet, self.gone.mode
+        assert isinstance(channel, FlowBus | AdaptiveLine)
+        mask, here = channel.answers
+        bus = sheet.channel(FlowBus)
+        if bus is not None and not bus.live and self.gone.started:
+            begun = f"{self.gone.started} has started a program"
+            return (
+                f"{begun}, and the {sheet.part} takes no command while one runs: wait for its end, or end it with RESET"
+            )
+        if mode & mask == here:
+            return ""
+        sends = f"the mode register is {mode} and sends answers elsewhere"
+        return f"as far as {self.name} knows, {sends}: O {mode & ~mask | here} sends them here"
+
+    @from_outside
+    def heed(self, on: bool | None) -> None:
+        """Go by FPL or CTS from now on (True), or not (False), or as the host's own mode commands have it (None).
+
+        Raises:
+            UsageError: none of the three.
+        """
+        if on is not None and not isinstance(on, bool):
+            raise UsageError(f"{self.name}: heed({on!r}); allowed True, False, None")
+        self.input("heed", on)
+        self.heeding = on
+        self.news.ring()
+        self.kernel.settle()

@@ -1,0 +1,1 @@
+"""Serial lines: connectors, a UART, and a line with noise."""

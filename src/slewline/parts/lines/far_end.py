@@ -1,0 +1,79 @@
+"""The far end of a serial line, as its board shows it: rate, format, addresses; does it understand this end?
+
+A connector asks once for each pair of settings, before characters go out at them, so that a line on which both ends
+agree costs nothing.  What does not fit is a finding of the connector, whatever stands between the two.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from ...core.wires.serial import Ear, Setting, Straps, disagreement
+
+RETURN, LF = 0x0D, 0x0A
+
+
+class Near(Protocol):
+    """The end of a line from which the other one is looked at."""
+
+    name: str
+
+    @property
+    def setting(self) -> Setting:
+        """Its rate and format."""
+
+    def finding(self, code: str, text: str) -> None:
+        """Report a finding."""
+
+
+class FarEnd:
+    """What listens at the far end of a line.
+
+    `ears` are those of which it is known how they are set, by name.
+    """
+
+    def __init__(self, near: Near) -> None:
+        self.near = near
+        self.ears: dict[str, Ear] = {}
+        self.compared = False
+        self.addressed: dict[str, str] = {}  # names of modules by address, where every module has one
+        self.told: set[str] = set()
+        self.begins = True  # a line begins with the next character
+
+    @property
+    def disagreement(self) -> str:
+        """In which way the two ends are set differently, and what to do; empty: they agree."""
+        return self._differs(self.near.name, self.near.setting)
+
+    def _differs(self, who: str, setting: Setting) -> str:
+        return "; ".join(filter(None, (disagreement(who, setting, name, ear) for name, ear in self.ears.items())))
+
+    def compare(self) -> None:
+        """Report a disagreement of the settings, each one once; look who has which address."""
+        self.compared = True
+        if self._is_new(text := self.disagreement):
+            self.near.finding("format", text)
+        found = {str(ear.address): name for name, ear in self.ears.items() if isinstance(ear, Straps)}
+        self.addressed = {} if "0" in found else found
+
+    def opened_at(self, baud: int) -> None:
+        """Report a rate that a program has set on a port where it changes nothing, if on a cable it would."""
+        text = self._differs("the program", self.near.setting._replace(baud=baud))
+        if self._is_new(text):
+            self.near.finding("format", f"{text}; this port passes characters at any rate, a cable does not")
+
+    def look_at_addresses(self, data: bytes) -> None:
+        """Report lines that are for none of the modules, once for each way in which they begin."""
+        for byte in data:
+            if self.begins and byte not in (RETURN, LF) and chr(byte) not in self.addressed:
+                here = ", ".join(f"{address} ({name})" for address, name in sorted(self.addressed.items()))
+                text = f"a line begins with {chr(byte)!r}, which is no address of a module here: nobody answers"
+                if self._is_new(text):
+                    self.near.finding("address", f"{text}; begin it with {here}, or strap another address")
+            self.begins = byte == RETURN
+
+    def _is_new(self, text: str) -> bool:
+        """Return whether something is to be told, and has not been; it counts as told from now on."""
+        new = bool(text) and text not in self.told
+        self.told.add(text)
+        return new

@@ -1,0 +1,106 @@
+"""Noise on a serial line: characters that are lost, garbled, late, or come with a wrong parity or without stop bit.
+
+A plan says what happens to the characters to come: to each of the next `count` ones, or, with a `chance` below 1, to
+each character with this chance until so many were hit.  Chance is seeded, so a plan is repeatable.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from ...errors import UsageError
+
+KINDS = ("lost", "garbled", "parity", "framing")  # what noise on a wire can do
+LINKED = (*KINDS, "late")  # and what a link can
+WORD = (1 << 64) - 1
+
+
+class Chance:
+    """A seeded sequence of chance (splitmix64)."""
+
+    def __init__(self, seed: int) -> None:
+        self.state = seed & WORD
+
+    def below(self, number: int) -> int:
+        """Return one of 0 ... number-1, all equally likely."""
+        self.state = self.state + 0x9E3779B97F4A7C15 & WORD
+        mixed = (self.state ^ self.state >> 30) * 0xBF58476D1CE4E5B9 & WORD
+        mixed = (mixed ^ mixed >> 27) * 0x94D049BB133111EB & WORD
+        return (mixed ^ mixed >> 31) * number >> 64
+
+
+@dataclass
+class Plan:
+    """What is to happen to characters: to so many of them, after some that pass, each with this chance."""
+
+    kind: str
+    count: int
+    chance: float
+    after: int
+    source: Chance = field(repr=False)
+
+    def __post_init__(self) -> None:
+        for name, least in (("count", 1), ("after", 0)):
+            value = getattr(self, name)
+            if not isinstance(value, int) or value < least:
+                raise UsageError(f"{name} {value!r}; allowed {least} and more characters")
+        if not isinstance(self.chance, (int, float)) or not 0 < self.chance <= 1:
+            raise UsageError(f"chance {self.chance!r}; allowed above 0, up to 1")
+
+    def strikes(self) -> bool:
+        """Return whether it hits the character that begins now."""
+        if self.after:
+            self.after -= 1
+            return False
+        if self.chance < 1 and self.source.below(WORD + 1) >= self.chance * (WORD + 1):
+            return False
+        self.count -= 1
+        return True
+
+
+class Noise:
+    """The noise in one direction of a line of so many data bits.
+
+    Args:
+        kinds: what it can do to a character.
+        spared: the number of a data bit that is never garbled, for example one to which a checksum is blind.
+    """
+
+    def __init__(self, bits: int, kinds: tuple[str, ...] = KINDS, spared: int | None = None) -> None:
+        self.bits, self.spared = bits, bits if spared is None else spared
+        self.plans: list[Plan] = []
+        self.done = dict.fromkeys(kinds, 0)  # how many characters were hit
+
+    def plan(self, kind: str, count: int = 1, chance: float = 1, seed: int = 0, after: int = 0) -> None:
+        """Plan what is to happen to the next characters; plans queue up."""
+        if kind not in self.done:
+            raise UsageError(f"fault {kind!r}; allowed {', '.join(self.done)}")
+        if not isinstance(seed, int):
+            raise UsageError(f"seed {seed!r}; allowed a whole number")
+        self.plans.append(Plan(kind, count, chance, after, Chance(seed)))
+
+    def clear(self) -> None:
+        """End all noise."""
+        self.plans.clear()
+
+    def strike(self) -> tuple[str, int]:
+        """Return what happens to the character that begins now ("": nothing), and to which of its data bits."""
+        if not self.plans:
+            return "", 0
+        plan = self.plans[0]
+        if not plan.strikes():
+            return "", 0
+        if not plan.count:
+            self.plans.pop(0)
+        self.done[plan.kind] += 1
+        bit = plan.source.below(self.bits - (self.spared < self.bits))
+        return plan.kind, bit + (bit >= self.spared)
+
+    def hit(self, byte: int) -> tuple[int | None, str]:
+        """Return what comes out of a character (None: nothing), and the fault of its frame, if any."""
+        kind, bit = self.strike()
+        if kind == "lost":
+            return None, ""
+        if kind == "garbled":
+            return byte ^ 1 << bit, ""
+        return byte, kind

@@ -1,0 +1,149 @@
+r"""An RS-232 line with faults, between the connector of a host and that of a module, or of several.
+
+host   txd --> host_txd | line | txd --> rxd   module
+       rxd <-- host_rxd |      | rxd <-- txd
+
+Edges pass without delay.  The line counts characters, so it must know their rate and format; a fault bends the level of
+some bits of one character:
+
+    mark   ‾‾‾‾\_____/  d0 |  d1 | ... |  dn | parity | stop | stop ‾‾‾‾‾
+               |<------------------- lost: mark -------------------->|
+                          garbled: one inverted   ^        ^ framing: space
+                                                  parity: inverted
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+from ...core.time.inputs import from_outside
+from ...core.time.kernel import Kernel
+from ...core.time.timebase import Clock, Time, picoseconds
+from ...core.wires.net import Driver, Net
+from ...core.wires.pin import Terminal
+from ...core.wires.serial import BAUD, OVERSAMPLING, RS232, Word, bit_clock, word_options
+from ...errors import UsageError
+from ..base.part import Part
+from .noise import Noise
+
+MARK, SPACE = RS232, 1 - RS232
+INVERTED = 2  # what a window does to the level; MARK and SPACE hold it
+WAYS = ("to_module", "to_host")
+
+
+class Way:
+    """One direction of a line.  A window (from, to, what it does) bends what passes."""
+
+    def __init__(self, source: Terminal, driver: Driver, clock: Clock, word: Word) -> None:
+        self.source, self.driver, self.kernel = source, driver, driver.kernel
+        self.clock, self.word, self.noise = clock, word, Noise(word.bits)
+        self.windows: list[tuple[int, int, int]] = []
+        self.free_ps = 0  # from here on a space is the start bit of another character
+        self.characters = 0
+
+    def changed(self, net: Net) -> None:
+        """Pass an edge on; a character may begin with it."""
+        now = self.kernel.now
+        if net.level == SPACE and now >= self.free_ps:
+            self.characters += 1
+            self.free_ps = now + self.clock.ps(self.word.ticks - OVERSAMPLING // 2)
+            kind, bit = self.noise.strike()
+            if kind:
+                self._strike(kind, bit)
+        self.put()
+
+    def _strike(self, kind: str, bit: int) -> None:
+        stop = (self.word.ticks - self.word.stop_ticks) // OVERSAMPLING
+        first, last, does = {
+            "lost": (0, stop, MARK),
+            "garbled": (1 + bit, 2 + bit, INVERTED),
+            "parity": (stop - 1, stop, INVERTED),
+            "framing": (stop, stop + 1, SPACE),
+        }[kind]
+        start, end = (self.kernel.now + self.clock.ps(OVERSAMPLING * n) for n in (first, last))
+        self.bend(start, end, does)
+
+    def bend(self, start: int, stop: int, does: int) -> None:
+        """Bend what passes at start <= t < stop."""
+        self.windows.append((start, stop, does))
+        for ps in (start, stop):
+            self.kernel.call_at(ps, self._after_edges)
+
+    def _after_edges(self) -> None:
+        """The edges of this instant are seen in the next round: put it all together then, or a spike would pass."""
+        self.kernel.call_at(self.kernel.now, self.put)
+
+    def put(self) -> None:
+        """Pass the level on."""
+        now = self.kernel.now
+        self.windows = [window for window in self.windows if now < window[1]]
+        level = int(self.source.level == SPACE)
+        does = next((does for start, _, does in self.windows if start <= now), None)
+        self.driver.drive({None: level, INVERTED: 1 - level}.get(does, does))
+
+
+class Rs232Line(Part):
+    """A line on which faults can be planned: characters lost, garbled, with wrong parity or without stop bit; a break.
+
+    bench.host(x, line=line) puts it between a host and its modules; `to` wires it to another connector, and
+    bench.connect(line, [x]) to the modules.
+    """
+
+    wiring = MappingProxyType({"host_txd": "computer_out", "host_rxd": "computer_in"})
+    options = (BAUD, *word_options(7, "odd", 2))
+
+    def __init__(self, kernel: Kernel, name: str, *, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
+        super().__init__(kernel, name)
+        self.word, self.clock = Word(bits, parity, stop).checked(name), bit_clock(baud, name)
+        ends = (
+            self.add_pin("host_txd", "in", "from the host", pull=MARK, role="serial_in", active=SPACE),
+            self.add_pin("rxd", "in", "from the module", pull=MARK, role="computer_in", active=SPACE),
+        )
+        self.add_pin("txd", "out", "to the module", initial=MARK, role="computer_out", active=SPACE)
+        self.add_pin("host_rxd", "out", "to the host", initial=MARK, role="serial_out", active=SPACE)
+        self.ways = {
+            way: Way(end, self.drivers[out], self.clock, self.word)
+            for way, end, out in zip(WAYS, ends, ("txd", "host_rxd"), strict=True)
+        }
+
+    def rewired(self) -> None:
+        """Start to watch both sides."""
+        for way in self.ways.values():
+            way.source.net.watch(way.changed)
+            way.changed(way.source.net)
+
+    def way(self, name: str) -> Way:
+        """One direction: "to_module" or "to_host"."""
+        if name not in self.ways:
+            raise UsageError(f"{self.name}: way {name!r}; allowed {', '.join(WAYS)}")
+        return self.ways[name]
+
+    @from_outside
+    def plan(self, way: str, kind: str, count: int = 1, chance: float = 1, seed: int = 0, after: int = 0) -> None:
+        """Plan what is to happen to characters that are still to begin; plans queue up.
+
+        Args:
+            way: "to_module" or "to_host".
+            kind: "lost", "garbled" (a data bit inverted), "parity" or "framing".
+            count: how many characters it hits.
+            chance: of each character to be hit, until so many were; drawn from `seed`.
+            after: how many characters pass before.
+        """
+        if kind == "parity" and self.word.parity == "none":
+            raise UsageError(f"{self.name}: fault 'parity'; {self.word} has no parity bit")
+        self.way(way).noise.plan(kind, count, chance, seed, after)
+        self.input("plan", way, kind, count, chance, seed, after)
+
+    @from_outside
+    def send_break(self, way: str, duration: Time) -> None:
+        """Hold a direction at space from now on, for a time."""
+        now, ps = self.kernel.now, picoseconds(duration)
+        self.input("send_break", way, f"{ps} ps")
+        self.way(way).bend(now, now + ps, SPACE)
+
+    @from_outside
+    def clear(self) -> None:
+        """Plan no more faults; characters that have begun keep theirs."""
+        self.input("clear")
+        for way in self.ways.values():
+            way.noise.clear()

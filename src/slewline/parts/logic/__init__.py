@@ -1,0 +1,1 @@
+"""Gates, delay lines and latches, and the circuits around an oscillator."""

@@ -1,0 +1,185 @@
+"""Gates, delay lines and latches of the 74 series.  Gates are without delay; an open input reads high, as in TTL.
+
+What a gate shows follows from what its inputs promise (core/wires/views.py), so it makes no events of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from itertools import product
+
+from ...core.datasheet.option import Option
+from ...core.datasheet.table import Pin
+from ...core.time.kernel import Kernel
+from ...core.time.timebase import Time, picoseconds
+from ...core.wires.net import Driver, Net
+from ...core.wires.pin import Terminal
+from ...core.wires.views import Delayed, gated, inverted
+from ...core.wires.wave import Level, Promise, alike, promised
+from ..base.follower import Follower, Stateless
+from ..base.part import Part
+
+HIGH = (0, 1)  # what an input reads
+
+
+class Gate(Stateless):
+    """A gate with inputs in1, in2 ... and the output out.
+
+    Args:
+        inputs: how many, 1 to 8 (a 7430 has eight).
+    """
+
+    options: tuple[Option, ...] = (Option("inputs", "int", 2, "how many inputs: in1, in2 ...", low=1, high=8),)
+
+    def __init__(self, kernel: Kernel, name: str, *, inputs: int = 2) -> None:
+        super().__init__(kernel, name)
+        self.follows = tuple(f"in{n + 1}" for n in range(inputs))
+        for n, pin in enumerate(self.follows, 1):
+            self.add_pin(pin, "in", f"input {n}")
+        self.add_pin("out", "out", "output")
+        self._table = tuple(int(self.law(levels[::-1])) for levels in product((False, True), repeat=inputs))
+
+    def view(self, pin: str, inputs: Sequence[Promise | Level]) -> Promise | Level:
+        """Return what an output shows while the inputs show promises or levels."""
+        return gated(inputs, self._table)
+
+    def law(self, levels: Iterable[bool]) -> bool:
+        """Return the output for the levels of the inputs, True being high."""
+        raise NotImplementedError
+
+
+class And(Gate):
+    """High while all inputs are high."""
+
+    def law(self, levels: Iterable[bool]) -> bool:
+        """Return the output for the levels of the inputs, True being high."""
+        return all(levels)
+
+
+class Or(Gate):
+    """Low while all inputs are low."""
+
+    def law(self, levels: Iterable[bool]) -> bool:
+        """Return the output for the levels of the inputs, True being high."""
+        return any(levels)
+
+
+class Nand(Gate):
+    """Low while all inputs are high."""
+
+    def law(self, levels: Iterable[bool]) -> bool:
+        """Return the output for the levels of the inputs, True being high."""
+        return not all(levels)
+
+
+class Nor(Gate):
+    """High while all inputs are low."""
+
+    def law(self, levels: Iterable[bool]) -> bool:
+        """Return the output for the levels of the inputs, True being high."""
+        return not any(levels)
+
+
+class Inverter(Nand):
+    """A NAND of one input: in1, out."""
+
+    options = ()
+
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        super().__init__(kernel, name, inputs=1)
+
+
+class WireInverter(Stateless):
+    """The inverter of `bench.wire(a, b, invert=True)`: one net drives another; what floats is passed on."""
+
+    follows = ("in",)
+
+    def __init__(self, kernel: Kernel, name: str, source: Net, driven: Net) -> None:
+        super().__init__(kernel, name)
+        self.pins["in"] = Terminal(name, Pin(1, "in", "in", "input"), source)
+        self.pins["out"] = Terminal(name, Pin(2, "out", "out", "the other level"), driven)
+        self.drivers["out"] = Driver(driven, name)
+        self.drivers["out"].source = self
+
+    def view(self, pin: str, inputs: Sequence[Promise | Level]) -> Promise | Level:
+        """Return what an output shows while the inputs show promises or levels."""
+        return inverted(inputs[0])
+
+
+class Delay(Follower):
+    """A delay line: the output does what the input did, later; nothing is swallowed, however short it is.
+
+    Args:
+        delay: 1 ps and more.
+    """
+
+    follows = ("in",)
+    options = (Option("delay", "time", "100 ns", "from the input to the output", low=1),)
+
+    def __init__(self, kernel: Kernel, name: str, *, delay: Time = "100 ns") -> None:
+        super().__init__(kernel, name)
+        self.delay_ps = picoseconds(delay)
+        self.add_pin("in", "in", "input")
+        self.add_pin("out", "out", "the input, later")
+        self._shown: Promise | Level = None
+        self._pieces: list[tuple[int, Promise | Level]] = []  # what the input has shown, as far back as it matters
+        self.wired_ps = 0  # when the part was wired
+
+    def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
+        self.wired_ps = self.kernel.now
+        super().rewired()
+
+    def lay(self) -> None:
+        """Promise what the outputs show from now on."""
+        driver, shown = self.drivers["out"], self.outlooks["in"].shown()
+        if self._pieces and not self.withdrawn and alike(shown, self._shown):
+            if driver.promise is not None:
+                driver.renew()
+            return
+        self._shown = shown
+        self._follow(gated([shown], HIGH))
+
+    def react(self) -> None:
+        """Drive the outputs to the levels that follow from those of the inputs."""
+        self._follow(int(self.high("in")))
+
+    def bound_outputs(self, ps: int) -> None:
+        """Bound the promise of the output the delay later than an instant (ps)."""
+        super().bound_outputs(ps + self.delay_ps)
+
+    def _follow(self, shown: Promise | Level) -> None:
+        """The input shows something else from now on."""
+        now = self.kernel.now
+        if not self._pieces or (now == self.wired_ps and not self.edge_driven):  # the circuit is coming to rest
+            self._pieces = [(now - self.delay_ps, shown.level(now) if promised(shown) else shown)]
+        while self._pieces[-1][0] == now:
+            self._pieces.pop()
+        gone = sum(since <= now - self.delay_ps for since, _ in self._pieces) - 1
+        self._pieces = [*self._pieces[max(gone, 0) :], (now, shown)]
+        levels = {what if not promised(what) else None for _, what in self._pieces}
+        settled = len(levels) == 1 and None not in levels
+        self.put(self.drivers["out"], shown if settled else Delayed(self._pieces, self.delay_ps))
+
+
+class Latch8(Part):
+    """74LS373: q follows d while `enable` is high and keeps it while low; q floats while `output_enable` is high."""
+
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        super().__init__(kernel, name)
+        self.add_bus("d", "data in")
+        self.add_bus("q", "data out")
+        self.add_pin("enable", "in", "high: transparent")
+        self.add_pin("output_enable", "in", "low: q drives")
+        self.held = 0xFF
+
+    def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
+        for name in ("d", "enable", "output_enable"):
+            self.pin(name).net.watch(self._react)
+        self._react()
+
+    def _react(self, _net: Net | None = None) -> None:
+        if self.high("enable"):
+            self.held = self.byte("d")
+        self.drivers["q"].drive(None if self.high("output_enable") else (0xFF, self.held))

@@ -1,0 +1,119 @@
+"""Latches on the outputs of a chip: the position on the fly (fig. 6.3), and the phases (fig. 4.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from types import MappingProxyType
+
+from ...core.time.kernel import Kernel
+from ...core.wires.clocking import ClockEdges, Still
+from ...core.wires.net import Net
+from ...core.wires.views import gated
+from ..base.clocked import Clocked
+from ..base.counted import Sampled
+from ..base.part import Part
+
+OR = (0, 1, 1, 1)
+
+
+class PositionLatch(Part):
+    """Two 74LS373 that catch the position which a chip puts out while stepping (s.6).
+
+        enable of the high byte = OUTSTROBE low and pin 37 high        (NOR gates)
+        enable of the low byte  = OUTSTROBE low and pin 37 low
+
+    A latch is transparent while enabled and keeps what is on the bus when OUTSTROBE rises.  Later the host pulls
+    `read_high` or `read_low` low and finds the byte on the same bus; the chip is in high impedance then.  The strobes
+    of a verify read-out pass through the same gates.
+    """
+
+    wiring = MappingProxyType({"db": "data", "outstrobe": "out_strobe", "motion_complete": "motion_complete"})
+
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        super().__init__(kernel, name)
+        self.add_bus("db", "data bus, in and out")
+        self.add_pin("outstrobe", "in", "pin 10 of the chip", pull=1)
+        self.add_pin("motion_complete", "in", "pin 37 of the chip", pull=1)
+        self.add_pin("read_high", "in", "low: the high byte on the bus", pull=1)
+        self.add_pin("read_low", "in", "low: the low byte on the bus", pull=1)
+        self.high_byte = self.low_byte = 0xFF
+
+    def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
+        for name in ("db", "outstrobe", "motion_complete"):
+            self.pin(name).net.watch(self._latch)
+        for name in ("read_high", "read_low"):
+            self.pin(name).net.watch(self._put)
+
+    def _latch(self, _net: Net) -> None:
+        if not self.high("outstrobe"):
+            if self.high("motion_complete"):
+                self.high_byte = self.byte("db")
+            else:
+                self.low_byte = self.byte("db")
+
+    def _put(self, _net: Net) -> None:
+        level = None
+        if not self.high("read_high"):
+            level = (0xFF, self.high_byte)
+        elif not self.high("read_low"):
+            level = (0xFF, self.low_byte)
+        self.drivers["db"].drive(level)
+
+    @property
+    def position(self) -> int:
+        """What the two latches hold."""
+        return self.high_byte << 8 | self.low_byte
+
+
+class PhaseLatch(Clocked):
+    """A latch between phase pins and motor, clocked by the rise of PULSE (s.4).
+
+    It keeps the coils energised when I or RESET switches the phase pins off without a PULSE.  `off` high switches all
+    coils off, whatever the latch holds.  Low energises, as on the chip.
+    """
+
+    wiring = MappingProxyType({"pulse": "step"} | {f"phase{n}": f"phase{n}" for n in (1, 2, 3, 4)})
+    follows = ("pulse", "off", "phase1", "phase2", "phase3", "phase4")
+    clock = "pulse"
+    edge = 1
+
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        super().__init__(kernel, name)
+        self.add_pin("pulse", "in", "clock", pull=1)
+        self.add_pin("off", "in", "high: coils off", pull=0)
+        for n in (1, 2, 3, 4):
+            self.add_pin(f"phase{n}", "in", f"phase {n} from the chip", pull=1, active=0)
+            self.add_pin(f"coil{n}", "out", f"phase {n} to the motor", initial=1, role=f"phase{n}", active=0)
+        self._coils = [Sampled(Still(), 1, 1) for _ in range(4)]  # what the latch holds, and will
+
+    @property
+    def held(self) -> tuple[int, ...]:
+        """What the latch holds, phases 1 to 4."""
+        if self.due:
+            return self._read()
+        return tuple(int(coil.level(self.kernel.seen)) for coil in self._coils)
+
+    def _read(self) -> tuple[int, ...]:
+        return tuple(int(self.high(f"phase{n}")) for n in (1, 2, 3, 4))
+
+    # ------------------------------------------------------------------------------------------------------- changes
+    def advance_to(self, ps: int) -> None:
+        """Take the steps up to an instant (ps)."""
+        self._hold(int(coil.level(ps)) for coil in self._coils)
+
+    def stepped(self) -> None:
+        """Take the step whose edge comes at this instant."""
+        self._hold(self._read())
+
+    def _hold(self, levels: Iterable[int]) -> None:
+        self._coils = [Sampled(Still(), level, level) for level in levels]
+
+    def follow(self, clock: ClockEdges) -> None:
+        """Follow another clock from now on."""
+        off = self.shown("off")
+        for n, coil in enumerate(self._coils, 1):
+            sampled = Sampled(clock, self.shown(f"phase{n}"), coil.before)
+            self._coils[n - 1] = sampled
+            held = coil.before if isinstance(clock, Still) else sampled
+            self.put(self.drivers[f"coil{n}"], gated((held, off), OR))

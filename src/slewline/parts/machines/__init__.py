@@ -1,0 +1,1 @@
+"""Whole machines: a welder and a drill."""

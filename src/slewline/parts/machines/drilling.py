@@ -1,0 +1,103 @@
+"""The drilling machine of the GS-C data sheet, example 2: a bar that is fed, drilled and cut, and a drill.
+
+    bar unit     UO2 -> UI2 of the drill unit   drill now        UO1 -> blade
+    drill unit   UO1 -> UI2 of the bar unit     hole is done     UO2 -> motor of the drill
+
+Bar and drill meet in one net, `bit`, which is high while the drill is in the bar.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from ...core.datasheet.option import Option
+from ...core.time.kernel import Kernel
+from ...core.wires.net import Net
+from ..shafts.held import Held
+from ..shafts.motor import Translator
+from ..shafts.sensors import Switch
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """What was cut off a bar: where its holes are, and how long it is, steps from its end."""
+
+    holes: tuple[int, ...]
+    length: int
+
+    def __str__(self) -> str:
+        return f"holes at {', '.join(map(str, self.holes)) or 'none'}, cut at {self.length}"
+
+
+class Bar(Translator):
+    """A bar that CLOCK and DIR feed under drill and blade; each rise of `bit` makes a hole, of `blade` a cut."""
+
+    wiring = MappingProxyType({**Translator.wiring, "blade": "output1"})
+    options = ()
+
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        super().__init__(kernel, name)
+        self.add_pin("blade", "in", "cuts when it rises", pull=0)
+        self.add_pin("bit", "in", "high: the drill is in the bar", pull=0)
+        self.holes: list[int] = []
+        self.pieces: list[Piece] = []
+        self._cut_at = 0  # position of the motor at the last cut
+        self._held = Held(self)
+
+    @property
+    def position(self) -> int:
+        """Steps forward since the last cut."""
+        return super().position - self._cut_at
+
+    def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
+        super().rewired()
+        self.pin("bit").net.watch(self._drilled)
+        self.pin("blade").net.watch(self._cut)
+
+    def _drilled(self, net: Net) -> None:
+        if net.level == 1:
+            self.holes.append(self.position)
+        self._held.hold(net.level == 1)
+
+    def _cut(self, net: Net) -> None:
+        if net.level == 1:
+            self.catch_up()
+            self.pieces.append(Piece(tuple(self.holes), self.position))
+            self.holes.clear()
+            self._cut_at += self.position
+
+    def catch_up(self) -> None:
+        """Work off what has happened up to the last committed instant."""
+        for ps, place, _ in self._held.steps():
+            self.finding("bit-broken", f"the bar leaves {place - self._cut_at} with the drill in it", ps)
+
+
+class Drill(Translator):
+    """A drill that CLOCK and DIR lower (clockwise) and lift; its spindle turns while `motor` is high."""
+
+    wiring = MappingProxyType({**Translator.wiring, "motor": "output2"})
+    options = (Option("gap", "int", 100, "from the upper end to the bar", low=1, unit="steps"),)
+
+    def __init__(self, kernel: Kernel, name: str, *, gap: int) -> None:
+        super().__init__(kernel, name)
+        self.gap = gap
+        self.add_pin("motor", "in", "high: the spindle turns", pull=0)
+        self._bit = Switch(kernel, name, on=self.shaft, low=gap + 1, lag="1 ps", active=1)  # high: in the bar
+        self.take_pin("bit", self._bit.pins["out"])
+        self._held = Held(self)
+
+    def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
+        super().rewired()
+        self._bit.rewired()
+        motor = self.pin("motor").net
+        motor.watch(lambda net: self._held.hold(net.level == 0))
+        self._held.hold(motor.level == 0)
+
+    def catch_up(self) -> None:
+        """Work off what has happened up to the last committed instant."""
+        for ps, _, place in self._held.steps():
+            if place > self.gap:
+                self.finding("drill-stands", f"the drill is {place - self.gap} steps in the bar and does not turn", ps)

@@ -1,0 +1,112 @@
+"""The welding machine of section 4: workpieces that come and go, and a carriage with a torch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from ...core.datasheet.option import Option
+from ...core.time.kernel import Kernel
+from ...core.time.timebase import Time, picoseconds, readable
+from ...core.wires.net import Net
+from ..base.part import Part
+from ..shafts.held import Held
+from ..shafts.motor import Translator
+
+
+class Workpieces(Part):
+    """Workpieces come to the machine one by one and leave after their last weld.
+
+    `in_place` is high while one lies ready; `last` is low as long as another one is to come.
+    """
+
+    wiring = MappingProxyType({"in_place": "input1", "last": "input2", "torch": "output1"})
+
+    options = (
+        Option("pieces", "int", 3, "how many workpieces there are", low=0),
+        Option("welds", "int", 6, "falls of `torch` that a workpiece needs", low=1),
+        Option("change", "time", "1 s", "from the beginning, or the leaving of one workpiece, to the next one"),
+    )
+
+    def __init__(self, kernel: Kernel, name: str, *, pieces: int, welds: int, change: Time) -> None:
+        super().__init__(kernel, name)
+        self.pieces, self.welds, self.change_ps = pieces, welds, picoseconds(change)
+        self.add_pin("in_place", "out", "high: a workpiece lies ready", initial=0)
+        self.add_pin("last", "out", "low: another one is to come", initial=int(pieces == 0))
+        self.add_pin("torch", "in", "a weld is done when it falls", pull=1)
+        self.finished = 0
+        self.left = 0  # welds that the workpiece in place still needs
+
+    def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
+        self.pin("torch").net.watch(self._welded)
+        self._next()
+
+    def _next(self) -> None:
+        if self.finished < self.pieces:
+            self.kernel.call_at(self.kernel.now + self.change_ps, self._arrive)
+
+    def _arrive(self) -> None:
+        self.left = self.welds
+        self.drivers["in_place"].drive(1)
+        self.drivers["last"].drive(int(self.finished == self.pieces - 1))
+
+    def _welded(self, net: Net) -> None:
+        if net.level == 0 and self.left:
+            self.left -= 1
+            if not self.left:
+                self.finished += 1
+                self.drivers["in_place"].drive(0)
+                self._next()
+
+    @property
+    def waiting(self) -> str:
+        """What the part waits for."""
+        return f"{self.name}: {self.finished} of {self.pieces} finished"
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """A weld: where, from when, for how long."""
+
+    position: int
+    start_ps: int
+    duration_ps: int
+
+    def __str__(self) -> str:
+        return f"{self.position:5}  from {readable(self.start_ps)} for {readable(self.duration_ps)}"
+
+
+class Welder(Translator):
+    """A carriage that PULSE and DIRECTION move, with a torch that burns while `torch` is high."""
+
+    wiring = MappingProxyType({**Translator.wiring, "torch": "output1"})
+    options = ()
+
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        super().__init__(kernel, name)
+        self.add_pin("torch", "in", "high: on", pull=0)
+        self.spots: list[Spot] = []
+        self.lit: tuple[int, int] | None = None  # position and instant
+        self._held = Held(self)
+
+    def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
+        super().rewired()
+        self.pin("torch").net.watch(self._torch)
+        self._torch(self.pin("torch").net)
+
+    def _torch(self, net: Net) -> None:
+        now = self.kernel.now
+        self._held.hold(net.level == 1)
+        if net.level == 1:
+            self.lit = (self.position, now)
+        elif self.lit is not None:
+            position, start = self.lit
+            self.spots.append(Spot(position, start, now - start))
+            self.lit = None
+
+    def catch_up(self) -> None:
+        """Work off what has happened up to the last committed instant."""
+        for ps, place, _ in self._held.steps():
+            self.finding("smeared", f"the carriage leaves {place} with the torch on", ps)

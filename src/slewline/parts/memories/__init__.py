@@ -1,0 +1,1 @@
+"""Memories on the bus of a chip, and a PROM that takes the place of a host."""

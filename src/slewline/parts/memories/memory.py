@@ -1,0 +1,240 @@
+r"""External memory with its two address latches: RAM, EEPROM or EPROM of up to 64K bytes.
+
+select  ----\____________________________/----    its fall latches the high byte of the address, and it enables
+ale     _________/--\_______________________      its fall latches the low byte
+wr      -----------------\____/-------------      its rise: the byte on the bus is taken
+rd      -----------------\________/---------      low: the byte at the address stands on the bus
+db      == high ==|= low =|== data ==|
+
+A part of less than 64K has fewer address lines: what lies above is a mirror of it.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+from ...core.datasheet.option import Option
+from ...core.memory.image import ERASED, SIZES, check_text, size_of
+from ...core.memory.store import STORE, Gathered, Memory, Store
+from ...core.time.inputs import from_outside
+from ...core.time.kernel import Kernel
+from ...core.time.timebase import Time, picoseconds, readable
+from ...core.wires.net import Net
+from ...errors import UsageError
+from ..base.worker import Data, as_bytes
+from .external import WRITE_WIRING, Writable
+
+POLLED = 0x80  # what a read shows inverted while a byte is being written
+OF_ALL = (
+    Option("size", "choice", None, "bytes; None: as long as the image, else 65536", choices=SIZES, none=True),
+    Option("image", "bytes", b"", "what it holds from address 0 on; the rest is FF"),
+)
+
+
+class Ram(Writable):
+    """A RAM of up to 64K bytes on the bus of a chip.
+
+    Args:
+        size: bytes, a power of two from 2048 to 65536; None: that of the image if there is such a part, else 65536.
+        image: what it holds from address 0 on; the rest is FF, where a real part would hold anything.
+    """
+
+    wiring = MappingProxyType({**WRITE_WIRING, "select": "memory_select"})
+    options: tuple[Option, ...] = OF_ALL
+
+    def __init__(self, kernel: Kernel, name: str, *, size: int | None = None, image: Data = b"") -> None:
+        super().__init__(kernel, name, "low: selected; its fall latches the high byte of the address")
+        data = as_bytes(name, image)
+        self.size = size or size_of(data)
+        self.fits(0, data)
+        self._content = bytearray(data.ljust(self.size, bytes([ERASED])))
+        self.upper = ERASED  # in the latch of the high byte
+
+    # -------------------------------------------------------------------------------------------------------- content
+    @property
+    def content(self) -> bytes:
+        """What the memory holds, from address 0 on."""
+        return bytes(self._content)
+
+    def fits(self, at: int, data: bytes) -> None:
+        """Check that there is room for bytes at an address.
+
+        Raises:
+            UsageError: there is not.
+        """
+        if not 0 <= at <= self.size - len(data):
+            raise UsageError(f"{self.name}: {len(data)} bytes from address {at} on; the part has {self.size}")
+
+    @from_outside
+    def load(self, image: Data, at: int = 0) -> None:
+        """Put an image into the memory, as a programmer does with a part that is out of its socket.
+
+        Args:
+            image: bytes, or text.
+            at: address of the first byte.
+
+        Raises:
+            UsageError: it does not fit.
+        """
+        check_text(self.name, image)
+        data = as_bytes(self.name, image)
+        self.fits(at, data)
+        self.input("load", data, at)
+        self.loaded(at, data)
+
+    def loaded(self, at: int, data: bytes) -> None:
+        """Take bytes that somebody has put at an address."""
+        self._content[at : at + len(data)] = data
+
+    # --------------------------------------------------------------------------------------------------------- cycles
+    @property
+    def address(self) -> int:
+        """What is addressed, of a small part without the lines that it does not have."""
+        return (self.upper << 8 | self.low) % self.size
+
+    def _select(self, net: Net) -> None:
+        if net.level == 0:
+            self.upper = self.byte("db")
+        super()._select(net)
+
+    def shown(self) -> int:
+        """Return the byte at the address."""
+        return self._content[self.address]
+
+    def written(self, byte: int) -> None:
+        """Take a byte at the address."""
+        self.take(self.address, byte)
+
+    def take(self, address: int, byte: int) -> None:
+        """Take a byte that is written to an address."""
+        self._content[address] = byte
+
+
+class Eprom(Ram):
+    """An EPROM, or a ROM, of up to 64K bytes on the bus of a chip, which cannot write it.
+
+    Args:
+        size: bytes, a power of two from 2048 to 65536; None: that of the image if there is such a part, else 65536.
+        image: what it holds from address 0 on; the rest is FF.
+    """
+
+    def __init__(self, kernel: Kernel, name: str, *, size: int | None = None, image: Data = b"") -> None:
+        super().__init__(kernel, name, size=size, image=image)
+        self._told = False
+
+    def take(self, address: int, byte: int) -> None:
+        """Take nothing, and tell so the first time."""
+        if not self._told:
+            self._told = True
+            self.finding("read-only", f"{byte:02X} is written to address {address:04X} of an EPROM: nothing happens")
+
+
+class Eeprom(Ram):
+    """An EEPROM of up to 64K bytes on the bus of a chip.
+
+    It takes `write_time` for a byte, and meanwhile any read shows that byte with bit 7 inverted (data polling).  What
+    has been written is flushed to the store `flush` after the first byte that has not been: a flush waits for the disk,
+    some milliseconds, about as long as the part takes for a single byte.
+
+    Args:
+        size: bytes, a power of two from 2048 to 65536; None: that of the image if there is such a part, else 65536.
+        image: what it holds from address 0 on, if the store holds nothing; the rest is FF.
+        write_time: for a byte.
+        flush: how long a byte that has been written may wait for the store.
+        store: what keeps it without power.
+    """
+
+    keeps = True
+    options = (
+        *OF_ALL,
+        Option("write_time", "time", "5 ms", "for a byte", low=1),
+        Option("flush", "time", "200 ms", "how long a byte that has been written may wait for the store", low=1),
+        STORE,
+    )
+
+    def __init__(
+        self,
+        kernel: Kernel,
+        name: str,
+        *,
+        size: int | None = None,
+        image: Data = b"",
+        write_time: Time = "5 ms",
+        flush: Time = "200 ms",
+        store: Store | None = None,
+    ) -> None:
+        held = b"" if store is None else store.read()
+        super().__init__(kernel, name, size=size or (len(held) if len(held) in SIZES else None), image=image)
+        if held and len(held) != self.size:
+            raise UsageError(f"{name}: the store holds {len(held)} bytes, the part has {self.size}; give another store")
+        self.write_ps, self.flush_ps = picoseconds(write_time), picoseconds(flush)
+        self.store = Memory() if store is None else store
+        self._kept = Gathered(self.store, bytes(self._content))
+        self._content = self._kept.content
+        self.writing: tuple[int, int] | None = None  # address and byte that it is at work on
+        self._writes = 0  # how many have begun, or have been given up
+        self._flushing = False
+
+    def loaded(self, at: int, data: bytes) -> None:
+        """Take bytes that somebody has put at an address; they are kept at once."""
+        self.writing = None
+        self._writes += 1
+        for address, byte in enumerate(data, at):
+            self._kept.put(address, byte)
+        self.flush()
+
+    def shown(self) -> int:
+        """Return the byte at the address; while one is being written that one, with bit 7 inverted."""
+        return super().shown() if self.writing is None else self.writing[1] ^ POLLED
+
+    def take(self, address: int, byte: int) -> None:
+        """Begin to write a byte, unless one is being written."""
+        if self.writing is not None:
+            busy = f"address {self.writing[0]:04X} is being written"
+            self.finding("memory-busy", f"{byte:02X} for address {address:04X} comes while {busy}: it is lost")
+            return
+        self.writing = address, byte
+        self._writes = number = self._writes + 1
+        self.kernel.call_at(self.kernel.now + self.write_ps, lambda: self._written(number))
+
+    def _written(self, number: int) -> None:
+        """A byte has been written."""
+        if self.writing is None or number != self._writes:
+            return  # a programmer has had the part meanwhile
+        self._kept.put(*self.writing)
+        self.writing = None
+        self._show(self.pins["rd"].net)
+        if not self._flushing:
+            self._flushing = True
+            self.kernel.call_at(self.kernel.now + self.flush_ps, self.flush)
+
+    # ---------------------------------------------------------------------------------------------------------- store
+    @property
+    def unsaved(self) -> int:
+        """How many bytes have been written, and have not been flushed to the store."""
+        return len(self._kept.unsaved)
+
+    def flush(self) -> None:
+        """Bring to the store what has been written; one that refuses is a finding, and gets it with the next flush."""
+        self._flushing = False
+        try:
+            self._kept.flush()
+        except OSError as error:
+            self.finding("not-kept", f"{self.unsaved} bytes of the memory are not safe: {error}")
+
+    def leave(self) -> None:
+        """Flush: the bench is being closed."""
+        if self.unsaved:
+            self.flush()
+
+    @property
+    def idle(self) -> bool:
+        """No byte is being written."""
+        return self.writing is None
+
+    @property
+    def waiting(self) -> str:
+        """What the part waits for."""
+        if self.writing is None:
+            return super().waiting
+        return f"{self.name}: writes address {self.writing[0]:04X}, which takes {readable(self.write_ps)}"

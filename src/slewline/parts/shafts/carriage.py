@@ -1,0 +1,135 @@
+"""What lies between a motor and what it moves: a gear, and a carriage with backlash and hard stops."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+from ...core.datasheet.option import Option
+from ...errors import UsageError
+from ..base.part import Part
+from .sensors import fraction, fraction_or_none
+from .shaft import Geared, Played, Shaft
+
+if TYPE_CHECKING:
+    from ...core.motion.quantity import Quantity
+    from ...core.time.kernel import Kernel
+
+
+class Gear(Part):
+    """A gear on a shaft, with a shaft of its own behind it.
+
+    Args:
+        on: what drives it.
+        pinion: teeth of the wheel that drives.
+        wheel: teeth of the one that is driven.
+        reverse: the shaft behind turns the other way, as it does with two wheels.
+    """
+
+    sits: ClassVar[Literal["", "may", "must"]] = "must"
+    options = (
+        Option("pinion", "int", 1, "teeth of the wheel that drives", low=1),
+        Option("wheel", "int", 1, "teeth of the wheel that is driven", low=1),
+        Option("reverse", "bool", False, "the shaft behind turns the other way"),
+    )
+
+    def __init__(
+        self, kernel: Kernel, name: str, *, on: Shaft, pinion: int = 1, wheel: int = 1, reverse: bool = False
+    ) -> None:
+        super().__init__(kernel, name)
+        self.shaft = Geared(on, Fraction(-pinion if reverse else pinion, wheel))
+
+    @property
+    def position(self) -> float:
+        """Steps that the shaft behind has turned, a step being that of a motor with as many a turn."""
+        return float(self.shaft.place)
+
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Return what the part has over time, to be drawn, written and asked."""
+        return (self.shaft.quantity("position"),)
+
+    def forget(self, before: int) -> None:
+        """Drop what the part keeps of the time before an instant (ps) for its quantities."""
+        self.shaft.forget(before)
+
+
+class Carriage(Part):
+    """A carriage that a shaft moves, with backlash, between hard stops.
+
+    Where the shaft turns round it stands still until the backlash is taken up.  At a hard stop the shaft is held:
+    further steps are lost, with a finding, and it comes away at once in the other direction.
+
+    Args:
+        on: what moves it.
+        backlash: steps.
+        low, high: places of the hard stops, in steps; None: there is none.
+        start: its place at the beginning, in steps; it has come there forward.
+        scale: how far a step moves it, in `unit`.
+        unit: of its place, for example "mm".
+    """
+
+    sits: ClassVar[Literal["", "may", "must"]] = "must"
+    options = (
+        Option("backlash", "float", 0, "how far the shaft turns round before it follows", low=0, unit="steps"),
+        Option("low", "float", None, "place of the lower hard stop; None: there is none", unit="steps", none=True),
+        Option("high", "float", None, "place of the upper hard stop; None: there is none", unit="steps", none=True),
+        Option("start", "float", 0, "place at the beginning", unit="steps"),
+        Option("scale", "float", 1, "how far a step moves it, in `unit`"),
+        Option("unit", "text", "steps", "of its place"),
+    )
+
+    def __init__(
+        self,
+        kernel: Kernel,
+        name: str,
+        *,
+        on: Shaft,
+        backlash: float = 0,
+        low: float | None = None,
+        high: float | None = None,
+        start: float = 0,
+        scale: float = 1,
+        unit: str = "steps",
+    ) -> None:
+        super().__init__(kernel, name)
+        for stop, beyond in ((low, low is not None and low > start), (high, high is not None and high < start)):
+            if beyond:
+                raise UsageError(f"{name}: start {start} lies beyond the stop at {stop}; allowed low <= start <= high")
+        self.scale, self.unit = fraction(scale), unit
+        self.shaft = Played(on, fraction(backlash), fraction(start))
+        self._stops = fraction_or_none(low), fraction_or_none(high)
+        self._swallowed = 0
+        if low is not None or high is not None:
+            self.shaft.stop_at(*self._stops)
+            self.shaft.on_lost.add(self._lost)
+
+    @property
+    def place(self) -> float:
+        """Where it is, in its unit."""
+        return float(self.shaft.place * self.scale)
+
+    @property
+    def lost(self) -> int:
+        """Steps that its stops have swallowed."""
+        self.catch_up()
+        return self._swallowed
+
+    def catch_up(self) -> None:
+        """Work off what has happened up to the last committed instant."""
+        self.shaft.look(self.kernel.seen)
+
+    def _lost(self, ps: int, steps: int, anew: bool) -> None:
+        course = self.shaft.course
+        if course.within(*self._stops).room != course.room:
+            return  # the stop of another load holds the shaft
+        self._swallowed += steps
+        if anew:
+            self.finding("hard-stop", f"at {self.place:g} {self.unit} it runs into a stop: steps are lost", ps)
+
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Return what the part has over time, to be drawn, written and asked."""
+        return (self.shaft.quantity("place", self.unit, float(self.scale)),)
+
+    def forget(self, before: int) -> None:
+        """Drop what the part keeps of the time before an instant (ps) for its quantities."""
+        self.shaft.forget(before)

@@ -1,0 +1,396 @@
+"""What a shaft passes as it turns: counts on a scale, and the levels of an output that shows them.
+
+    place    |-------|-------|-------|-------|           counts
+             |----|----|----|----|----|----|----         steps
+
+A `Scale` gives each place of a shaft a whole number: so many counts a step, for an encoder, or how many bounds lie at
+or below it, for a switch.  A `Counter` answers, for a course, what the count is at an instant, when it changes next,
+and how it has changed; `Channel` and `Zone` are the promises of wires that show it.  None of them has a state, and none
+makes an event of a step.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, Protocol, TypeAlias
+
+from ...core.wires.clocking import Limited
+from ...core.wires.wave import Level, real_edges
+from .course import Course
+
+Shown: TypeAlias = tuple[int, Any, Any]
+DWELL_PS = 800_000  # the counts of one step follow each other so fast, where a step is several of them
+MANY = 64  # counts; more are worth arrays
+LOOKS = 4  # changes that a channel looks through before it says "ask again then"
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What is counted: so many counts a step, rounded down, or how many bounds lie at or below the place."""
+
+    per_step: Fraction = Fraction(0)
+    bounds: tuple[Fraction, ...] = ()  # places in steps, ascending
+
+    def of(self, unit: int) -> Marks:
+        """Return the scale for places counted in parts, `unit` of them in a step."""
+        ratio = self.per_step / unit
+        bounds = tuple(-(-bound * unit // 1) for bound in self.bounds)
+        return Marks(unit, ratio.numerator, ratio.denominator, bounds)
+
+
+@dataclass(frozen=True)
+class Marks:
+    """A scale for places in parts, `unit` in a step: numerator / denominator counts a part, or bounds."""
+
+    unit: int
+    numerator: int
+    denominator: int
+    bounds: tuple[int, ...]
+
+    def count(self, place: int) -> int:
+        """Return the count at a place (in parts of a step)."""
+        if self.numerator:
+            return place * self.numerator // self.denominator
+        return bisect_right(self.bounds, place)
+
+    def place(self, count: Any) -> Any:
+        """Return the lowest place (in parts) with a count, or the places of an int64 array of counts."""
+        return -(-count * self.denominator // self.numerator) if self.numerator else self.bounds[count - 1]
+
+    def places(self, counts: range) -> list[int]:
+        """Return the lowest places (in parts) with some counts."""
+        n, d = self.numerator, self.denominator
+        return [-(-count * d // n) for count in counts] if n else [self.bounds[count - 1] for count in counts]
+
+    def within(self, count: int) -> bool:
+        """Return whether a count is on the scale, above its lowest one."""
+        return bool(self.numerator) or 1 <= count <= len(self.bounds)
+
+
+UNKNOWN = Marks(0, 0, 1, ())
+
+
+class Counter(Protocol):
+    """What a course passes on a scale; whoever turns a shaft in another way brings one of its own."""
+
+    def at(self, ps: int) -> int:
+        """Return the count that is shown at an instant (ps)."""
+
+    def after(self, ps: int) -> int | None:
+        """Return when the count changes next (ps), or an instant at which to ask again; None: as things stand never."""
+
+    def between(self, start: int, stop: int) -> Shown:
+        """Return what has been shown at start < t <= stop (ps), the last committed instant at most.
+
+        Returns:
+            The count before, the instants of its changes, ascending, and the counts from there on: two lists, or two
+                int64 arrays.
+        """
+
+
+@dataclass(slots=True)
+class StepCounter:
+    """The counts of a course of steps, shown `lag_ps` after they are made.
+
+    `coming` are the changes (instants, counts) that were on their way when the course began, when the count that was
+    shown was `before`.  The first change of this course ends them.
+    """
+
+    course: Course
+    scale: Scale
+    lag_ps: int
+    before: int | None = None  # None: what the course begins with
+    coming: tuple[list[int], list[int]] = ([], [])
+    marks: Marks = UNKNOWN  # the scale in parts of the course
+    count: int = field(init=False)  # when everything that was coming is through
+    several: int = field(init=False)  # a step may be so many counts, and each is shown: 0: they are not
+    _recent: tuple[int, int, int, Shown] | None = field(init=False, default=None)  # A and B ask for the same windows
+
+    def __post_init__(self) -> None:
+        if self.marks.unit != self.course.unit:
+            self.marks = self.scale.of(self.course.unit)
+        self.count = self.marks.count(self.course.place)
+        if self.before is None:
+            self.before = self.count
+        per_edge = -(-self.marks.numerator * self.course.step // self.marks.denominator)
+        self.several = per_edge if per_edge > 1 else 0
+
+    # ---------------------------------------------------------------------------- changes of this course, from 1 on
+    def _changes(self, k: int) -> int:
+        """How many changes the first k edges of this course make."""
+        course = self.course
+        return abs(self.marks.count(course.place + course.sign * course.moved(k)) - self.count)
+
+    def _parts(self, j: Any) -> Any:
+        """By how many parts the shaft has moved with change j."""
+        if self.course.sign > 0:
+            return self.marks.place(self.count + j) - self.course.place
+        return self.course.place - self.marks.place(self.count - j + 1) + 1
+
+    def _edge(self, j: int) -> int | None:
+        """The edge of this course that makes change j; None: none does."""
+        if not self.marks.within(self.count + j if self.course.sign > 0 else self.count - j + 1):
+            return None
+        return self.course.edge_by(self._parts(j))
+
+    def _due(self, j: int) -> int | None:
+        """When change j is shown, or an earlier instant at which to ask again; None: never, as things stand."""
+        k = self._edge(j)
+        if k is None or (ps := self.course.when(k)) is None:
+            return None
+        if self.several and (late := j - 1 - self._changes(k - 1)):
+            due = ps + late * DWELL_PS
+            following = self.course.when(k + 1) if self.course.edges(due) > k else None
+            ps = due if following is None else min(due, following)  # the next step takes the shaft further at once
+        return ps + self.lag_ps
+
+    def _shown(self, ps: int) -> int:
+        """How many changes of this course are shown at an instant."""
+        ps -= self.lag_ps
+        k = self.course.edges(ps)
+        if k <= 0:
+            return 0
+        over = self._changes(k)
+        if self.several:  # the last step may be under way
+            begun = self.course.when(k)
+            assert begun is not None
+            over = min(over, self._changes(k - 1) + 1 + (ps - begun) // DWELL_PS)
+        return over
+
+    # ------------------------------------------------------------------------------------------------------- questions
+    def at(self, ps: int) -> int:
+        """Return the count that is shown at an instant (ps)."""
+        return self._after_changes(self._shown(ps), ps)
+
+    def _after_changes(self, j: int, ps: int) -> int:
+        """The count after j changes of this course, at an instant."""
+        if j:
+            return self.count + self.course.sign * j
+        times, counts = self.coming
+        over = bisect_right(times, ps)
+        assert self.before is not None
+        return counts[over - 1] if over else self.before
+
+    def after(self, ps: int, changes: int = 1) -> int | None:
+        """Return when the count changes next (ps); or, of `changes`, the last, if no others are under way."""
+        j = self._shown(ps)
+        times = self.coming[0]
+        over = bisect_right(times, ps)
+        if j or over == len(times):
+            return self._due(j + changes)
+        due = self._due(1)
+        return due if due is not None and due <= times[over] else times[over]
+
+    def between(self, start: int, stop: int) -> Shown:
+        """Return what has been shown at start < t <= stop (ps), the last committed instant at most.
+
+        Returns:
+            The count before, the instants of its changes, ascending, and the counts from there on: two lists, or two
+                int64 arrays.
+        """
+        recent = self._recent
+        if recent is not None and recent[:2] == (start, stop):
+            return recent[3]
+        a, b = recent[2] if recent is not None and recent[1] == start else self._shown(start), self._shown(stop)
+        times, counts = self._own(a, b)
+        held, shown = self.coming
+        if not a and held:
+            part = slice(bisect_right(held, start), bisect_right(held, int(times[0]) if b else stop))
+            times, counts = _joined(held[part], times), _joined(shown[part], counts)
+        found = self._after_changes(a, start), times, counts
+        self._recent = start, stop, b, found
+        return found
+
+    def _own(self, a: int, b: int) -> tuple[Any, Any]:
+        """Changes a+1 ... b of this course, all of which come: instants, and the counts from there on."""
+        course = self.course
+        if b - a <= MANY:
+            sign, step, first, lag = course.sign, course.step, course.first, self.lag_ps
+            counts = range(self.count + sign * (a + 1), self.count + sign * (b + 1), sign)
+            if self.several:
+                return [self._due(j) for j in range(a + 1, b + 1)], [*counts]
+            entered = counts if sign > 0 else range(counts.start + 1, counts.stop + 1, -1)
+            rest = course.slack - sign * course.place + (sign < 0)
+            edges = [first - -(sign * place + rest) // step for place in self.marks.places(entered)]  # as _parts has it
+            return [at + lag for at in course.drive.few(edges)], [*counts]
+        import numpy as np
+
+        j = np.arange(a + 1, b + 1)
+        parts = self._parts(j)
+        k = -(-(parts + course.slack) // course.step)
+        first, last = int(k[0]), int(k[-1])
+        k -= first
+        instants = course.drive.many(course.first + first, course.first + last)
+        times = instants[k]
+        if self.several:
+            begins = np.searchsorted(k, k)
+            late = np.arange(b - a) - begins + np.where(begins, 0, a - self._changes(first - 1))
+            following = np.append(instants[1:], np.iinfo(np.int64).max)  # behind the last one nothing has come yet
+            times = np.minimum(times + late * DWELL_PS, following[k])
+        return times + self.lag_ps, self.count + course.sign * j
+
+    # ------------------------------------------------------------------------------------------------ from here on
+    def onward(self, ps: int) -> StepCounter:
+        """Return a counter that begins at an instant (ps); what the drive does afterwards may still change."""
+        course = self.course.onward(ps)
+        held = self.coming[0]
+        over = self._changes(self.course.edges(ps))
+        if self._shown(ps) == over and (over or not held or held[-1] <= ps):  # nothing is on its way
+            return StepCounter(course, self.scale, self.lag_ps, self.at(ps), ([], []), self.marks)
+        past = replace(self, course=replace(self.course, drive=Limited(self.course.drive, ps + 1)))
+        _, times, counts = past.between(ps, ps + self.lag_ps + (self.several + 1) * DWELL_PS * (self.several > 0))
+        coming = [int(time) for time in times], [int(count) for count in counts]
+        return StepCounter(course, self.scale, self.lag_ps, self.at(ps), coming, self.marks)
+
+    def on(self, course: Course, now: int) -> StepCounter:
+        """Return a counter for a course that continues this one, or begins where the shaft was pushed at `now` (ps)."""
+        after = StepCounter(course, self.scale, self.lag_ps, self.before, self.coming, self.marks)
+        by = after.count - self.count
+        if by:
+            times, counts = self.coming
+            due = now + self.lag_ps
+            over = bisect_right(times, due)
+            here = counts[over - 1] if over else self.before
+            assert here is not None
+            later = [here + by, *(count + by for count in counts[over:])]
+            after.coming = [*times[:over], due, *times[over:]], counts[:over] + later
+        return after
+
+
+# --------------------------------------------------------------------------------------------------- what a wire shows
+class Code:
+    """The levels of an output by the count, over and over."""
+
+    def __init__(self, *levels: int) -> None:
+        self.levels = levels
+
+    def __getitem__(self, count: int) -> int:
+        return self.levels[count % len(self.levels)]
+
+    def distance(self, count: int, sign: int) -> int:
+        """Return how far the next count with another level is from a count, forward (1) or back (-1)."""
+        size, at = len(self.levels), count % len(self.levels)
+        turns = self._turns
+        if sign > 0:
+            n = bisect_right(turns, at)
+            return (turns[n] if n < len(turns) else turns[0] + size) - at
+        n = bisect_right(turns, at) - 1
+        return at - (turns[n] if n >= 0 else turns[-1] - size) + 1
+
+    @cached_property
+    def _turns(self) -> list[int]:
+        """The counts with another level than the one before."""
+        return [n for n, level in enumerate(self.levels) if level != self.levels[n - 1]]
+
+    @cached_property
+    def array(self) -> Any:
+        """The levels: (n,) int8."""
+        import numpy as np
+
+        return np.array(self.levels, np.int8)
+
+
+class Channel:
+    """An output of an encoder, as a promise: its level goes with the count."""
+
+    __slots__ = ("code", "counter")
+    until: int | None = None  # what a course assumes holds until the shaft takes up another
+
+    def __init__(self, counter: StepCounter, code: Code) -> None:
+        self.counter, self.code = counter, code
+
+    def level(self, ps: int) -> int:
+        """Return the level at an instant (ps), edges at that instant included."""
+        return self.code[self.counter.at(ps)]
+
+    def after(self, ps: int) -> int | None:
+        """Return the next edge (ps), or an earlier instant at which to ask again; None: as things stand never.
+
+        The counts of a shaft that is too fast may jump for ever without an edge.
+        """
+        counter, code, time = self.counter, self.code, ps
+        count = counter.at(ps)
+        here = code[count]
+        for _ in range(LOOKS + 1):
+            changes = code.distance(count, counter.course.sign) if code[count] == here else 1
+            following = counter.after(time, changes)
+            if following is None:
+                return None
+            count, time = counter.at(following), following
+            if code[count] != here:
+                break
+        return time
+
+    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
+        before, times, counts = self.counter.between(start, stop)
+        levels = self.code.levels
+        level, size = self.code[before], len(levels)
+        if isinstance(times, list):
+            return real_edges(times, [levels[count % size] for count in counts], level)
+        return real_edges(times, self.code.array[counts % size], level)
+
+
+class Zone:
+    """A switch, as a promise: closed between two places, by the number of bounds that lie below.
+
+        count     0    1    2    3    4
+        bounds      |    |    |    |
+        coming   open      closed------>open      forward
+                 open<-----closed      open       back
+
+    Where `says` is None the switch stays as it was: that is its hysteresis.  `closed` is what it was when its counter
+    began, at `since`; `levels` are those of the open and the closed switch.
+    """
+
+    __slots__ = ("closed", "counter", "levels", "says", "since")
+    until: int | None = None
+
+    def __init__(
+        self, counter: Counter, since: int, closed: bool, says: tuple[bool | None, ...], levels: tuple[Level, Level]
+    ) -> None:
+        self.counter, self.since, self.closed, self.says, self.levels = counter, since, closed, says, levels
+
+    @property
+    def floats(self) -> bool:
+        """Does it let go of the wire at times?"""
+        return None in self.levels
+
+    def closed_at(self, ps: int) -> bool:
+        """Return whether the switch is closed at an instant (ps)."""
+        before, _, counts = self.counter.between(self.since, max(ps, self.since))
+        return self._after([before, *counts])
+
+    def _after(self, counts: list[int]) -> bool:
+        return next((closed for n in reversed(counts) if (closed := self.says[n]) is not None), self.closed)
+
+    def level(self, ps: int) -> Level:
+        """Return the level at an instant (ps), edges at that instant included."""
+        return self.levels[self.closed_at(ps)]
+
+    def after(self, ps: int) -> int | None:
+        """Return when the count changes next (ps), before which there is no edge; None: as things stand never."""
+        return self.counter.after(ps)
+
+    def edges(self, start: int, stop: int) -> tuple[list[int], list[Level]]:
+        """Return the edges at start < t <= stop (ps), as two lists."""
+        closed = self.closed_at(start)
+        _, times, counts = self.counter.between(start, stop)
+        levels = []
+        for count in counts:
+            says = self.says[int(count)]
+            closed = closed if says is None else says
+            levels.append(self.levels[closed])
+        return real_edges([int(time) for time in times], levels, self.level(start))
+
+
+def _joined(few: list[int], more: Any) -> Any:
+    """Two lists as one, or a list and an array."""
+    if isinstance(more, list):
+        return few + more
+    import numpy as np
+
+    return np.concatenate((np.array(few, np.int64), more))

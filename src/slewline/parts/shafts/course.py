@@ -1,0 +1,197 @@
+"""How a shaft turns: asked, not stepped.
+
+A `Course` says where a shaft is at every instant, from one instant on and until something happens that it does not know
+of.  The shaft follows the edges of a clock, which a train promises or a machine makes, and its place is kept in whole
+parts of a step, so that nothing drifts, whatever gears lie between.  A course is a value: it makes no event of a step.
+
+    edges    |    |    |    |    |    |    |    |        of the clock, after `since`
+    place    0    0    0    1    2    3    3    3        `slack` is 2, `room` 5: there the shaft stands at a stop
+
+A `Counter` (counter.py) tells what a course passes, on a scale.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from math import lcm
+from typing import TYPE_CHECKING
+
+from ...core.wires.clocking import ClockEdges, Still
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+BLOCKED = 1 << 200  # a slack that no motion takes up
+FEW = 16  # edges an instant: where they are fewer, all of them are laid out at once
+
+
+# --------------------------------------------------------------------------------------------------- what turns a shaft
+class Once(Still):
+    """A single edge."""
+
+    def __init__(self, ps: int) -> None:
+        self.ps = ps
+
+    def by(self, ps: int) -> int:
+        """Return how many edges there have been by an instant (ps), that instant included."""
+        return int(ps >= self.ps)
+
+    def at(self, k: int) -> int | None:
+        """Return the instant of edge k (ps); None for any but the first."""
+        return self.ps if k == 1 else None
+
+    def many(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of edges first ... last, all of which come: (n,) int64 ps, ascending."""
+        import numpy as np
+
+        return np.array([self.ps][first - 1 : last], np.int64)
+
+
+class Made(Still):
+    """Edges that have been made, one by one; a list that grows."""
+
+    def __init__(self, times: list[int]) -> None:
+        self.times = times
+
+    def by(self, ps: int) -> int:
+        """Return how many edges there have been by an instant (ps), that instant included."""
+        return bisect_right(self.times, ps)
+
+    def at(self, k: int) -> int | None:
+        """Return the instant of edge k (ps); None: it has not been made."""
+        return self.times[k - 1] if k <= len(self.times) else None
+
+    def many(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of edges first ... last, all of which come: (n,) int64 ps, ascending."""
+        import numpy as np
+
+        return np.array(self.times[first - 1 : last], np.int64)
+
+
+# ------------------------------------------------------------------------------------------------------- the course
+@dataclass(slots=True)
+class Course:
+    """A piece of motion of a shaft, valid from an instant until another course replaces it.
+
+    Places are counted in parts of a step, `unit` of them in a step. With each edge of `drive` after `since` the shaft
+    moves by `step` parts in the direction of `sign`, once `slack` parts are taken up: play, or slip. It makes at most
+    `room` of these steps: then it stands at a stop, and further edges are lost.
+    """
+
+    drive: ClockEdges = field(default_factory=Still)
+    since: int = 0
+    place: int = 0  # parts
+    sign: int = 1
+    step: int = 1  # parts that an edge moves the shaft by
+    unit: int = 1  # parts in a step of 1 turn / `Shaft.turn`
+    slack: int = 0  # parts
+    room: int | None = None  # edges; None: no stop
+    first: int = field(init=False)  # edges of the drive that were before this course
+
+    def __post_init__(self) -> None:
+        self.first = self.drive.by(self.since)
+
+    # ------------------------------------------------------------------------------------------------------- questions
+    def edges(self, ps: int) -> int:
+        """Return how many edges of this course there have been by an instant (ps), lost ones included."""
+        return max(0, self.drive.by(ps) - self.first)
+
+    def moved(self, k: int) -> int:
+        """Return by how many parts its first k edges move the shaft."""
+        if self.room is not None:
+            k = min(k, self.room)
+        return max(0, k * self.step - self.slack)
+
+    def at(self, ps: int) -> int:
+        """Return the place at an instant (ps), in parts of a step."""
+        return self.place + self.sign * self.moved(self.edges(ps))
+
+    def steps_at(self, ps: int) -> Fraction:
+        """Return the place at an instant (ps), in steps."""
+        return Fraction(self.at(ps), self.unit)
+
+    def edge_by(self, parts: int) -> int | None:
+        """Return the number of the edge by which the shaft has moved so many parts, 1 and more; None: no edge does."""
+        k = -(-(parts + self.slack) // self.step)
+        return k if self.room is None or k <= self.room else None
+
+    def when(self, k: int) -> int | None:
+        """Return the instant of edge k of this course (ps), or one at which to ask again; None: it does not come."""
+        return self.drive.at(self.first + k)
+
+    def lost(self, ps: int) -> int:
+        """Return how many edges have been lost at a stop by an instant (ps)."""
+        return 0 if self.room is None else max(0, self.edges(ps) - self.room)
+
+    def places(self, times: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the places at instants of this course (int64 ps), in steps: (n,) float64."""
+        import numpy as np
+
+        edges = self.edges(int(times.max(initial=self.since)))
+        if edges < FEW * len(times):
+            k = np.searchsorted(self.drive.many(self.first + 1, self.first + edges), times, "right")
+        else:
+            k = np.array([self.edges(int(ps)) for ps in times], np.int64)
+        return self._places(k)
+
+    def changes(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Return the steps at start < t <= stop: (n,) int64 ps, and the places from there on, (n,) float64 steps."""
+        import numpy as np
+
+        first, last = self.edges(start) + 1, self.edges(stop)
+        first = max(first, self.edge_by(1) or last + 1)
+        last = last if self.room is None else min(last, self.room)
+        if last < first:
+            return np.empty(0, np.int64), np.empty(0)
+        return self.drive.many(self.first + first, self.first + last), self._places(np.arange(first, last + 1))
+
+    def _places(self, k: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Places after some numbers of edges, in steps."""
+        import numpy as np
+
+        if self.room is not None:
+            k = np.minimum(k, self.room)
+        if self.slack >= BLOCKED:
+            return np.full(len(k), self.place / self.unit)
+        moved = np.maximum(0, k * self.step - self.slack)
+        found: NDArray[np.float64] = (self.place + self.sign * moved) / self.unit
+        return found
+
+    # ------------------------------------------------------------------------------------------------ from here on
+    def onward(self, ps: int) -> Course:
+        """Return the course from an instant (ps) on; what the drive does afterwards may still change."""
+        k = self.edges(ps)
+        place, slack = self.place + self.sign * self.moved(k), max(0, self.slack - k * self.step)
+        room = None if self.room is None else max(0, self.room - k)
+        return Course(self.drive, ps, place, self.sign, self.step, self.unit, slack, room)
+
+    def within(self, low: Fraction | None, high: Fraction | None) -> Course:
+        """Return the course with hard stops at two places, in steps; None: no stop on that side."""
+        stop = high if self.sign > 0 else low
+        if stop is None:
+            return self if self.room is None else replace(self, room=None)
+        ahead = stop * self.unit - self.place if self.sign > 0 else self.place - stop * self.unit
+        return replace(self, room=max(0, int((ahead + self.slack) // self.step)))
+
+    def refined(self, times: int) -> Course:
+        """Return the course in parts that are smaller by a whole factor."""
+        return replace(
+            self, place=self.place * times, step=self.step * times, unit=self.unit * times, slack=self.slack * times
+        )
+
+    def geared(self, ratio: Fraction) -> Course:
+        """Return the course of a shaft behind a gear: it turns `ratio` times as far, negative: the other way."""
+        n, d = abs(ratio.numerator), ratio.denominator
+        sign = 1 if ratio > 0 else -1
+        return replace(
+            self, place=sign * self.place * n, step=self.step * n, slack=self.slack * n, unit=self.unit * d,
+            sign=sign * self.sign,
+        )  # fmt: skip
+
+
+def common(one: Course, unit: int) -> Course:
+    """Return the course in parts that divide both its own and others of `unit` in a step."""
+    return one if one.unit % unit == 0 else one.refined(lcm(one.unit, unit) // one.unit)

@@ -1,0 +1,334 @@
+"""What turns: a pulse-to-step translator with its motor, a motor with limits, and a rotor between two windings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from fractions import Fraction
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from ...core.datasheet.option import Option
+from ...core.time.kernel import Kernel
+from ...core.time.timebase import Time, picoseconds
+from ...core.wires.clocking import ClockEdges, Later, Strides
+from ...core.wires.views import Repeated
+from ...errors import UsageError
+from ..base.clocked import Clocked
+from ..base.follower import Follower
+from ..base.part import AXIS
+from .counter import Channel, Code, Scale, StepCounter
+from .course import Once
+from .shaft import Shaft
+from .steps_made import Limits, Pulsed, StepsMade
+
+if TYPE_CHECKING:
+    from ...core.datasheet.table import Pin
+    from ...core.motion.quantity import Quantity
+    from ...core.wires.wave import Level
+
+EDGES = {"fall": 0, "rise": 1}
+EDGE = Option(
+    "edge", "choice", None, "which edge of the pulse is a step; by default what the neighbour's pin says",
+    choices=tuple(EDGES), none=True,
+)  # fmt: skip
+WINDINGS = MappingProxyType({(-1, -1): 0, (1, -1): 1, (1, 1): 2, (-1, 1): 3})  # the field by windings a and b
+FIELDS = tuple(  # by the levels of phases 1 to 4, as bits
+    WINDINGS.get(((n & 1) - (n >> 1 & 1), (n >> 2 & 1) - (n >> 3 & 1))) for n in range(16)
+)
+DETECTOR = MappingProxyType({"x": Code(0, 1, 1, 0), "y": Code(0, 0, 1, 1)})  # by the position
+
+
+class Translator(Clocked):
+    """A translator and its motor: a step at each fall of PULSE, the way that DIRECTION says (CY525 fig. 10.4).
+
+    DIRECTION high is clockwise, unless the neighbour's pin that `to` has joined it with means the contrary.
+
+    It knows nothing but these two lines: a PULSE that O 128 to 255 makes for a phase latch is a step to it.  What sits
+    on its `shaft` turns with it: an encoder, switches, a gear.
+
+    Args:
+        axis: of the neighbour.
+        edge: "fall" or "rise": which edge of the pulse is a step; by default what the neighbour's pin says.
+    """
+
+    wiring = MappingProxyType({"pulse": "step", "direction": "direction"})
+    options: tuple[Option, ...] = (AXIS, EDGE)
+    follows = ("pulse", "direction")
+    clock = "pulse"
+    steers = ("direction",)
+    clockwise = True  # DIRECTION high is clockwise
+
+    def __init__(self, kernel: Kernel, name: str, *, axis: int = 1, edge: str | None = None) -> None:
+        super().__init__(kernel, name)
+        self.axis = axis
+        if edge is not None:
+            self.edge = EDGES[edge]
+        self._chosen = edge is not None
+        self.add_pin("pulse", "in", f"step at each {'rise' if self.edge else 'fall'}", pull=1)
+        self.add_pin("direction", "in", "high: clockwise", pull=1)
+        self.shaft = Shaft(kernel)
+        self.shaft.source = self
+
+    def attached(self, own: str, row: Pin) -> None:
+        """Step with the edge that the neighbour's pin means, unless a user has chosen one, and its way."""
+        if own == "pulse" and row.sense is not None and not self._chosen:
+            self.edge = row.sense
+        if own == "direction" and row.sense is not None:
+            self.clockwise = bool(row.sense)
+
+    @property
+    def position(self) -> int:
+        """Steps clockwise since the beginning."""
+        return self.shaft.place // 1 + (self.sign if self.due else 0)
+
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Return what the part has over time, to be drawn, written and asked."""
+        return (self.shaft.quantity("position"),)
+
+    def forget(self, before: int) -> None:
+        """Drop what the part keeps of the time before an instant (ps) for its quantities."""
+        self.shaft.forget(before)
+
+    @property
+    def sign(self) -> int:
+        """Which way a step goes now: 1 clockwise, -1 back."""
+        return 1 if self.high("direction") is self.clockwise else -1
+
+    # ------------------------------------------------------------------------------------------------------- changes
+    def advance_to(self, ps: int) -> None:
+        """Take the steps up to an instant (ps)."""
+        self.shaft.cut(ps)
+
+    def stepped(self) -> None:
+        """Take the step whose edge comes at this instant."""
+        self.shaft.step(self.kernel.now, self.sign)
+
+    def follow(self, clock: ClockEdges) -> None:
+        """Follow another clock from now on."""
+        self.shaft.turn(clock, self.sign, self.kernel.now)
+
+
+class Motor(Translator):
+    """A motor that does not make every step, with its driver and the detector of its steps (GS-C figures 14, 17, 18).
+
+    A pulse is lost while the step before is under way, and when it comes too fast: its rate, from the pulse before, may
+    be `pull_in`, or what the motor reaches from its present rate in one step, sqrt(rate^2 + 2 acceleration).  A motor
+    that loses a step stands still, and starts again when a pulse is no faster than `pull_in`.
+
+        x   0 1 1 0        the detector, clockwise to the right
+        y   0 0 1 1
+
+    Args:
+        axis: of the neighbour.
+        edge: "fall" or "rise": which edge of the pulse is a step; by default what the neighbour's pin says.
+        lag: how long a step takes.
+        pull_in: greatest rate from rest, steps/s; 0: any rate at any time.
+        acceleration: steps/s^2, at most pull_in^2 / 2: from rest, too, a step takes it no further than pull_in.
+        loses: numbers of pulses that it misses besides, the first one being 1.
+    """
+
+    options = (
+        *Translator.options,
+        Option("lag", "time", 0, "how long a step takes"),
+        Option("pull_in", "float", 0, "greatest rate from rest; 0: any rate at any time", low=0, unit="steps/s"),
+        Option("acceleration", "float", 0, "how fast it may become faster", low=0, unit="steps/s2"),
+        Option("loses", "ints", (), "numbers of pulses that it misses besides", low=1),
+    )
+    edge = 1
+
+    def __init__(
+        self,
+        kernel: Kernel,
+        name: str,
+        *,
+        axis: int = 1,
+        edge: str | None = None,
+        lag: Time = 0,
+        pull_in: float = 0,
+        acceleration: float = 0,
+        loses: Iterable[int] = (),
+    ) -> None:
+        super().__init__(kernel, name, axis=axis, edge=edge)
+        if acceleration > pull_in**2 / 2:
+            most = f"up to {pull_in**2 / 2:g} with pull_in {pull_in}" if pull_in else "0 without pull_in"
+            raise UsageError(f"{name}: acceleration {acceleration}; allowed {most}")
+        self.limits = Limits(picoseconds(lag), pull_in, acceleration, frozenset(loses))
+        for pin in "xy":
+            self.add_pin(pin, "out", "detector signal", initial=0)
+        self._pulsed = Pulsed()
+        self._made: StepsMade | None = None  # what comes of the clock
+        self._under_way = 0  # the sign of the step that is under way; 0: none is
+        self.shaft.on_cut.add(lambda ps: self.bound_outputs(ps + 1))
+        self.shaft.on_turn.add(self._show)
+
+    @property
+    def pulses(self) -> int:
+        """How many pulses there have been."""
+        return self._now.pulses
+
+    @property
+    def lost(self) -> int:
+        """How many of them made no step."""
+        return self._now.lost
+
+    @property
+    def _now(self) -> Pulsed:
+        return self._pulsed if self._made is None else self._made.onward(self.kernel.seen)
+
+    @property
+    def position(self) -> int:
+        """Whole steps clockwise since the beginning, at the last committed instant."""
+        return self.shaft.place // 1
+
+    # ------------------------------------------------------------------------------------------------------- changes
+    def advance_to(self, ps: int) -> None:
+        """Take the steps up to an instant (ps)."""
+        if self._made is not None:
+            self._pulsed = self._made.onward(ps)
+            self._made = None
+            if self._pulsed.arrives_ps > ps:
+                self._under_way = self._pulsed.way
+        super().advance_to(ps)
+
+    def stepped(self) -> None:
+        """Take the step whose edge comes at this instant."""
+        self._arrive()
+        self._pulsed = self.limits.after(self._pulsed, self.kernel.now, self.sign)
+        if self._pulsed.follows:
+            self._under_way = self.sign
+            self._arrive()
+
+    def _arrive(self) -> None:
+        """Make the step that is under way, if it is due."""
+        if self._under_way and self._pulsed.arrives_ps <= self.kernel.now:
+            self.shaft.step(self.kernel.now, self._under_way)
+            self._under_way = 0
+
+    def follow(self, clock: ClockEdges) -> None:
+        """Follow another clock from now on."""
+        now = self.kernel.now
+        self._arrive()
+        self._made = StepsMade(clock, self.limits, self._pulsed, self.sign)
+        if self._under_way:
+            self.shaft.turn(Once(self._pulsed.arrives_ps), self._under_way, now)
+            self.kernel.call_at(self._pulsed.arrives_ps, self.look)
+        elif self.limits.free:
+            self.shaft.turn(clock, self.sign, now)
+        else:
+            self.shaft.turn(Later(self._made, self.limits.lag_ps), self.sign, now)
+
+    def _show(self) -> None:
+        """Promise the detector's signals under the present course of the shaft."""
+        counter = StepCounter(self.shaft.course, Scale(Fraction(1)), 0)
+        for name, code in DETECTOR.items():
+            level = code[counter.at(self.kernel.seen)]
+            self.put(self.drivers[name], level if self.edge_driven else Repeated(Channel(counter, code)))
+
+
+class Rotor(Follower):
+    """A rotor between two windings, phases 1 and 2 on the ends of one, 3 and 4 on the ends of the other (CY525 s.10).
+
+        winding a   -1 +1 +1 -1         the end with the low phase pin is energised
+        winding b   -1 -1 +1 +1
+        field        0  1  2  3         quarters of an electrical turn, clockwise
+
+    The rotor follows the field by one quarter at a time.  Without current in both windings it stays where it is, and
+    when the field jumps to the opposite side it stays too, with a finding: a real one would go either way.
+    """
+
+    wiring = MappingProxyType({f"phase{n}": f"phase{n}" for n in (1, 2, 3, 4)})
+    follows = ("phase1", "phase2", "phase3", "phase4")
+
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        super().__init__(kernel, name)
+        for n in (1, 2, 3, 4):
+            self.add_pin(f"phase{n}", "in", f"phase {n}, low energises", pull=1, active=0)
+        self._position = 0
+        self.followed: int | None = None
+        self._read_ps: int | None = None  # up to where the phases have been read; None: not yet
+        self._levels: list[Level] = []  # of the phases, up to there
+        self._strides = Strides()
+
+    @property
+    def position(self) -> int:
+        """Steps clockwise since the beginning; at rest in the field of offset 0."""
+        self.be_caught_up()
+        return self._position
+
+    @property
+    def field(self) -> int | None:
+        """The direction of the field, 0 to 3; None without current in both windings."""
+        return FIELDS[sum(self.high(name) << n for n, name in enumerate(self.follows))]
+
+    def catch_up(self) -> None:
+        """Work off what has happened up to the last committed instant."""
+        if self._read_ps is not None:
+            if self._laying:
+                self._look()
+            else:
+                self._read(self.kernel.seen)
+
+    # ------------------------------------------------------------------------------------------------------- changes
+    def cut(self, ps: int) -> None:
+        """Take notice of what the inputs have shown up to an instant (ps): they cannot be asked again."""
+        if self._read_ps is not None:
+            self._read(ps)
+            self._levels = [outlook.level(ps) for outlook in self.outlooks.values()]
+
+    def lay(self) -> None:
+        """Follow the field up to this instant; a rotor has no outputs."""
+        if self._read_ps is not None:
+            self._look()
+        self._read_ps = self.kernel.now
+
+    def _look(self) -> None:
+        """Follow the field, if a phase is now driven otherwise than up to now."""
+        if [self.pins[name].net.level for name in self.follows] != self._levels:
+            self._follow(self.field, self.kernel.now)
+
+    def _read(self, ps: int) -> None:
+        """Follow what the phases have shown up to an instant, a stretch at a time."""
+        assert self._read_ps is not None
+        while self._read_ps < ps:
+            stop = self._strides.stop(self._read_ps, ps)
+            edges = [outlook.edges(self._read_ps, stop) for outlook in self.outlooks.values()]
+            if count := sum(len(times) for times, _ in edges):
+                self._turn(edges)
+            self._strides.told(count)
+            self._read_ps = stop
+            if not count:
+                ahead = [time for outlook in self.outlooks.values() if (time := outlook.after(stop)) is not None]
+                self._read_ps = max(stop, min([ps, *(time - 1 for time in ahead)]))
+                self._strides.skipped(self._read_ps - stop)
+
+    def _turn(self, edges: list[tuple[Any, Any]]) -> None:
+        """Follow some edges of the phases."""
+        import numpy as np
+
+        assert self._read_ps is not None
+        times = np.unique(np.concatenate([np.asarray(own, np.int64) for own, _ in edges]))
+        number = np.zeros(len(times), np.int64)
+        for n, ((own, shown), outlook) in enumerate(zip(edges, self.outlooks.values(), strict=True)):
+            high = np.array([outlook.level(self._read_ps) != 0, *(level != 0 for level in shown)])
+            number |= high[np.searchsorted(np.asarray(own, np.int64), times, side="right")].astype(np.int64) << n
+        fields = np.array([-1 if field is None else field for field in FIELDS], np.int64)[number]
+        times, fields = times[fields >= 0], fields[fields >= 0]
+        if self.followed is not None and self.followed == self._position % 4:
+            turns = np.diff(fields, prepend=self.followed) % 4
+            if not (turns == 2).any():
+                self._position += int(np.count_nonzero(turns == 1)) - int(np.count_nonzero(turns == 3))
+                self.followed = int(fields[-1]) if len(fields) else self.followed
+                return
+        for time, field in zip(times.tolist(), fields.tolist(), strict=True):
+            self._follow(field, time)
+
+    def _follow(self, field: int | None, ps: int) -> None:
+        if field is None or field == self.followed:
+            return
+        self.followed = field
+        turn = (field - self._position) % 4
+        if turn == 2:
+            text = "the field jumped to the opposite side: a real rotor would go either way"
+            self.finding("rotor-lost", text, ps)
+        else:
+            self._position += {0: 0, 1: 1, 3: -1}[turn]

@@ -1,0 +1,172 @@
+"""What sits on a shaft and shows something of it on a wire: the base of encoders and switches, and a switch.
+
+place        ----[##########]----        closed from `low` to below `high`
+             --[--##########--]--        once closed, open again only `hysteresis` farther out
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from fractions import Fraction
+from types import MappingProxyType
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+from ...core.datasheet.option import Option
+from ...core.time.timebase import Time, picoseconds
+from ...errors import UsageError
+from ..base.follower import Follower
+from .counter import Scale, StepCounter, Zone
+
+if TYPE_CHECKING:
+    from ...core.datasheet.table import Pin
+    from ...core.time.kernel import Kernel
+    from .shaft import Shaft
+
+ROLES = ("home", "end", "end_plus", "end_minus", "abort", "input1", "input2", "input3")  # what a switch is wired to
+
+
+class Sensor(Follower):
+    """A part whose outputs follow the counts of a shaft, on a scale, `lag_ps` later."""
+
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        super().__init__(kernel, name)
+        self.shaft: Shaft
+        self._counter: StepCounter
+
+    def sit(self, shaft: Shaft, scale: Scale, lag_ps: int) -> None:
+        """Show what the counts of a shaft are; follow it from the instant on at which time is about to pass."""
+        self.shaft = shaft
+        self._counter = StepCounter(shaft.course, scale, lag_ps)
+
+    def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
+        self.sit(self.shaft, self._counter.scale, self._counter.lag_ps)
+        self.shaft.on_cut.add(self.consume)
+        self.shaft.on_turn.add(self._turned)
+        self.promise()
+
+    def sources(self) -> Iterable[Follower]:
+        """Yield the part that turns the shaft, if it runs ahead."""
+        source = self.shaft.source
+        return [source] if isinstance(source, Follower) else []
+
+    def consume(self, ps: int) -> None:
+        """Follow the course of the shaft up to an instant (ps), up to which alone it holds."""
+        self._counter = self._counter.onward(ps)
+
+    def _turned(self) -> None:
+        self._counter = self._counter.on(self.shaft.course, self.kernel.now)
+        self.promise()
+
+    def promise(self) -> None:
+        """Promise the outputs under the present course."""
+        raise NotImplementedError
+
+    def lay(self) -> None:
+        """Promise what the outputs show from now on."""
+        self.promise()
+
+    def react(self) -> None:
+        """Promise what the outputs show, though the shaft is turned edge by edge: it comes later."""
+
+
+class Switch(Sensor):
+    """A switch on a shaft or a carriage, closed between two places.
+
+    It is a contact, or an open collector: closed it pulls `out` to its active level, open it lets go, so that several
+    may share a wire.
+
+    Args:
+        on: what it sits on.
+        role: of the input that `to` wires it to: "home", "end" (either end of travel), "end_plus", "end_minus" ...
+        axis: of the neighbour.
+        low: lowest place at which it is closed, in steps; None: there is no end in this direction.
+        high: lowest place above at which it is open again; None likewise.
+        hysteresis: steps, by which it opens farther outside.
+        lag: from the step that moves it to its edge, more than 0.
+        active: the level of `out` while it is closed; None: what the input is active with, else 0.
+    """
+
+    wiring = MappingProxyType({"out": "home"})
+    sits: ClassVar[Literal["", "may", "must"]] = "must"
+    options = (
+        Option("role", "choice", "home", "what the input is for that `to` wires it to", choices=ROLES),
+        Option("axis", "int", 1, "of the neighbour", low=1, high=4),
+        Option("low", "float", None, "lowest place at which it is closed; None: no end", unit="steps", none=True),
+        Option("high", "float", None, "lowest place above at which it is open; None: no end", unit="steps", none=True),
+        Option("hysteresis", "float", 0, "how much farther out it opens", low=0, unit="steps"),
+        Option("lag", "time", "1 us", "from a step to the edge", low=1),
+        Option("active", "choice", None, "level while closed; None: that of the input", choices=(0, 1), none=True),
+    )
+
+    def __init__(
+        self,
+        kernel: Kernel,
+        name: str,
+        *,
+        on: Shaft,
+        role: str = "home",
+        axis: int = 1,
+        low: float | None = None,
+        high: float | None = None,
+        hysteresis: float = 0,
+        lag: Time = "1 us",
+        active: int | None = None,
+    ) -> None:
+        super().__init__(kernel, name)
+        if (low is None and high is None) or (low is not None and high is not None and low >= high):
+            raise UsageError(f"{name}: closed from low {low} to high {high}; allowed low below high, one of them None")
+        self.axis, self.wiring = axis, MappingProxyType({"out": role})
+        self._active = active
+        self._levels: tuple[int | None, int | None] = (None, active or 0)
+        scale, self._says = zone(fraction_or_none(low), fraction_or_none(high), fraction(hysteresis))
+        self.add_pin("out", "out", "at its active level while closed", pull=1 - (active or 0), role=role, active=active)
+        self.sit(on, scale, picoseconds(lag))
+        self._since = on.course.since  # of the counter
+        self._closed = False  # as long as the place itself does not say more
+        self.promise()
+
+    def attached(self, own: str, row: Pin) -> None:
+        """Take the active level of the input."""
+        if self._active is None and row.active == 1:
+            self._active, self._levels = 1, (None, 1)
+            net = self.pins[own].net
+            for one in net.hub.joined or (net,):
+                one.pull = 0
+            self.promise()
+
+    @property
+    def closed(self) -> bool:
+        """Is it closed?"""
+        return self._zone.closed_at(self.kernel.seen)
+
+    def consume(self, ps: int) -> None:
+        """Follow the course of the shaft up to an instant (ps), up to which alone it holds."""
+        self._closed = self._zone.closed_at(ps)
+        self._since = ps
+        super().consume(ps)
+
+    def promise(self) -> None:
+        """Promise what the outputs show from now on."""
+        self._zone = Zone(self._counter, self._since, self._closed, self._says, self._levels)
+        self.drivers["out"].play(self._zone)
+
+
+def zone(low: Fraction | None, high: Fraction | None, hysteresis: Fraction) -> tuple[Scale, tuple[bool | None, ...]]:
+    """Return the bounds of a switch, and what the number of those below says: closed, open, or as it was (None)."""
+    bounds: list[tuple[Fraction, bool | None]] = []
+    if low is not None:
+        bounds += [(low - hysteresis, None)] * bool(hysteresis) + [(low, True)]
+    if high is not None:
+        bounds += [(high, None)] * bool(hysteresis) + [(high + hysteresis, False)]
+    return Scale(bounds=tuple(bound for bound, _ in bounds)), (low is None, *(closed for _, closed in bounds))
+
+
+def fraction(value: float) -> Fraction:
+    """Return a number exactly as it is written: 0.1 is a tenth."""
+    return Fraction(str(value))
+
+
+def fraction_or_none(value: float | None) -> Fraction | None:
+    """Return a number exactly as it is written, or None."""
+    return None if value is None else fraction(value)

@@ -1,0 +1,205 @@
+"""Which pulses a motor follows: a law over the edges of a clock, worked off when somebody asks.
+
+    pulse       |   |   |  | | | |  |   |   |        its rate, from the pulse before, may be `pull_in`, or what the
+    followed    1   2   3  4         5   6   7        motor reaches from its present rate in one step
+
+While every pulse is followed the law is worked off in arrays; where one is lost, pulse by pulse until one is followed
+again.  What is kept are the runs of pulses that were followed, so a promise can be asked for its past.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass, replace
+from math import sqrt
+from typing import TYPE_CHECKING, Any
+
+from ...core.time.timebase import PS_PER_S
+from ...core.wires.clocking import BLOCK, LOOKS, ClockEdges
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+FEW = 16  # pulses that are worked off together first, and after one was lost
+
+
+@dataclass(frozen=True, slots=True)
+class Pulsed:
+    """What a motor has made of its pulses so far."""
+
+    pulses: int = 0
+    lost: int = 0
+    sign: int = 0  # of the last pulse
+    rate: float = 0.0  # steps/s; 0: it stands
+    pulsed_ps: int = -PS_PER_S  # the last pulse
+    arrives_ps: int = 0  # when the last step that it follows is made
+    way: int = 0  # and its sign
+    follows: bool = False  # it follows the last pulse
+
+
+@dataclass(frozen=True)
+class Limits:
+    """How long a step takes, the greatest rate from rest, the acceleration, and the pulses that are missed besides."""
+
+    lag_ps: int
+    pull_in: float
+    acceleration: float
+    loses: frozenset[int]
+
+    @property
+    def free(self) -> bool:
+        """Is every pulse a step at once?"""
+        return not (self.lag_ps or self.pull_in or self.loses)
+
+    def shortest_ps(self, rate: float) -> int:
+        """Return the shortest interval before the next step (ps), at a rate."""
+        if not self.pull_in:
+            return 0
+        return int(PS_PER_S / max(self.pull_in, sqrt(rate * rate + 2 * self.acceleration)))
+
+    def after(self, of: Pulsed, ps: int, sign: int) -> Pulsed:
+        """Return the state after a pulse at an instant (ps)."""
+        pulses, interval = of.pulses + 1, ps - of.pulsed_ps
+        rate = of.rate if sign == of.sign else 0.0
+        follows = ps >= of.arrives_ps and pulses not in self.loses and interval >= self.shortest_ps(rate)
+        return Pulsed(
+            pulses,
+            of.lost + (not follows),
+            sign,
+            PS_PER_S / interval if follows and interval else 0.0,
+            ps,
+            ps + self.lag_ps if follows else of.arrives_ps,
+            sign if follows else of.way,
+            follows,
+        )
+
+    def followed(self, of: Pulsed, times: NDArray[np.int64]) -> int:
+        """Return how many pulses, (n,) int64 ps, n >= 1, it follows one after the other, the first one included."""
+        import numpy as np
+
+        intervals = np.diff(times)
+        good = intervals >= self.lag_ps
+        if self.pull_in:
+            first = (PS_PER_S / (int(times[0]) - of.pulsed_ps),)
+            rates = np.concatenate((first, PS_PER_S / intervals[:-1])) if len(intervals) else np.empty(0)
+            reached = np.maximum(self.pull_in, np.sqrt(rates * rates + 2 * self.acceleration))
+            good &= intervals >= (PS_PER_S / reached).astype(np.int64)
+        missed = [n - of.pulses - 1 for n in self.loses if of.pulses + 1 < n <= of.pulses + len(times)]
+        good[[n - 1 for n in missed]] = False
+        return len(times) if good.all() else int(np.argmin(good)) + 1
+
+
+class StepsMade(ClockEdges):
+    """Clock edges that become steps: the pulses that a motor follows, at their instants.
+
+    `_firsts` and `_lasts` are the runs of pulses that are followed, counting from 1, and `_before` how many steps come
+    before each.
+    """
+
+    def __init__(self, clock: ClockEdges, limits: Limits, of: Pulsed, sign: int) -> None:
+        self.clock, self.limits, self.of, self.sign = clock, limits, of, sign
+        self._known, self._state = 0, of  # pulses that are worked off, and what came of them
+        self._firsts: list[int] = []
+        self._lasts: list[int] = []
+        self._before: list[int] = []
+        self._many = FEW
+
+    def _made(self, n: int) -> int:
+        """How many of the first n pulses, which are worked off, are followed."""
+        i = bisect_right(self._firsts, n) - 1
+        return 0 if i < 0 else self._before[i] + min(n, self._lasts[i]) - self._firsts[i] + 1
+
+    def _work(self, n: int) -> None:
+        """Work off the pulses up to number n."""
+        while self._known < n:
+            last = min(n, self._known + BLOCK)
+            times: Any = [self.clock.at(last)] if last == self._known + 1 else self.clock.many(self._known + 1, last)
+            done = 0
+            while done < len(times):
+                done += self._work_some(times[done : done + self._many])
+
+    def _work_some(self, times: Any) -> int:
+        """Work off the first of some pulses, and those behind it that are followed like it; return how many."""
+        state = self.limits.after(self._state, int(times[0]), self.sign)
+        if not state.follows:
+            self._state, self._known, self._many = state, self._known + 1, FEW
+            return 1
+        run = 1 if len(times) == 1 else self.limits.followed(self._state, times)
+        self._many = min(self._many * 4, BLOCK) if run == len(times) else FEW
+        self._follow(run)
+        if run > 1:
+            now, before = int(times[run - 1]), int(times[run - 2])
+            state = replace(
+                state, pulses=state.pulses + run - 1, rate=PS_PER_S / (now - before), pulsed_ps=now,
+                arrives_ps=now + self.limits.lag_ps,
+            )  # fmt: skip
+        self._state = state
+        return run
+
+    def _follow(self, run: int) -> None:
+        """Note that so many pulses more are followed."""
+        if self._lasts and self._lasts[-1] == self._known:
+            self._lasts[-1] += run
+        else:
+            self._before.append(self._made(self._known))
+            self._firsts.append(self._known + 1)
+            self._lasts.append(self._known + run)
+        self._known += run
+
+    def _pulse(self, k: int) -> int:
+        """The pulse that makes step k."""
+        i = bisect_right(self._before, k - 1) - 1
+        return self._firsts[i] + k - 1 - self._before[i]
+
+    # ---------------------------------------------------------------------------------------------- the steps made
+    def by(self, ps: int) -> int:
+        """Return how many steps have been made by an instant (ps), that instant included."""
+        n = self.clock.by(ps)
+        self._work(n)
+        return self._made(n)
+
+    def at(self, k: int) -> int | None:
+        """Return the instant of step k (ps), or an earlier one at which to ask again; None: it does not come."""
+        time: int | None = None
+        for _ in range(LOOKS):
+            if k <= self._made(self._known):
+                return self.clock.at(self._pulse(k))
+            time = self.clock.at(self._known + 1)
+            if time is None or self.clock.by(time) <= self._known:
+                return time
+            self._work(self._known + 1)
+        return time if k > self._made(self._known) else self.clock.at(self._pulse(k))
+
+    def many(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of steps first ... last, all of which come: (n,) int64 ps, ascending."""
+        import numpy as np
+
+        if last < first:
+            return np.empty(0, np.int64)
+        k = np.arange(first, last + 1)
+        i = np.searchsorted(np.array(self._before, np.int64), k - 1, side="right") - 1
+        pulses = np.array(self._firsts, np.int64)[i] + k - 1 - np.array(self._before, np.int64)[i]
+        times: NDArray[np.int64] = self.clock.many(int(pulses[0]), int(pulses[-1]))[pulses - pulses[0]]
+        return times
+
+    def onward(self, ps: int) -> Pulsed:
+        """Return the state at an instant (ps)."""
+        n = self.clock.by(ps)
+        self._work(n)
+        if n == self._known:
+            return self._state
+        if n == 0:
+            return self.of
+        made = self._made(n)
+        times = self.clock.many(max(n - 1, 1), n)
+        last, before = int(times[-1]), int(times[0]) if n > 1 else self.of.pulsed_ps
+        follows = made > self._made(n - 1)
+        arrives, way = self.of.arrives_ps, self.of.way
+        if made:
+            pulse = self._pulse(made)
+            arrives, way = int(self.clock.many(pulse, pulse)[0]) + self.limits.lag_ps, self.sign
+        return Pulsed(
+            self.of.pulses + n, self.of.lost + n - made, self.sign, PS_PER_S / (last - before) if follows else 0.0,
+            last, arrives, way, follows,
+        )  # fmt: skip

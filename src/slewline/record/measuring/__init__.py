@@ -1,0 +1,1 @@
+"""Measurements on recorded edges, and recordings compared with one another."""

@@ -1,0 +1,320 @@
+"""Two recordings of one signal, the model's and a measured one: which edges belong together, and how far apart.
+
+    model      ‾‾‾|_____|‾‾‾‾‾|_____|‾‾‾‾‾|_____|‾‾‾‾‾|_____
+    measured   ‾‾‾|_____|‾‾‾‾‾‾|_____|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|_____
+    edge          0     1     2      3     4     5     6        2 is late, 4 and 5 are missing
+
+Pairs are made in order.  Two edges to the same level are a pair if neither has a better partner in the edge after the
+next one, where "better" is measured from the pair before: so a clock that is somewhat fast or slow, as every real one
+is, does not lead the pairs astray.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+from ...core.time.timebase import Time, moment, readable
+from ...errors import UsageError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Edges: TypeAlias = tuple[NDArray[np.int64], NDArray[Any]]
+
+NEVER = 1 << 62
+FEW, MANY = 64, 1 << 16  # pairs that are tried at a time
+PATTERN, ALIKE = 24, 3  # edges whose distances are compared, and how many places where they are alike are tried
+CANDIDATES, PROBED = 12, 400  # edges that may be the first pair, and edges that judge it
+MOST_DRIFT = 1e-3  # of a clock against another: crystals keep to a tenth of it, resonators to half
+ENOUGH = 10  # pairs that make a drift more than chance
+SHOWN = 10  # rows of a text
+BECOMES = {-2: "becomes unknown", -1: "floats", 0: "falls", 1: "rises"}
+
+
+class Difference(NamedTuple):
+    """An edge in which the two differ: "missing" or "extra" in the measured one, or "late" or "early" there.
+
+    `edge` counts from 0 among the model's edges, of an extra one among the measured; `time_ps` is on the model's time
+    axis, and `late_ps` how much later the measured one comes, 0 where there is none.
+    """
+
+    kind: str
+    edge: int
+    time_ps: int
+    level: int
+    late_ps: int
+
+    def __str__(self) -> str:
+        begin = f"edge {self.edge} ({BECOMES.get(self.level, f'becomes {self.level:02X}')}) at {readable(self.time_ps)}"
+        return f"{begin} is {readable(abs(self.late_ps)) + ' ' if self.late_ps else ''}{self.kind}"
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """What a measured signal has in common with the model's.
+
+    `shift_ps` was added to the measured times.  `pairs` are the indices of edges that belong together, (n, 2) int64,
+    `late_ps` how much later the measured ones come, (n,) int64; `missing` and `extra` the indices of the edges that
+    only one of the two has, (m,) and (k,) int64.
+    """
+
+    name: str
+    model: Edges
+    measured: Edges
+    shift_ps: int
+    tolerance_ps: int
+    pairs: NDArray[np.int64]
+
+    @cached_property
+    def late_ps(self) -> NDArray[np.int64]:
+        """How much later the measured edge of each pair comes, (n,) int64."""
+        return self.measured[0][self.pairs[:, 1]] + self.shift_ps - self.model[0][self.pairs[:, 0]]
+
+    @cached_property
+    def missing(self) -> NDArray[np.int64]:
+        """Edges of the model that were not measured."""
+        return _others(len(self.model[0]), self.pairs[:, 0])
+
+    @cached_property
+    def extra(self) -> NDArray[np.int64]:
+        """Edges that were measured and that the model does not have."""
+        return _others(len(self.measured[0]), self.pairs[:, 1])
+
+    @property
+    def greatest_ps(self) -> int:
+        """The greatest distance of a pair."""
+        return int(abs(self.late_ps).max()) if len(self.pairs) else 0
+
+    @property
+    def mean_ps(self) -> float:
+        """The mean distance of the pairs."""
+        return float(abs(self.late_ps).mean()) if len(self.pairs) else 0.0
+
+    @property
+    def drift_ppm(self) -> float:
+        """How much slower the measured clock is than the model's, in parts per million: the slope of `late_ps`."""
+        return 1e6 * _slope(self.model[0][self.pairs[:, 0]], self.late_ps)
+
+    @property
+    def agrees(self) -> bool:
+        """Is no edge missing, none extra, and no pair further apart than the tolerance?"""
+        return not (len(self.missing) or len(self.extra) or self.greatest_ps > self.tolerance_ps)
+
+    @cached_property
+    def rows(self) -> list[Difference]:
+        """Every edge in which the two differ by more than the tolerance, in order of time."""
+        import numpy as np
+
+        times, levels = self.model[0], self.model[1]
+        found = [Difference("missing", int(n), int(times[n]), int(levels[n]), 0) for n in self.missing]
+        times, levels = self.measured[0] + self.shift_ps, self.measured[1]
+        found += [Difference("extra", int(n), int(times[n]), int(levels[n]), 0) for n in self.extra]
+        times, levels, late = self.model[0], self.model[1], self.late_ps
+        for pair in np.flatnonzero(abs(late) > self.tolerance_ps):
+            n, by = int(self.pairs[pair, 0]), int(late[pair])
+            found.append(Difference("late" if by > 0 else "early", n, int(times[n]), int(levels[n]), by))
+        return sorted(found, key=lambda row: (row.time_ps, row.edge))
+
+    def __str__(self) -> str:
+        begin = f"{self.name}: " if self.name else ""
+        counts = f"{len(self.model[0])} edges in the model, {len(self.measured[0])} measured"
+        lines = [f"{begin}{counts}, shifted by {readable(self.shift_ps)}: {'agree' if self.agrees else 'differ'}"]
+        lines += [f"  {row}" for row in self.rows[:SHOWN]]
+        if len(self.rows) > SHOWN:
+            kinds = [f"{sum(row.kind == kind for row in self.rows)} {kind}" for kind in ("missing", "extra")]
+            lines.append(f"  and {len(self.rows) - SHOWN} more; in all {', '.join(kinds)}")
+        if len(self.pairs):
+            apart = f"at most {readable(self.greatest_ps)} apart, {readable(round(self.mean_ps))} in the mean"
+            drift = f", drift {self.drift_ppm:+.1f} ppm" if len(self.pairs) >= ENOUGH else ""
+            lines.append(f"  {len(self.pairs)} {'pair' if len(self.pairs) == 1 else 'pairs'}: {apart}{drift}")
+        return "\n".join(lines)
+
+
+def compare_edges(
+    model: Edges, measured: Edges, *, shift: Time = "first", tolerance: Time = 0, name: str = ""
+) -> Comparison:
+    """Compare the edges of a signal with measured ones.
+
+    Args:
+        model, measured: times (n,) int64 ps, ascending, and levels (n,), as `bench.edges` and `Waveforms.edges` give.
+        shift: what is added to the measured times: a time, which may be negative; "first": what makes the first edges
+            meet that go to the same level; "best": what makes the most edges meet.
+        tolerance: the distance up to which a pair agrees.
+        name: of the signal, for the text.
+
+    Raises:
+        UsageError: arrays that do not fit each other, or times that do not ascend.
+        TimeError: a shift or a tolerance that is no time.
+    """
+    import numpy as np
+
+    for what, (times, levels) in (("model", model), ("measured", measured)):
+        if len(times) != len(levels) or (np.diff(times) <= 0).any():
+            raise UsageError(f"{what}: {len(times)} times and {len(levels)} levels; as many of both, ascending times")
+    if shift == "first":
+        by = _first(model, measured)
+    else:
+        by = _best(model, measured) if shift == "best" else moment(shift, negative=True)
+    pairs = _pairs(model, (measured[0] + by, measured[1]))
+    return Comparison(name, model, measured, by, moment(tolerance), pairs)
+
+
+def _others(count: int, paired: NDArray[np.int64]) -> NDArray[np.int64]:
+    import numpy as np
+
+    alone = np.ones(count, np.bool_)
+    alone[paired] = False
+    return np.flatnonzero(alone)
+
+
+def _slope(at: NDArray[np.int64], what: NDArray[np.int64]) -> float:
+    """The slope of a straight line through points."""
+    if len(at) < 2:
+        return 0.0
+    x = at - at.mean()
+    return float((x * (what - what.mean())).sum() / (x * x).sum())
+
+
+# ------------------------------------------------------------------------------------------------------------ shifts
+def _first(model: Edges, measured: Edges) -> int:
+    for level, time in zip(model[1][:CANDIDATES], model[0], strict=False):
+        same = (measured[1][:CANDIDATES] == level).nonzero()[0]
+        if len(same):
+            return int(time - measured[0][same[0]])
+    return 0
+
+
+def _best(model: Edges, measured: Edges) -> int:
+    """Of the shifts that may be right, the one that brings the most edges near to each other."""
+    import numpy as np
+
+    shifts = {
+        int(time - other): None
+        for time, level in zip(model[0][:CANDIDATES], model[1], strict=False)
+        for other, same in zip(measured[0][:CANDIDATES], measured[1], strict=False)
+        if level == same
+    }
+    shifts |= dict.fromkeys(_alike(model, measured)) | dict.fromkeys(-shift for shift in _alike(measured, model))
+    period = float(np.median(model[0][2:] - model[0][:-2])) if len(model[0]) > 2 else 1.0
+
+    def merit(shift: int) -> float:
+        begin = np.searchsorted(model[0], measured[0][0] + shift - int(period))
+        since = np.searchsorted(measured[0], model[0][0] - shift - int(period))
+        some = model[0][begin : begin + PROBED], model[1][begin : begin + PROBED]
+        others = measured[0][since : since + PROBED], measured[1][since : since + PROBED]
+        return _near(some, others, shift, period / 4)
+
+    merits = {shift: merit(shift) for shift in shifts}
+    nearly = 0.95 * max(merits.values(), default=0.0)
+    nearest = [shift for shift, found in merits.items() if found >= nearly]  # a plateau looks alike everywhere
+    return max(nearest, key=lambda shift: _near(model, measured, shift, period / 4), default=0)
+
+
+def _near(model: Edges, measured: Edges, shift: int, reach: float) -> float:
+    """How many measured edges have an edge of the model within reach, those far away counting less."""
+    import numpy as np
+
+    count = 0.0
+    for level in np.unique(model[1][:PROBED]):
+        times = np.concatenate([[-NEVER], model[0][model[1] == level], [NEVER]])
+        others = measured[0][measured[1] == level] + shift
+        behind = np.searchsorted(times, others)
+        distance = np.minimum(times[behind] - others, others - times[behind - 1])
+        count += float(np.maximum(1 - distance / reach, 0).sum())
+    return count
+
+
+def _alike(long: Edges, short: Edges) -> list[int]:
+    """Shifts with which edges at the begin of the second one lie as they do somewhere in the first one."""
+    import numpy as np
+
+    shifts: list[int] = []
+    for begin in range(0, min(CANDIDATES, len(short[0]) - 1), 3):  # the very first ones may be glitches
+        rest = len(short[0]) - begin
+        for length in {min(rest, PATTERN), rest}:  # a few edges close together, or some of all
+            count = len(long[0]) - length + 1
+            if count < 1:
+                continue
+            places = np.unique(np.linspace(0, length - 1, PATTERN).astype(np.int64))
+            by = long[0][:count] - short[0][begin]
+            apart = np.zeros(count)
+            for place in places[1:]:
+                apart += abs(long[0][place : place + count] - short[0][begin + place] - by)
+            apart[long[1][:count] != short[1][begin]] = np.inf
+            nearest = np.argsort(apart, kind="stable")[:ALIKE]
+            shifts += [int(by[n]) for n in nearest if apart[n] < np.inf]
+    return shifts
+
+
+# ------------------------------------------------------------------------------------------------------------- pairs
+def _pairs(model: Edges, measured: Edges) -> NDArray[np.int64]:
+    """Indices of the edges that belong together, (n, 2) int64."""
+    import numpy as np
+
+    count = min(len(model[0]), len(measured[0]))
+    runs = _runs(model, measured)
+    paired = sum(length for _, _, length in runs)
+    if paired < count and np.array_equal(model[1], measured[1]) and _drift_alone(model[0], measured[0]):
+        runs = [(0, 0, count)]
+    first = [np.arange(a, a + length) for a, _, length in runs]
+    second = [np.arange(b, b + length) for _, b, length in runs]
+    empty = np.empty(0, np.int64)
+    return np.stack([np.concatenate([empty, *first]), np.concatenate([empty, *second])], axis=1)
+
+
+def _drift_alone(model: NDArray[np.int64], measured: NDArray[np.int64]) -> bool:
+    """Is all that differs between equally many edges a clock that is fast or slow, as across a long rest?"""
+    import numpy as np
+
+    if len(model) < 3:
+        return True
+    late, slope = measured - model, _slope(model, measured - model)
+    left = late - late.mean() - slope * (model - model.mean())
+    most = max(abs(left).max(), abs(late[0]))
+    return bool(abs(slope) < MOST_DRIFT and 2 * most < np.min(model[2:] - model[:-2]))
+
+
+def _runs(model: Edges, measured: Edges) -> list[tuple[int, int, int]]:
+    """Runs of pairs: the first of each on both sides, and how many follow each other there without a gap."""
+    import numpy as np
+
+    ends = np.array([NEVER, NEVER])
+    columns = [np.append(times, ends) for times, _ in (model, measured)]
+    columns += [np.append(levels.astype(np.int64), ends) for _, levels in (model, measured)]
+    runs: list[tuple[int, int, int]] = []
+    a = b = late = 0
+    size = FEW
+    while (length := min(size, len(model[0]) - a, len(measured[0]) - b)) > 0:
+        fits = _fits(columns, a, b, length, late)
+        paired = length if fits.all() else int(np.argmin(fits))
+        if paired:
+            runs.append((a, b, paired))
+            a, b = a + paired, b + paired
+            late = int(columns[1][b - 1] - columns[0][a - 1])
+        if paired == length:
+            size = min(4 * size, MANY)
+        elif columns[0][a] + late <= columns[1][b]:
+            a, size = a + 1, FEW
+        else:
+            b, size = b + 1, FEW
+    return runs
+
+
+def _fits(columns: list[NDArray[np.int64]], a: int, b: int, length: int, late: int) -> NDArray[np.bool_]:
+    """Which of the next edges are pairs, as far as all before them are: (length,) bool."""
+    import numpy as np
+
+    def cut(which: int, begin: int) -> NDArray[np.int64]:
+        return columns[which][begin : begin + length]
+
+    times, others, levels, same = cut(0, a), cut(1, b), cut(2, a), cut(3, b)
+    apart = others - times
+    expected = np.append(late, apart[:-1])
+    distance = abs(apart - expected)
+    nearer = (cut(3, b + 2) == levels) & (abs(cut(1, b + 2) - times - expected) < distance)
+    nearer |= (cut(2, a + 2) == same) & (abs(others - cut(0, a + 2) - expected) < distance)
+    fits: NDArray[np.bool_] = (levels == same) & ~nearer
+    return fits

@@ -1,0 +1,304 @@
+r"""Times between edges, and whether they keep what the data sheet prints.
+
+    start  ‾‾\___/‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾    an interval goes from the last start before an end to that end, if no
+    end    ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\___/‾‾\___/‾    other end lies between: here one, from the second fall to the first
+                    |<-->|
+
+Everything is exact, in whole picoseconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from textwrap import fill
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+from ...core.datasheet.table import Limit
+from ...errors import UsageError
+from ..recording.recorder import FLOATING, Recorder, width_of
+from ..style import duration
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from ..recording.recorder import Levels, Probe
+
+    Spans: TypeAlias = tuple[NDArray[np.int64], NDArray[np.int64]]  # begins and ends
+
+CHANGES = ("falls", "rises", "changes", "appears", "vanishes")
+
+
+class Signal(NamedTuple):
+    """What one pin or bus did: edges as Recorder.edges gives them, the level before the first, and is it a bus?"""
+
+    times_ps: NDArray[np.int64]
+    levels: Levels
+    level: int
+    bus: bool
+
+    @classmethod
+    def of(cls, probe: Probe, recorder: Recorder, start: int, stop: int) -> Signal:
+        """Return what a recorded net or pin did at start <= t <= stop (ps).
+
+        Raises:
+            NotRecorded, TimeError: as `Recorder.edges`.
+        """
+        times, levels = recorder.edges(probe, start, stop)
+        before = max(start - 1, recorder.since(probe))
+        return cls(times, levels, recorder.level_at(probe, before), width_of(probe) > 1)
+
+    def edges(self, change: str) -> NDArray[np.int64]:
+        """Return the instants of a change: (n,) int64, ps, ascending."""
+        import numpy as np
+
+        before = np.append(self.level, self.levels)[:-1]
+        chosen = {
+            "changes": before == before,
+            "appears": before == FLOATING,
+            "vanishes": self.levels == FLOATING,
+            "falls": self.levels == 0,
+            "rises": self.levels == 1,
+        }
+        found: NDArray[np.int64] = self.times_ps[chosen[change]]
+        return found
+
+    def level_at(self, times: Any) -> NDArray[np.int64]:
+        """Return the level at instants of the window, edges there included: (n,) int64."""
+        import numpy as np
+
+        found: NDArray[np.int64] = np.append(self.level, self.levels)[np.searchsorted(self.times_ps, times, "right")]
+        return found
+
+
+class Edge(NamedTuple):
+    """An edge as it is asked for: "hostwrite rises", "pulse falls 3" (the third one), or a pin alone: any change."""
+
+    pin: str
+    change: str
+    number: int
+
+    @classmethod
+    def read(cls, text: str) -> Edge:
+        """Return the edge of a text.
+
+        Raises:
+            UsageError: it is none.
+        """
+        pin, *rest = (text.split() if isinstance(text, str) else []) or [""]
+        change = rest.pop(0) if rest and rest[0] in CHANGES else "changes"
+        number = rest.pop(0) if rest else "1"
+        if not pin or rest or not number.isdecimal() or not int(number):
+            allowed = ", ".join(CHANGES)
+            raise UsageError(
+                f"edge {text!r}: write a pin, how it changes ({allowed}), and which time: 'x.pulse falls 3'"
+            )
+        return cls(pin, change, int(number))
+
+    def find(self, signal: Signal, after: int, include: bool) -> int | None:
+        """Return the instant of the edge after another instant (ps), or at it; None: there is none."""
+        import numpy as np
+
+        if signal.bus and self.change in ("falls", "rises"):
+            raise UsageError(f"{self.pin} {self.change}: a bus changes, appears or vanishes")
+        times = signal.edges(self.change)
+        at = int(np.searchsorted(times, after, "left" if include else "right")) + self.number - 1
+        return int(times[at]) if at < len(times) else None
+
+
+def pairs(starts: NDArray[np.int64], ends: NDArray[np.int64], strict: bool) -> Spans:
+    """Return begin and end of every interval: (m,) int64, ps; `strict`: none is 0 long, a start behind an end."""
+    import numpy as np
+
+    last = np.searchsorted(starts, ends, "left" if strict else "right") - 1
+    begun = np.append(-1, starts)[last + 1]
+    before = np.append(-2, ends)[:-1]
+    real = (last >= 0) & ((begun >= before) if strict else (begun > before))
+    return begun[real], ends[real]
+
+
+def intervals(limit: Limit, signals: Callable[[str], Signal]) -> Spans:
+    """Return begin and end of every interval that a limit is about: (m,) int64, ps.
+
+    Args:
+        signals: gives what a pin did, by its name on the sheet.
+    """
+    (first, begins), (second, ends) = limit.start.split(), limit.end.split()
+    answer = limit.least is None and limit.most is None  # a host may ask again at the instant of the answer
+    never = limit.most is not None and limit.most < 0  # the end must come first; at one instant it is 0 in front
+    starts = signals(first).edges(begins)
+    for pin, level in limit.before:
+        starts = starts[signals(pin).level_at(starts - 1) == level]
+    found = pairs(starts, signals(second).edges(ends), answer or never or limit.start == limit.end)
+    for pin, level in limit.given:
+        held = signals(pin).level_at(found[1]) == level
+        found = found[0][held], found[1][held]
+    return found
+
+
+def rounded(ps: int, digits: int) -> int:
+    """Return a time with so many digits."""
+    power = int(10 ** max(len(str(ps)) - digits, 0))
+    return (ps + power // 2) // power * power
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """A limit with the crystal of a chip: at least, typically, at most so many ps."""
+
+    limit: Limit
+    least: int | None
+    typical: int | None
+    most: int | None
+
+    @classmethod
+    def of(cls, limit: Limit, crystal_hz: int) -> Bound:
+        """Return the limit as it holds with a crystal (Hz)."""
+        return cls(limit, *limit.at(crystal_hz))
+
+    def kept(self, shortest: int, longest: int) -> bool | None:
+        """Return whether times from the shortest to the longest (ps) are within it; None: it is only a typical time."""
+        if self.least is None and self.most is None:
+            return None
+        return (self.least is None or shortest >= self.least) and (self.most is None or longest <= self.most)
+
+    def __str__(self) -> str:
+        named = ("min.", self.least), ("typ.", self.typical), ("max.", self.most)
+        return ", ".join(f"{name} {duration(rounded(ps, 6))}" for name, ps in named if ps is not None)
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """A measured time from one edge to another, with the limits that the sheet of the part prints for it."""
+
+    start: str
+    end: str
+    start_ps: int
+    end_ps: int
+    bounds: tuple[Bound, ...] = ()
+
+    @property
+    def ps(self) -> int:
+        """How long it is, in ps."""
+        return self.end_ps - self.start_ps
+
+    @property
+    def kept(self) -> bool | None:
+        """Does it keep the printed limits?  None: there are none."""
+        found = [bound.kept(self.ps, self.ps) for bound in self.bounds]
+        return None if all(kept is None for kept in found) else False not in found
+
+    @property
+    def symbol(self) -> str:
+        """What the data sheet calls it; "t" where it has no name."""
+        return next((bound.limit.symbol for bound in self.bounds if bound.limit.symbol), "t")
+
+    def __str__(self) -> str:
+        limits = "; ".join(str(bound) for bound in self.bounds)
+        verdict = "" if self.kept is None else ": kept" if self.kept else ": VIOLATED"
+        return f"{self.symbol} = {duration(self.ps)}" + (f" ({limits}{verdict})" if limits else "")
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """A limit of a chip, and what was measured of it: how often, from the shortest to the longest (ps).
+
+    `violations` are the instants (ps) at which those begin that violate it.
+    """
+
+    chip: str
+    bound: Bound
+    count: int = 0
+    shortest_ps: int | None = None
+    longest_ps: int | None = None
+    violations: tuple[int, ...] = ()
+    missing: str = ""  # the pin that was not recorded
+
+    @classmethod
+    def of(cls, chip: str, bound: Bound, begins: NDArray[np.int64], ends: NDArray[np.int64]) -> Checked:
+        """Return what the intervals of a limit, begins and ends (m,) int64 ps, say of it."""
+        if not len(begins):
+            return cls(chip, bound)
+        lasts = ends - begins
+        wrong = lasts < (bound.least or 0)
+        if bound.most is not None:
+            wrong |= lasts > bound.most
+        violations = tuple(begins[wrong].tolist())
+        return cls(chip, bound, len(lasts), int(lasts.min()), int(lasts.max()), violations)
+
+    @property
+    def name(self) -> str:
+        """The chip, and the symbol of the data sheet."""
+        return f"{self.chip} {self.bound.limit.symbol}".rstrip()
+
+    @property
+    def kept(self) -> bool | None:
+        """Was it kept?  None: nothing was measured, or the sheet says only what is typical."""
+        if self.shortest_ps is None or self.longest_ps is None:
+            return None
+        return self.bound.kept(self.shortest_ps, self.longest_ps)
+
+    @property
+    def verdict(self) -> str:
+        """Whether it was kept, in words."""
+        if self.missing:
+            return f"{self.missing} not recorded"
+        if not self.count:
+            return "not seen"
+        if self.kept is None:
+            return "typical"
+        if self.kept:
+            return "kept"
+        times = f"{len(self.violations)} times, first" if len(self.violations) > 1 else "once,"
+        return f"VIOLATED {times} at {duration(self.violations[0])}, by the {self.bound.limit.keeper}"
+
+
+class TimingTable(Sequence[Checked]):
+    """The printed limits of some chips, each with what was measured of it; `str` of it is a table."""
+
+    def __init__(self, rows: Iterable[Checked]) -> None:
+        self.rows = tuple(rows)
+
+    @property
+    def violated(self) -> tuple[Checked, ...]:
+        """The rows of limits that were not kept."""
+        return tuple(row for row in self.rows if row.kept is False)
+
+    def __getitem__(self, key):  # type: ignore[no-untyped-def]
+        return self.rows[key]
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __str__(self) -> str:
+        heads = ("", "time", "printed", "seen", "shortest", "longest", "")
+        lines = [heads, *(_cells(row) for row in self.rows if row.count)]
+        widths = [max(len(line[column]) for line in lines) for column in range(len(heads))]
+        rights = (False, False, False, True, True, True, False)
+        shown = [
+            "  ".join(
+                cell.rjust(width) if right else cell.ljust(width)
+                for cell, width, right in zip(line, widths, rights, strict=True)
+            ).rstrip()
+            for line in lines
+        ]
+        others: dict[str, list[str]] = {}
+        for row in self.rows:
+            if not row.count:
+                others.setdefault(row.verdict, []).append(f"{row.name} {row.bound.limit.says}")
+        shown += [fill(f"{why}: {'; '.join(names)}", 100, subsequent_indent="  ") for why, names in others.items()]
+        return "\n".join(shown)
+
+
+def _cells(row: Checked) -> tuple[str, ...]:
+    limit = row.bound.limit
+    measured = ("" if ps is None else duration(ps) for ps in (row.shortest_ps, row.longest_ps))
+    return (
+        row.name,
+        limit.says,
+        str(row.bound),
+        str(row.count),
+        *measured,
+        row.verdict,
+    )

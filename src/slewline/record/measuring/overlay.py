@@ -1,0 +1,126 @@
+"""A measured pin over the model's: where the two differ, and for how long.
+
+    model     ‾‾‾|_____|‾‾‾‾‾‾‾|_____|‾‾‾      a late edge is a stretch as long as it is late,
+    measured  ‾‾‾‾|_____|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾      a missing pulse one as long as the pulse
+                 #     #       ######
+
+What floats, or is not known, can be measured as either level: nothing is compared there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Protocol
+
+from ...errors import UsageError
+from ..recording.recorder import FLOATING
+from ..recording.traces import Trace
+from ..style import duration
+from .compare import compare_edges
+from .intervals import rounded
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from ..recording.recorder import Levels
+
+
+class Levelled(Protocol):
+    """Edges, (n,) int64 ps, the levels from them on, (n,), and the level before the first: a trace, or a signal."""
+
+    @property
+    def times_ps(self) -> NDArray[np.int64]:
+        """Instants of the edges: (n,) int64 ps, ascending."""
+
+    @property
+    def levels(self) -> Levels:
+        """Levels from the edges on: (n,)."""
+
+    @property
+    def level(self) -> int:
+        """Level before the first edge."""
+
+
+def checked(over: Mapping[str, Trace] | None) -> Mapping[str, Trace]:
+    """Return what is laid over pins, by their names.
+
+    Raises:
+        UsageError: it is something else.
+    """
+    if over is not None and not isinstance(over, Mapping):
+        raise UsageError(f"over={over!r}: expected pins and traces, such as {{'x.slew': measured.trace('slew')}}")
+    for name, trace in (over or {}).items():
+        if not isinstance(trace, Trace):
+            raise UsageError(f"over: {name!r}: found {trace!r}, expected a trace, such as measured.trace('slew')")
+    return over or {}
+
+
+def fitting(name: str, bus: bool, trace: Trace | None) -> Trace | None:
+    """Return what is laid over a pin or a bus.
+
+    Raises:
+        UsageError: one of the two is a bus, the other one is not.
+    """
+    if trace is not None and trace.bus != bus:
+        kinds = ("a bus", "one pin") if bus else ("one pin", "a bus")
+        raise UsageError(f"over: {name!r} is {kinds[0]}, {trace.name!r} is {kinds[1]}")
+    return trace
+
+
+def differing(model: Levelled, measured: Trace, start: int, stop: int) -> NDArray[np.int64]:
+    """Return the stretches of a window (ps) in which a pin is measured otherwise: begins and ends, (k, 2) int64 ps."""
+    import numpy as np
+
+    start, stop = max(start, measured.since), min(stop, measured.until)
+    both = np.concatenate([model.times_ps, measured.times_ps])
+    inside = np.sort(both[(start < both) & (both < stop)], kind="stable")  # two ascending rows are soon merged
+    times = np.concatenate([[start], inside, [max(start, stop)]])
+    one, other = (
+        np.append(each.level, each.levels)[np.searchsorted(each.times_ps, times[:-1], side="right")]
+        for each in (model, measured)
+    )
+    differ = (one != other) & (one != FLOATING) & (other != FLOATING)
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], differ, [False]]).astype(np.int8)))
+    stretches: NDArray[np.int64] = times[ends].reshape(-1, 2)
+    return stretches
+
+
+def marked(model: Levelled, measured: Trace, start: int, stop: int) -> NDArray[np.int64]:
+    """Return those of these stretches that are longer than the tolerance."""
+    found = differing(model, measured, start, stop)
+    return found[found[:, 1] - found[:, 0] > measured.tolerance_ps]
+
+
+def told(pins: Iterable[tuple[str, Levelled, Trace | None]], start: int, stop: int) -> list[str]:
+    """Return a line on how well pins and what is laid over them agree in a window (ps); none without such a pin."""
+    said = [f"{name} {_agreement(model, over, start, stop)}" for name, model, over in pins if over is not None]
+    return [f"Dashed: measured: {'; '.join(said)}"] if said else []
+
+
+def _agreement(model: Levelled, measured: Trace, start: int, stop: int) -> str:
+    """How much later measured edges come at most, and how many are missing or extra; an edge outside does not count."""
+    start, stop = max(start, measured.since), min(stop, measured.until)
+    if stop <= start:
+        return "has no part of this window"
+    edges = [
+        (each.times_ps[inside], each.levels[inside])
+        for each in (model, measured)
+        for inside in [(start < each.times_ps) & (each.times_ps < stop)]
+    ]
+    found = compare_edges(edges[0], edges[1], shift=0, tolerance=measured.tolerance_ps)
+    said = []
+    if len(late := found.late_ps):
+        most = int(late[abs(late).argmax()])
+        much = duration(rounded(abs(most), 3))
+        apart = f"up to {much} {'late' if most > 0 else 'early'}"
+        said.append("agrees" if not most else f"within {much}" if found.greatest_ps <= found.tolerance_ps else apart)
+    for kind, alone, pairs in (
+        ("missing", found.missing, found.pairs[:, 0]),
+        ("extra", found.extra, found.pairs[:, 1]),
+    ):
+        if len(pairs):  # before the first pair and behind the last one, the other edge may lie outside
+            alone = alone[(pairs[0] < alone) & (alone < pairs[-1])]
+        if len(alone):
+            said.append(f"{len(alone)} edge{'s' * (len(alone) > 1)} {kind}")
+    return ", ".join(said) or ("differs" if len(marked(model, measured, start, stop)) else "agrees")

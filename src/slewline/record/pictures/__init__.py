@@ -1,0 +1,1 @@
+"""Pictures: figures of motions, lanes of pins, timing diagrams."""

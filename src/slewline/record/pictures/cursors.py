@@ -1,0 +1,89 @@
+"""What everything is at some instants: the table that belongs to the cursors of a picture."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from ...core.motion.quantity import Quantity
+from ..recording.recorder import FLOATING, Probe, Recorder, width_of
+from ..recording.traces import Trace
+from ..style import duration, number
+
+Value = float | int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """A trace at every instant: None where a pin floats; `bits` is 1 for a pin, 8 for a bus, 0 for a quantity."""
+
+    name: str
+    unit: str
+    values: tuple[Value, ...]
+    bits: int = 0
+
+    @property
+    def differences(self) -> tuple[Value, ...]:
+        """From each instant to the next one, of quantities; None of pins and where there is no value."""
+        pairs = zip(self.values, self.values[1:], strict=False)
+        return tuple(None if self.bits or a is None or b is None else b - a for a, b in pairs)
+
+
+@dataclass(frozen=True, slots=True)
+class Readings:
+    """The value of every trace at some instants (ps); prints as a table."""
+
+    instants_ps: tuple[int, ...]
+    rows: tuple[Reading, ...]
+
+    def __str__(self) -> str:
+        lines = [*self._lines()]
+        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+        text = (
+            "  ".join([f"{line[0]:<{widths[0]}}", *map(str.rjust, line[1:], widths[1:])]).rstrip() for line in lines
+        )
+        return "\n".join(text)
+
+    def _lines(self) -> Iterator[list[str]]:
+        count = len(self.instants_ps)
+        yield ["", *(str(n) for n in range(1, count + 1)), *(f"{n + 1} − {n}" for n in range(1, count))]
+        apart = [b - a for a, b in zip(self.instants_ps, self.instants_ps[1:], strict=False)]
+        yield ["time", *map(duration, self.instants_ps), *map(duration, apart)]
+        for row in self.rows:
+            name = f"{row.name}, {row.unit}" if row.unit else row.name
+            differences = [_told(value, row.bits) if value is not None else "" for value in row.differences]
+            yield [name, *(_told(value, row.bits) for value in row.values), *differences]
+
+
+def _told(value: Value, bits: int) -> str:
+    if value is None:
+        return "floating" if bits else "–"
+    return f"0x{value:02X}" if bits > 1 else number(round(value, 3))
+
+
+def readings(
+    instants: Sequence[int],
+    tracks: Sequence[tuple[str, Sequence[Quantity]]],
+    probes: Sequence[tuple[str, Probe, Recorder]],
+) -> Readings:
+    """Return what quantities and recorded pins are at some instants (ps), an edge at an instant included."""
+    import numpy as np
+
+    at = np.array(instants, np.int64)
+    rows: list[Reading] = []
+    for name, quantities in tracks:
+        for quantity in quantities:
+            whose = f"{quantity.name} of {name}" if len(tracks) > 1 else quantity.name
+            values = tuple(None if value != value else value for value in quantity.at(at).tolist())
+            rows.append(Reading(whose, quantity.unit, values))
+    for name, probe, recorder in probes:
+        levels = (recorder.level_at(probe, instant) for instant in instants)
+        rows.append(Reading(name, "", tuple(None if v == FLOATING else v for v in levels), width_of(probe)))
+    return Readings(tuple(instants), tuple(rows))
+
+
+def measured(name: str, trace: Trace, instants: Sequence[int]) -> Reading:
+    """Return what was measured of a pin at some instants (ps); None where it floats or is not known."""
+    levels = trace.levels_at(instants)
+    values = tuple(None if level == FLOATING else level for level in levels)
+    return Reading(f"{name} measured", "", values, 8 if trace.bus else 1)

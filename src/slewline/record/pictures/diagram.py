@@ -1,0 +1,219 @@
+"""What stands where in a timing diagram: time in inches, quiet stretches cut short, arrows on lines of their own.
+
+Nothing is drawn here.  Everything is laid out in inches, from the lower left corner.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from textwrap import wrap
+from typing import Any, NamedTuple
+
+from ...core.time.timebase import readable
+from ..measuring.intervals import Interval, Signal
+from ..measuring.overlay import told
+from ..recording.traces import Trace
+from ..style import duration
+
+# inches
+LANE, SWING, WORDS, ROW, TOP, BOTTOM, RIGHT = 0.34, 0.2, 0.17, 0.2, 0.42, 0.42, 0.2
+LETTER = 0.0088  # width of a letter, per point
+QUIET = 8  # a stretch is quiet if it is so many times as long as most stretches between edges
+EDGE, NOTE = 0.12, 0.17  # where titles begin; a line of notes
+SMALL, LARGE = 7.5, 8.5  # points
+
+
+class Word(NamedTuple):
+    """Something that is written over a lane, from one instant to another (ps): a character; `wrong`: it is faulty."""
+
+    start: int
+    end: int
+    text: str
+    wrong: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Lane:
+    """A pin or a bus in a diagram, and what was measured of it.
+
+    `pin` is its full name, `label` what stands beside it; `says` tells what a value of a bus means, from the value and
+    the instant (ps) at which it ends.
+    """
+
+    pin: str
+    label: str
+    signal: Signal
+    words: Sequence[Word] = ()
+    says: Callable[[int, int], str] | None = None
+    over: Trace | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Diagram:
+    """What a timing diagram shows of a window (ps).
+
+    `measured` are arrows with times; `causes` curved arrows from an edge to the one that it causes; `quiet` is how long
+    a stretch without edges must be to be cut short: None, as it fits; 0, none is.
+    """
+
+    title: str
+    start: int
+    stop: int
+    lanes: Sequence[Lane]
+    measured: Sequence[Interval] = ()
+    causes: Sequence[Interval] = ()
+    quiet: int | None = None
+
+    @property
+    def description(self) -> str:
+        """What it shows, in words."""
+        names = ", ".join(lane.label for lane in self.lanes)
+        times = "".join(f" From {each.start} to {each.end}: {each}." for each in self.measured)
+        compared = "".join(f" {line}." for line in self.compared)
+        return f"Timing diagram of {names}, from {readable(self.start)} to {readable(self.stop)}.{times}{compared}"
+
+    @property
+    def compared(self) -> list[str]:
+        """How well the lanes agree with what is laid over them, in a line; none without such a lane."""
+        return told(((lane.label, lane.signal, lane.over) for lane in self.lanes), self.start, self.stop)
+
+
+class Scale:
+    """Time to inches: linear, but for the stretches that are cut short: `cuts`, each drawn `room` long (ps)."""
+
+    def __init__(self, diagram: Diagram, left: float, right: float) -> None:
+        import numpy as np
+
+        start, stop = diagram.start, diagram.stop
+        self.start, self.stop, self.left, self.right = start, stop, left, right
+        busy = [times for lane in diagram.lanes for times in (lane.signal.times_ps, _ends(lane.words))]
+        busy += [lane.over.times_ps for lane in diagram.lanes if lane.over is not None]
+        instants = np.unique(np.concatenate([[start, stop], *busy])).astype(np.int64)
+        instants = instants[(instants >= start) & (instants <= stop)]
+        gaps = np.diff(instants)
+        quiet = diagram.quiet
+        if quiet is None:
+            quiet = int(QUIET * np.quantile(gaps, 0.75))
+            if 2 * gaps[gaps > quiet].sum() < stop - start:
+                quiet = 0
+        self.cuts: list[tuple[int, int]] = []
+        points, shown = [(start, 0)], 0
+        self.room = room = quiet // 4
+        for n in np.flatnonzero(gaps > quiet).tolist() if quiet else ():
+            begin, end = int(instants[n]), int(instants[n + 1])
+            first = begin + room if begin > start else begin
+            last = end - room if end < stop else end
+            self.cuts.append((first, last))
+            shown += first - points[-1][0]
+            points += [(first, shown), (last, shown + room)]
+            shown += room
+        shown += stop - points[-1][0]
+        points.append((stop, shown))
+        self._times = np.array([at - start for at, _ in points], np.float64)
+        self._places = np.array([place for _, place in points]) * ((right - left) / shown) + left
+        self.ps_per_inch = shown / (right - left)
+
+    def __call__(self, times: Any) -> Any:
+        """Return where instants (ps) are drawn: float64 inches, shape as given."""
+        import numpy as np
+
+        return np.interp(np.asarray(times, np.int64) - self.start, self._times, self._places)
+
+
+def _ends(words: Sequence[Word]) -> list[int]:
+    return [at for word in words for at in (word.start, word.end)]
+
+
+# -------------------------------------------------------------------------------------------------------------- layout
+class Arrow(NamedTuple):
+    """A measured time in the picture: from `first` to `second` (inches) on the line `row` under lane `under`."""
+
+    interval: Interval
+    lanes: tuple[int, int]
+    first: float
+    second: float
+    text: str
+    place: float  # the middle of the text, or where it begins beside the arrow
+    beside: str  # "left", "right", or "" for above it
+    row: int
+
+    @property
+    def under(self) -> int:
+        """The lower one of its lanes."""
+        return max(self.lanes)
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Where everything stands: the top of the lanes, the foot of each, the arrows, and notes under the title."""
+
+    height: float
+    top: float
+    feet: tuple[float, ...]
+    arrows: tuple[Arrow, ...] = field(default=())
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, diagram: Diagram, scale: Scale) -> Layout:
+        """Return the layout of a diagram, all in inches."""
+        arrows: list[Arrow] = []
+        taken: dict[tuple[int, int], list[tuple[float, float]]] = {}
+        order = sorted(diagram.measured, key=lambda each: (each.ps, each.start_ps))
+        for interval in order:
+            arrows.append(_placed(interval, lanes_of(interval, diagram.lanes), scale, taken))
+        rows = [
+            1 + max((arrow.row for arrow in arrows if arrow.under == n), default=-1) for n in range(len(diagram.lanes))
+        ]
+        heights = [
+            LANE + ROW * count + (0.06 if count else 0) + (WORDS if lane.words else 0)
+            for lane, count in zip(diagram.lanes, rows, strict=True)
+        ]
+        letters = int((scale.right + RIGHT - EDGE) / (LETTER * LARGE))
+        notes = tuple(line for note in diagram.compared for line in wrap(note, letters))
+        top = sum(heights) + BOTTOM
+        feet, below = [], top
+        for lane, tall in zip(diagram.lanes, heights, strict=True):
+            feet.append(below - LANE + 0.05 - (WORDS if lane.words else 0))
+            below -= tall
+        return cls(top + TOP + NOTE * len(notes), top, tuple(feet), tuple(arrows), notes)
+
+
+def lanes_of(interval: Interval, lanes: Sequence[Lane]) -> tuple[int, int]:
+    """Return the numbers of the lanes of its two edges."""
+    names = [lane.pin for lane in lanes]
+    return names.index(interval.start.split()[0]), names.index(interval.end.split()[0])
+
+
+def _placed(
+    interval: Interval,
+    lanes: tuple[int, int],
+    scale: Scale,
+    taken: dict[tuple[int, int], list[tuple[float, float]]],
+) -> Arrow:
+    """An arrow on the first line under its lanes on which it and its text are alone."""
+    first, second = (float(place) for place in scale([interval.start_ps, interval.end_ps]))
+    for text in _labels(interval):
+        wide = len(text) * LETTER * SMALL
+        if second - first > wide + 0.3:
+            beside, place, extent = "", (first + second) / 2, (first, second)
+        elif second + 0.2 + wide < scale.right + RIGHT:
+            beside, place, extent = "right", second + 0.2, (first - 0.2, second + 0.25 + wide)
+        else:
+            beside, place, extent = "left", first - 0.2, (first - 0.25 - wide, second + 0.2)
+            if first - 0.2 - wide < scale.left:
+                continue
+        break
+    row = 0
+    while any(a < extent[1] and extent[0] < b for a, b in taken.get((max(lanes), row), ())):
+        row += 1
+    taken.setdefault((max(lanes), row), []).append(extent)
+    return Arrow(interval, lanes, first, second, text, place, beside, row)
+
+
+def _labels(interval: Interval) -> tuple[str, ...]:
+    """What can stand at an arrow, the fullest first: the time, what is printed, whether that is kept."""
+    text = f"{interval.symbol} = {duration(interval.ps) if interval.ps else 0}"
+    limits = "; ".join(str(bound) for bound in interval.bounds)
+    verdict = "" if interval.kept is None else ": kept" if interval.kept else ": violated"
+    return (f"{text}  ({limits}{verdict})", text + verdict, text) if limits else (text,)

@@ -1,0 +1,87 @@
+"""What measured steps tell of an axis, as quantities that a picture draws over the model's.
+
+    position            ____         velocity     _________
+              _________|                         |         |____
+       ______|         .          ______.________|         .    .
+      0      1         2    steps       0        1         2    3
+
+All that is known of a measured step is when it began: the velocity is 1 / interval up to the next one, and nothing is
+known before the first step and behind the last one.  An interval in which the direction turns is a rest, and so is one
+that is more than REST times as long as one beside it: no ramp slows down so much from a step to the next.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ...core.motion.axis import Steps
+from ...core.motion.quantity import Outline, Quantity
+from ...core.time.timebase import PS_PER_S
+from ...errors import UsageError
+from .tracks import Track
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+REST = 10
+
+
+class Measured(Quantity):
+    """A quantity that is known at some instants, (n,) int64 ps, and held from each to the next; unknown before."""
+
+    held = True
+
+    def __init__(self, name: str, unit: str, times_ps: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+        self.name, self.unit, self.times_ps, self.values = name, unit, times_ps, values
+        self.from_zero = name != "position"
+
+    def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the values at instants (ps), any order: float64, shape as `times_ps`; NaN where none is known."""
+        import numpy as np
+
+        found: NDArray[np.float64] = np.append(np.nan, self.values)[np.searchsorted(self.times_ps, times_ps, "right")]
+        return found
+
+    def changes(self, start: int, stop: int) -> Outline:
+        """Return every change at start < t <= stop (ps), the value at `start` before them."""
+        import numpy as np
+
+        first, last = np.searchsorted(self.times_ps, (start, stop), side="right").tolist()
+        values = np.append(self.values_at(np.array([start])), self.values[first:last])
+        return Outline(np.append(start, self.times_ps[first:last]), values)
+
+
+def velocity(steps: Steps) -> Measured:
+    """Return the velocity of measured steps, steps/s: 1 / interval, 0 in a rest, NaN from the last step on."""
+    import numpy as np
+
+    lasts = np.diff(steps.times_ps)
+    beside = np.append(lasts, np.iinfo(np.int64).max)  # the last interval has one behind it that is never shorter
+    shortest = np.minimum(beside[1:], np.append(beside[-1], lasts)[:-1])
+    rests = (lasts // REST > shortest) | (steps.directions[1:] != steps.directions[:-1])
+    speeds = np.where(rests, 0.0, steps.directions[:-1] * (PS_PER_S / lasts))
+    return Measured("velocity", "steps/s", steps.times_ps, np.append(speeds, np.nan))
+
+
+def position(steps: Steps) -> Measured:
+    """Return the position after each of some measured steps, in steps."""
+    import numpy as np
+
+    return Measured("position", "steps", steps.times_ps, steps.positions.astype(np.float64))
+
+
+def track(name: str, steps: Steps, begins: int) -> Track:
+    """Return measured steps as a track of a picture, in which the first of them is at an instant (ps).
+
+    Raises:
+        UsageError: there is no step, or their times do not ascend.
+    """
+    import numpy as np
+
+    times = steps.times_ps
+    if not len(times) or (np.diff(times) <= 0).any():
+        raise UsageError(f"runs: {name!r} has {len(times)} steps; expected one or more, their times ascending")
+    first, last = int(times[0]), int(times[-1])
+    quantities = velocity(steps), position(steps)
+    return Track(name, quantities, zero=first - begins, since=first, until=last, over=True)

@@ -1,0 +1,74 @@
+"""Pictures as files: PNG, SVG and PDF, the same bytes every time; an SVG tells a screen reader what it shows."""
+
+from __future__ import annotations
+
+import sys
+from html import escape  # that of xml.sax loads what can fetch a document from the net
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ...errors import UsageError
+from ..style import DPI, styled
+from ..whole_file import WholeFile, check_suffix
+from .svg import compact
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SUFFIXES = (".svg", ".png", ".pdf")
+QUICK: dict[str, Any] = {"png": {"pil_kwargs": {"compress_level": 3}}}  # a tenth more bytes
+
+
+def save(figure: Figure, path: str | Path, title: str, description: str, dark: bool = False) -> None:
+    """Write a figure into a file; its suffix says in which form, and an existing file is replaced whole or not at all.
+
+    Args:
+        title: what the picture is called, as metadata (and to a screen reader, in an SVG).
+        description: a sentence or two on what it shows, for those who cannot see it.
+
+    Raises:
+        UsageError: an unknown suffix, or a path that cannot be written.
+    """
+    check_suffix(path, SUFFIXES)
+    kind = Path(path).suffix.lower()[1:]
+    metadata: dict[str, dict[str, Any]] = {
+        "svg": {"Title": title, "Date": None, "Creator": "slewline"},
+        "png": {"Title": title, "Description": description, "Software": "slewline"},
+        "pdf": {"Title": title, "Subject": description, "Creator": "slewline", "CreationDate": None},
+    }
+    with WholeFile(path) as file, styled(dark):
+        buffer = BytesIO()
+        figure.savefig(buffer, format=kind, dpi=DPI, metadata=metadata[kind], **QUICK.get(kind, {}))
+        data = buffer.getvalue()
+        file.write(compact(_told(data, description)) if kind == "svg" else data)
+
+
+def show(figure: Figure) -> None:
+    """Show a figure in the notebook that runs this, or in a window until it is closed.
+
+    Raises:
+        UsageError: there is no screen for a window.
+    """
+    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+    if hasattr(shell, "kernel"):
+        from IPython.display import display  # type: ignore[import-not-found]
+
+        display(figure)
+        return
+    import matplotlib.pyplot as plt
+
+    remedy = "bench.plot('run.svg') draws into a file"
+    try:
+        if plt.get_backend().lower() in ("agg", "cairo", "pdf", "pgf", "ps", "svg", "template"):
+            raise ImportError(f"its backend {plt.get_backend()} has no windows")
+        plt.figure(FigureClass=lambda *_, **__: figure)  # type: ignore[arg-type]
+    except ImportError as error:
+        raise UsageError(f"show: matplotlib has no window here: {error}; {remedy}") from None
+    plt.show()
+
+
+def _told(svg: bytes, description: str) -> bytes:
+    """An SVG that a screen reader takes for one picture, with its description."""
+    svg = svg.replace(b"<svg ", b'<svg role="img" ', 1)
+    return svg.replace(b"</title>", b"</title>\n <desc>" + escape(description, quote=False).encode() + b"</desc>", 1)

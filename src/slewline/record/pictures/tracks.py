@@ -1,0 +1,97 @@
+"""What an axis did, as a picture tells it: a track, and the curves of its quantities."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from ...core.motion.deviation import Deviation
+from ...core.motion.ideal import Ideal
+from ...core.motion.motions import Mark, MotionStart
+from ...core.motion.quantity import Outline, Quantity
+from ..style import TimeAxis
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """What one axis did in one run.
+
+    Args:
+        quantities: what is drawn, a panel each.
+        motions: those in the window, with the rates that were in force.
+        marks: what happened, findings included.
+        phases: stretches with a label, begin and end in ps.
+        ideals: what is laid over the motions, and how far they leave it.
+        zero: the instant of the run that is 0 in the picture, ps.
+        since, until: the first and the last instant that is known, ps.
+        over: it was measured, and is drawn over the others.
+        words: what parameters mean, by name, as far as that says more.
+        part: it is what a part did, not an axis: the heading of its panel names it, unless it shares one.
+    """
+
+    name: str
+    quantities: Sequence[Quantity]
+    motions: Sequence[MotionStart] = ()
+    marks: Sequence[Mark] = ()
+    phases: Sequence[tuple[int, int, str]] = ()
+    ideals: Sequence[tuple[Ideal, Deviation]] = ()
+    zero: int = 0
+    since: int = 0
+    until: int = 1 << 62
+    over: bool = False
+    part: bool = False
+    words: Mapping[str, str] = field(default_factory=dict)
+
+    def called(self, rate: str) -> str:
+        """Return a rate by its name, with what this means: "R = 80 (rate)"."""
+        parameter, _, value = rate.partition(" = ")
+        return f"{rate} ({self.words[parameter]})" if value and parameter in self.words else rate
+
+    def rates(self) -> list[tuple[int, Mapping[str, float]]]:
+        """Return which rates were in force from which instants on."""
+        return [each for motion in self.motions for each in ((motion.time_ps, motion.rates), *motion.changes)]
+
+    def window(self, axis: TimeAxis) -> tuple[int, int]:
+        """Return the window of a picture in the time of this run."""
+        start = max(axis.start + self.zero, self.since)
+        return start, max(min(axis.stop + self.zero, self.until), start)
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """A quantity of a track as it is drawn; `number` is that of its track: colour and line."""
+
+    number: int
+    track: Track
+    quantity: Quantity
+    outline: Outline
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The lowest and the highest value."""
+        import numpy as np
+
+        values = self.outline.values[self.rest_before() :]
+        values = values[~np.isnan(values)]
+        return (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """The lowest and the highest value, and zero where a quantity shows as its distance from it."""
+        low, high = self.ends
+        return (min(low, 0.0), max(high, 0.0)) if self.from_zero else (low, high)
+
+    def rest_before(self) -> int:
+        """Return how many points lie before the first load, if the axis has not moved by then.
+
+        A register may hold anything before it is loaded: that must not press the motion flat.
+        """
+        import numpy as np
+
+        breaks = np.flatnonzero(np.isnan(self.outline.values))
+        return int(breaks[0]) + 1 if len(breaks) and breaks[0] == 1 and len(self.outline.values) > 3 else 0
+
+    @property
+    def from_zero(self) -> bool:
+        """Does it show as its distance from zero?"""
+        return self.quantity.from_zero

@@ -1,0 +1,322 @@
+"""The recorder: what a net did, kept as it was driven, expanded into edges when somebody asks.
+
+A net's log is a list of (instant, level or promise) entries, and an entry holds until the next one.  So a million
+steps of an endless move are one entry, and edges are made only of the window that somebody asks for:
+
+    log      (0, 1)      (5 us, promise of a train)           (9 us, 0)
+    net      1111111111111111|_|1|_|1|_|1|_|1|_|1|____________________________
+    edges                    ^ ^ ^ ^ ^ ^ ^ ^ ^ ^ ^
+
+Rules of this file: nothing past the last committed instant is read; the level with which a log begins is no edge.
+Levels are 0 and 1, on a bus 0 to 255, and FLOATING where nothing drives and nothing pulls.
+"""
+
+from __future__ import annotations
+
+import sys
+from bisect import bisect_left
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+from ...core.time.hook import Hook
+from ...core.time.kernel import Kernel
+from ...core.time.timebase import readable
+from ...core.wires.net import Bus, Net
+from ...core.wires.pin import Terminal
+from ...errors import NotRecorded, TimeError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Levels: TypeAlias = NDArray[np.int8] | NDArray[np.int16] | NDArray[np.int32]
+    Edges: TypeAlias = tuple[NDArray[np.int64], Levels]
+
+
+class Wires(NamedTuple):
+    """A bus of which every wire is asked for: its levels are 256 times the driven wires, plus those that are high."""
+
+    net: Net
+
+    @property
+    def name(self) -> str:
+        """The name of the bus."""
+        return self.net.name
+
+
+Probe: TypeAlias = Net | Terminal | Wires  # what can be asked about: a net, or a pin (also one wire of a bus)
+
+FLOATING = -1
+TRIM_FROM = 1024  # entries; shorter logs are not worth trimming
+CHUNK_EDGES = 1 << 17  # what an export expands at a time
+FIRST_CHUNK_PS = 10**10
+LONGEST_CHUNK_PS = 10**12  # bounds what a burst after a long silence can cost
+
+
+class Log(list[tuple[int, Any]]):
+    """The entries of a net.  With `keep_ps`, older ones are dropped when the list has doubled since the last time."""
+
+    __slots__ = ("full", "keep_ps")
+
+    def __init__(self, keep_ps: int | None) -> None:
+        super().__init__()
+        self.keep(keep_ps)
+
+    def keep(self, keep_ps: int | None) -> None:
+        """Keep this much of the past from now on (ps); None: all of it."""
+        self.keep_ps = keep_ps
+        self.full = sys.maxsize if keep_ps is None else TRIM_FROM
+
+    def append(self, entry: tuple[int, Any]) -> None:
+        """Add the newest entry (called by the net)."""
+        super().append(entry)
+        if len(self) > self.full:
+            self.trim(entry[0])
+
+    def trim(self, now: int) -> None:
+        """Drop what is older than asked for, save the entry that holds just before that: an edge has two sides."""
+        if self.keep_ps is not None:
+            del self[: max(bisect_left(self, (now - self.keep_ps,)) - 1, 0)]
+            self.full = max(2 * len(self), TRIM_FROM)
+
+
+class TextLog:
+    """What a hook says from now on, with its instants; of one instant the last word."""
+
+    def __init__(self, kernel: Kernel, hook: Hook[[str]], keep_ps: int | None) -> None:
+        self.kernel, self.log = kernel, Log(keep_ps)
+        self.log.append((kernel.now, ""))
+        hook.add(self.told)
+
+    def told(self, text: str) -> None:
+        """Keep a text of this instant."""
+        now = self.kernel.now
+        if self.log[-1][0] == now:
+            self.log[-1] = now, text
+        elif self.log[-1][1] != text:
+            self.log.append((now, text))
+
+    def between(self, start: int, stop: int) -> list[tuple[int, str]]:
+        """Return what was said at start <= t <= stop, in ps."""
+        return self.log[bisect_left(self.log, (start,)) : bisect_left(self.log, (stop + 1,))]
+
+
+class Recorder:
+    """Switches the logs of nets on and answers questions about their past."""
+
+    def record(self, probe: Probe, keep_ps: int | None = None) -> None:
+        """Keep what a net does from now on; None: all of it, else the last `keep_ps`.
+
+        A net that is recorded already goes on being recorded, with the new `keep_ps`.
+        """
+        net = net_of(probe)
+        if isinstance(net.log, Log):
+            net.log.keep(keep_ps)
+            return
+        net.log = Log(keep_ps)
+        net.log.append((net.kernel.seen, _present(net)))
+        if net.promise is not None and len(net.drivers) > 1:
+            net.follow()  # several drivers: only the net itself knows what their promises add up to
+
+    def since(self, probe: Probe) -> int:
+        """Return the first instant (ps) about which the recorder can be asked.
+
+        Raises:
+            NotRecorded: the net is not recorded.
+        """
+        net = net_of(probe)
+        if not isinstance(net.log, Log):
+            raise NotRecorded(f"{probe.name} is not recorded; call bench.record({probe.name!r}) before running")
+        keep = net.log.keep_ps
+        return net.log[0][0] if keep is None else max(net.log[0][0], net.kernel.seen - keep)
+
+    def level_at(self, probe: Probe, ps: int) -> int:
+        """Return the level at an instant (ps), edges at that instant included; FLOATING where nothing drives.
+
+        After the last committed instant, the level is the one at that instant.
+
+        Raises:
+            NotRecorded: the net is not recorded, or no longer that far back.
+        """
+        log, net = self._log(probe, ps), net_of(probe)
+        ps = min(ps, net.kernel.seen)
+        return _code(probe, _level(log[max(bisect_left(log, (ps + 1,)) - 1, 0)][1], ps))
+
+    def edges(self, probe: Probe, start: int, stop: int) -> Edges:
+        """Return the edges at start <= t <= stop (ps), up to the last committed instant.
+
+        There is one per instant, and each is a real change.
+
+        Returns:
+            Times (n,) int64, ps, ascending; levels after the edges (n,) int8, FLOATING where nothing drives.  On a bus
+                the levels are int16, 0 to 255; a wire of it that nobody drives reads 1, unless nobody drives any.
+
+        Raises:
+            NotRecorded: the net is not recorded, or no longer that far back.
+            TimeError: the window ends beyond 2^63 ps (106 days).
+        """
+        log, stop = self._window(probe, start, stop)
+        first, last = max(bisect_left(log, (start,)) - 1, 0), bisect_left(log, (stop + 1,))
+        since, what = log[first]
+        if stop < start or (last - first <= 1 and not _promised(what)):  # one level throughout
+            return columns(probe, [], [])
+        before = _code(probe, _level(what, max(since, start - 1)))
+        return real_edges(*_expanded(probe, log[first:last], start, stop), before)
+
+    def each_edge(self, probe: Probe, start: int, stop: int) -> Iterator[tuple[int, int]]:
+        """Yield what `edges` returns one by one, time (ps) and level, for those who want a few of many.
+
+        Raises:
+            NotRecorded, TimeError: as `edges`.
+        """
+        log, stop = self._window(probe, start, stop)
+        first = max(bisect_left(log, (start,)) - 1, 0)
+        before = _code(probe, _level(log[first][1], max(log[first][0], start - 1)))
+        for number in range(first, len(log)):
+            since, what = log[number]
+            if since > stop:
+                return
+            end = min(log[number + 1][0] - 1, stop) if number + 1 < len(log) else stop
+            time: int | None = max(since, start)
+            while time is not None and time <= end:
+                level = _code(probe, _level(what, time))
+                if level != before:
+                    yield time, level
+                    before = level
+                time = what.after(time) if _promised(what) else None
+
+    def _window(self, probe: Probe, start: int, stop: int) -> tuple[Log, int]:
+        """The log of a window, and the end of it as far as something is known."""
+        log = self._log(probe, start)
+        stop = min(stop, net_of(probe).kernel.seen)
+        if stop >= 1 << 63:
+            raise TimeError("an array of picoseconds ends after 106 days (2^63 ps); ask for an earlier window")
+        return log, stop
+
+    def _log(self, probe: Probe, start: int) -> Log:
+        since = self.since(probe)
+        log = net_of(probe).log
+        assert isinstance(log, Log)
+        if start < since:
+            remedy = f"call bench.record({probe.name!r}) earlier"
+            if log.keep_ps is not None:
+                remedy += f", or with more than keep={readable(log.keep_ps)!r}"
+            raise NotRecorded(f"{probe.name} at {readable(start)}: recorded from {readable(since)} on; {remedy}")
+        return log
+
+
+def chunks(expand: Sequence[Callable[[int, int], Any]], start: int, stop: int, unit: int = 1) -> Iterator[list[Any]]:
+    """Yield what changes at start <= t <= stop, in consecutive windows: one array would not hold an hour.
+
+    The length of a window follows the density of the one before.  All but the last end with a whole `unit` (ps).
+
+    Args:
+        expand: functions of a window (start, stop), such as the edges of a net; each returns times and values.
+        start, stop: ps; nothing after the last committed instant.
+        unit: ps.
+    """
+    length = FIRST_CHUNK_PS
+    while start <= stop:
+        last = min(stop, -(-(start + length) // unit) * unit - 1)
+        changes = [expanded(start, last) for expanded in expand]
+        yield changes
+        found = max(sum(len(times) for times, _ in changes), 1)
+        length = max(min(length * CHUNK_EDGES // found, 4 * length, LONGEST_CHUNK_PS), 1)
+        start = last + 1
+
+
+def net_of(probe: Probe) -> Net:
+    """Return the net of a pin, or the net itself."""
+    return probe if isinstance(probe, Net) else probe.net
+
+
+def width_of(probe: Probe) -> int:
+    """Return how many wires a probe shows: 8 for a whole bus, else 1."""
+    return 1 if isinstance(probe, Terminal) and probe.bit is not None else net_of(probe).width
+
+
+# ------------------------------------------------------------------------------------------------- entries to levels
+def _promised(what: Any) -> bool:
+    return not (what is None or what.__class__ is int or what.__class__ is tuple)
+
+
+def _present(net: Net) -> Any:
+    """What a log entry of this instant says: the promise where one driver alone makes the level, else the level."""
+    driving = [driver for driver in net.drivers if driver.promise is not None or driver.level is not None]
+    if len(driving) == 1 and driving[0].promise is not None:
+        return driving[0].promise
+    return net.level
+
+
+def _level(what: Any, ps: int) -> Any:
+    return what.level(ps) if _promised(what) else what
+
+
+def _code(probe: Probe, level: Any) -> int:
+    """A level as the number that stands in the arrays.  What a promise leaves floating rests on tie and pull."""
+    net = net_of(probe)
+    if level is None:
+        level = net.tie if net.tie is not None else net.pull
+    if level is None:
+        return FLOATING
+    if not isinstance(net, Bus):
+        return int(level)
+    mask, value = level
+    if isinstance(probe, Wires):
+        return int(mask << 8 | value & mask)
+    if isinstance(probe, Terminal) and probe.bit is not None:
+        return int(value) >> probe.bit & 1 if mask >> probe.bit & 1 else FLOATING
+    return int(value | ~mask) & 0xFF
+
+
+def columns(probe: Probe, times: Any, levels: Any) -> Edges:
+    """Return two lists of entries, or two arrays, as edges."""
+    import numpy as np
+
+    dtype: Any = np.int8 if width_of(probe) == 1 else np.int32 if isinstance(probe, Wires) else np.int16
+    if isinstance(levels, list):
+        codes = {level: _code(probe, level) for level in set(levels)}
+        levels = [codes[level] for level in levels]
+    return np.asarray(times, np.int64), np.asarray(levels, dtype)
+
+
+def _expanded(probe: Probe, entries: Sequence[tuple[int, Any]], start: int, stop: int) -> Edges:
+    """What some entries, the first of which may hold since long ago, put on the net at start <= t <= stop."""
+    import numpy as np
+
+    times: list[int] = []
+    levels: list[Any] = []
+    parts: list[Edges] = []
+    for number, (since, what) in enumerate(entries, 1):
+        promised = _promised(what)
+        if since >= start:
+            times.append(since)
+            levels.append(what.level(since) if promised else what)
+        if promised:
+            end = entries[number][0] - 1 if number < len(entries) else stop
+            ahead = what.edges(max(since, start - 1), end)
+            if len(ahead[0]):
+                parts += [columns(probe, times, levels), columns(probe, *ahead)]
+                times, levels = [], []
+    parts.append(columns(probe, times, levels))
+    return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
+
+
+def real_edges(times: NDArray[np.int64], levels: Levels, before: int) -> Edges:
+    """Return the edges that change something: of equal times the last one, and of equal neighbours the first one.
+
+    Args:
+        times: (n,) int64 ps, ascending, equal ones allowed.
+        levels: (n,), after each time.
+        before: the level before the first.
+    """
+    import numpy as np
+
+    if len(times):
+        last = np.append(times[1:] != times[:-1], True)
+        if not last.all():
+            times, levels = times[last], levels[last]
+        real = np.append(levels[0] != before, levels[1:] != levels[:-1])
+        if not real.all():
+            times, levels = times[real], levels[real]
+    return times, levels

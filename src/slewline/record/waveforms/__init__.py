@@ -1,0 +1,1 @@
+"""Waveform files: value change dumps, written and read, with layouts for viewers."""

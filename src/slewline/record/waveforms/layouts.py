@@ -1,0 +1,171 @@
+"""Layouts: files beside a waveform that make a viewer show it in order: a chip a group, curves drawn as curves.
+
+    weld.vcd       the waveform
+    weld.gtkw      for GTKWave: gtkwave weld.gtkw
+    weld.sucl      for Surfer: surfer --command-file weld.sucl weld.vcd
+
+For Surfer it is a command file, of documented commands; its state files belong to one version.  A Surfer that does not
+know a command yet says so and goes on.  Names are relative, so that the folder can be moved.  The same run gives the
+same bytes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import groupby
+from math import log2
+from operator import itemgetter
+from pathlib import Path
+from typing import NamedTuple
+
+from ...errors import UsageError
+from ..whole_file import WholeFile
+from .vcd import ascii_of
+from .vcd_sources import Variable
+
+# What GTKWave calls trace flags: one bit each.
+HEX, RIGHT, BLANK, SIGNED, ASCII, STEP, STRETCH, GROUP, END = 2, 32, 512, 1024, 2048, 1 << 15, 1 << 17, 1 << 23, 1 << 24
+CURVE_ROWS = 3  # by so many rows a curve is higher than a pin
+# GTKWave's window, and a little more than the width of its waves: a view that would go beyond the end of the file
+# makes it begin at 0.
+SIZE, WAVES_PX = "1400 900", 1150
+FRAME_PX = 200  # at zoom z these show 2^-z units
+LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"  # of GTKWave's named markers
+DIGITS = "abcdefghijklmnop"  # in which Surfer counts the rows
+
+
+class View(NamedTuple):
+    """What a viewer shows first: from `begin` to `end` in units of the file, with marks (unit, text).
+
+    `scale` is 1, 10 or 100, what stands before ns or us in the timescale: GTKWave counts in these themselves.
+    """
+
+    begin: int
+    end: int
+    marks: Sequence[tuple[int, str]] = ()
+    scale: int = 1
+
+
+def layout_paths(path: str | Path) -> tuple[Path, Path]:
+    """Return where the layouts of a waveform go: GTKWave's, Surfer's.
+
+    Raises:
+        UsageError: the waveform has the name of a layout.
+    """
+    paths = Path(path).with_suffix(".gtkw"), Path(path).with_suffix(".sucl")
+    if Path(path) in paths:
+        raise UsageError(f"{path}: the layout beside it would have the same name; end the name in .vcd")
+    return paths
+
+
+def save_layouts(path: str | Path, variables: Sequence[Variable], view: View) -> None:
+    """Write the layouts of a waveform file beside it.
+
+    Raises:
+        UsageError: a file cannot be written.
+    """
+    gtkwave, surfer = layout_paths(path)
+    lines_of = (
+        (gtkwave, gtkwave_lines(Path(path).name, gtkwave.name, variables, view)),
+        (surfer, surfer_lines(variables, view)),
+    )
+    for layout, lines in lines_of:
+        with WholeFile(layout, own=True) as file:
+            file.write("".join(f"{line}\n" for line in lines).encode())
+
+
+# --------------------------------------------------------------------------------------------------------- GTKWave
+def gtkwave_lines(dump: str, name: str, variables: Sequence[Variable], view: View) -> Iterator[str]:
+    """Yield the lines of GTKWave's save file.  It finds the waveform beside the file if it is told the name of both."""
+    span = max(view.end - view.begin, 1) * view.scale
+    marks = [(at, ascii_of(text)) for at, text in view.marks][: len(LETTERS)]
+    instants = [str(at * view.scale) for at, _ in marks] + ["-1"] * (len(LETTERS) - len(marks))
+    yield from ("[*] slewline", f'[dumpfile] "{dump}"', f'[savefile] "{name}"', f"[size] {SIZE}")
+    yield f"[timestart] {view.begin * view.scale}"
+    yield f"*{-log2(span * FRAME_PX / WAVES_PX):.6f} -1 {' '.join(instants)}"
+    yield from (f"[markername] {letter}{text}" for letter, (_, text) in zip(LETTERS, marks, strict=False))
+    yield from ("[sst_expanded] 0", "[signals_width] 200")
+    groups = list(grouped(variables))
+    one_chip = len({scope.split(".")[0] for scope, _ in groups}) == 1
+    for scope, rows in groups:
+        yield from (f"@{GROUP | BLANK:x}", f"-{scope}")
+        for row in rows:
+            yield from _gtkwave_row(row, _whose(scope, one_chip))
+        yield from (f"@{END | BLANK:x}", f"-{scope}")
+
+
+def _whose(scope: str, one_chip: bool) -> str:
+    """What stands before the names of a group, so that no two rows read alike: "axis2", "x", "x axis2" or nothing."""
+    return (scope.partition(".")[2] if one_chip else scope).replace(".", " ")
+
+
+def _gtkwave_row(row: Row, whose: str) -> Iterator[str]:
+    """A row; GTKWave shows the last part of its name, or what stands in +{}."""
+    first = row.variables[0]
+    alias = f"+{{{whose} {row.name.rpartition('.')[2]}}} " if whose else ""
+    if first.kind == "real":
+        yield from (f"@{STEP | SIGNED | RIGHT:x}", f"{alias}{row.name}", f"@{STRETCH | BLANK:x}", *["-"] * CURVE_ROWS)
+    elif first.kind == "string":
+        yield from (f"@{ASCII | RIGHT:x}", f"{alias}{row.name}")
+    elif len(row.variables) > 1:
+        wires = " ".join(variable.name for variable in reversed(row.variables))
+        yield from (f"@{HEX | RIGHT:x}", f"{alias}#{{{row.name}[{len(row.variables) - 1}:0]}} {wires}")
+    else:
+        bits = f"[{first.size - 1}:0]" if first.size > 1 else ""  # GTKWave gives every vector a range
+        yield from (f"@{HEX | RIGHT:x}", f"{alias}{row.name}{bits}")
+
+
+# ---------------------------------------------------------------------------------------------------------- Surfer
+def surfer_lines(variables: Sequence[Variable], view: View) -> Iterator[str]:
+    """Yield the lines of Surfer's command file."""
+    number, curves = 0, []
+    yield "# slewline"
+    for scope, rows in grouped(variables):
+        yield f"divider_add {scope}"
+        number += 1
+        for row in rows:
+            for variable in reversed(row.variables):
+                if variable.kind == "real":
+                    curves.append((number, variable.name))
+                yield f"variable_add {variable.name}"
+                number += 1
+    for number, name in curves:
+        yield from (f"item_focus {_letters(number)}_{name}", "item_set_analog step", "item_set_height 4")
+    yield from ("item_unfocus", "zoom_fit", f"zoom_to {view.begin} {view.end}")
+
+
+def _letters(number: int) -> str:
+    return "".join(DIGITS[int(digit, 16)] for digit in f"{number:x}")
+
+
+# ------------------------------------------------------------------------------------------------------------ rows
+class Row(NamedTuple):
+    """A row of a viewer: a variable, or the wires of a bus."""
+
+    name: str
+    variables: list[Variable]
+
+
+def grouped(variables: Sequence[Variable]) -> Iterator[tuple[str, list[Row]]]:
+    """Yield the rows of each axis and chip: texts and curves, then pins.
+
+    A bus that is there as a whole needs no wires.
+    """
+    named = {variable.name for variable in variables}
+    shown = [variable for variable in variables if not (variable.bus and variable.bus in named)]
+    ranks = {"string": 0, "real": 1, "wire": 2}
+    chips = list(dict.fromkeys(_scope(variable).split(".")[0] for variable in shown))
+    scopes = dict.fromkeys(_scope(variable) for variable in shown)
+    for scope in sorted(scopes, key=lambda scope: (chips.index(scope.split(".")[0]), "." not in scope)):
+        inside = sorted((v for v in shown if _scope(v) == scope), key=lambda variable: ranks[variable.kind])
+        yield scope, list(_rows(inside))
+
+
+def _scope(variable: Variable) -> str:
+    return variable.name.rpartition(".")[0] or "slewline"
+
+
+def _rows(variables: Iterable[Variable]) -> Iterator[Row]:
+    keyed = ((variable.bus or variable.name, variable) for variable in variables)
+    for name, of in groupby(keyed, itemgetter(0)):
+        yield Row(name, [variable for _, variable in of])

@@ -1,0 +1,110 @@
+"""Reads value change dumps (IEEE 1364): our own, those of simulators, and those of logic analysers.
+
+A file is read in blocks, so that a long one needs little more memory than its edges.  What cannot be read is an error
+with file, line and what was expected; nothing is guessed.
+"""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+from io import BufferedReader
+from pathlib import Path
+
+from ...core.time.timebase import Time, picoseconds
+from ...errors import UsageError, WaveformError
+from .vcd_changes import Changes
+from .vcd_header import Header, Place, read_header
+from .waveforms import Waveforms
+
+BLOCK = 1 << 20  # bytes: what the words of a block take beside it fits into a processor's cache
+LONGEST, WORD = 1 << 28, 1 << 24  # bytes of declarations, of millions of variables; of a word, of a wide vector
+CUT_OFF = "it was cut off; read_vcd(..., torn=True) reads what stands before"
+FORMATS = {  # how files begin that are often taken for a VCD file
+    b"\x1f\x8b": "compressed (gzip); unpack it with gunzip",
+    b"BZh": "compressed (bzip2); unpack it with bunzip2",
+    b"\xfd7zXZ": "compressed (xz); unpack it with unxz",
+    b"PK": "a ZIP archive, such as a session of PulseView (.sr) or DSView (.dsl), or the .sal of Logic; "
+    "export VCD there, or with: sigrok-cli -i FILE.sr -O vcd -o FILE.vcd",
+    b"\x00\x00\x00\x00\x00\x00\x00\x01\x49": "an FST file of GTKWave; convert it with: fst2vcd FILE.fst > FILE.vcd",
+    b"\x13\x80": "an LXT2 file of GTKWave; convert it with: lxt2vcd FILE.lxt2 > FILE.vcd",
+    b"VZ": "a VZT file of GTKWave; convert it with: vzt2vcd FILE.vzt > FILE.vcd",
+    b"GHDLwave": "a GHW file of GHDL; write VCD there, with --vcd=FILE.vcd",
+    b"\xff\xfe": "text in UTF-16; save it as plain ASCII",
+}
+
+_DEFINED = re.compile(rb"\$enddefinitions\s+\$end\s")
+
+
+def read_vcd(path: str | Path, *, timescale: Time | None = None, torn: bool = False) -> Waveforms:
+    """Return the waveforms of a VCD file.
+
+    Times that are no whole picoseconds (a file in femtoseconds) are rounded down.
+
+    Args:
+        timescale: the unit of the times in a file that does not state one.
+        torn: read a file that was cut off as far as it goes: what stands behind its last end of line is left out.
+
+    Raises:
+        UsageError: the file cannot be opened, or `timescale` is missing or contradicts the file.
+        WaveformError: what is in it cannot be read; the message has line, reason and remedy.
+    """
+    unit = None if timescale is None else picoseconds(timescale)
+    try:
+        with open(path, "rb") as file:
+            return Waveforms(path, *_read(str(path), file, unit, torn))
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be read: {error.strerror or error}") from error
+
+
+def _read(path: str, file: BufferedReader, unit: int | None, torn: bool) -> tuple[Header, Changes]:
+    head = _head(path, file)
+    header, at = read_header(Place(path, head))
+    if not header.variables:
+        raise WaveformError(f"{path}: declares no variable ($var); is it cut off, or another kind of file?")
+    if not (header.whole or torn):
+        raise Place(path, head).error(len(head.rstrip()) - 1, f"the file ends among its declarations: {CUT_OFF}")
+    changes = Changes(path, header, _unit(path, header.unit, unit))
+    lines, rest, more = head.count(b"\n", 0, at), head[at:], True
+    while more:
+        block = file.read(BLOCK)
+        more, block = bool(block), rest + block
+        end = max(block.rfind(b"\n"), block.rfind(b" ") if more else -1) + 1  # what stands behind may go on
+        taken = changes.feed(Place(path, block[:end], lines)) if end else 0
+        lines, rest = lines + block.count(b"\n", 0, taken), block[taken:]
+        if len(rest) > WORD:
+            raise Place(path, rest[:BLOCK], lines).error(0, f"goes on for more than {WORD} bytes; is it a VCD file?")
+    if rest.strip() and not torn:
+        raise Place(path, rest, lines).error(
+            len(rest) - len(rest.lstrip()),
+            f"the file ends before this does: {CUT_OFF}",
+        )
+    return header, changes
+
+
+def _head(path: str, file: BufferedReader) -> bytes:
+    """The beginning of a file, with all its declarations."""
+    head = bytearray(file.read(BLOCK))
+    if not head.strip():
+        raise WaveformError(f"{path}: is empty; nothing was written, or the writer has not finished")
+    for begin, what in FORMATS.items():
+        if head.startswith(begin):
+            raise WaveformError(f"{path}: no VCD file: {what}")
+    first = bytes(head[: head.find(b"\n")])
+    if b"," in first and b"$" not in first:
+        raise WaveformError(f"{path}: no VCD file: its first line is that of a table (CSV); export VCD instead")
+    seen = 0
+    while _DEFINED.search(head, seen) is None and (more := file.read(BLOCK)):
+        seen = max(len(head) - 100, 0)
+        head += more
+        if len(head) > LONGEST:
+            raise WaveformError(f"{path}: no $enddefinitions in {LONGEST} bytes; is it a VCD file?")
+    return bytes(head)
+
+
+def _unit(path: str, stated: Fraction | None, given: int | None) -> Fraction:
+    if stated is None and given is None:
+        raise UsageError(f"{path}: states no $timescale; say what its times count: read_vcd(..., timescale='1 ns')")
+    if stated is not None and given not in (None, stated):
+        raise UsageError(f"{path}: its $timescale says {stated} ps, not {given} ps; leave `timescale` away")
+    return stated if stated is not None else Fraction(given or 1)

@@ -1,0 +1,340 @@
+r"""Value change dumps (IEEE 1364), for GTKWave, PulseView, Surfer and their like.
+
+    #1200                  time, in units of the timescale
+    0!                     one wire: level and identifier
+    b1010 "                a bus as a whole
+    r5978.26 #             a real: a velocity
+    sP\x20300 $            a string: the command in work
+
+Times are rounded down to the timescale.  Of several changes of a variable inside one unit the last one counts; a glitch
+that is over within its unit is not in the file, and is counted as lost.  Changes of one instant stand under one time.
+The same run gives the same bytes, whether written at once or in parts.
+
+A file of wires is read by everybody.  libsigrok 0.5.2 refuses a file with a bus in it, so a bus is written as its
+wires unless somebody asks for it; it skips reals in silence and strings with a warning each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import count
+from pathlib import Path
+from struct import pack, unpack
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+from ...core.time.timebase import UNITS, readable
+from ...errors import UsageError
+from ..recording.recorder import Probe, Recorder, chunks, net_of, real_edges
+from ..whole_file import WholeFile
+from .vcd_lines import Table
+from .vcd_sources import Buses, NetSource, Source, Variable
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from .vcd_sources import Changes
+
+TIMESCALES = {f"{n} {unit}": n * UNITS[unit] for unit in ("ps", "ns", "us", "ms", "s") for n in (1, 10, 100)}
+ID_FIRST, ID_COUNT = 33, 94  # identifiers are made of the printable characters
+# A reader that skips a string takes its identifier for the next thing in the file: these begin with nothing of that.
+MISREAD = frozenset("#$01xXzZuUwWlLhH-bBrRsSpP")
+PLAIN = str.maketrans({"µ": "u", "²": "^2", "³": "^3"})
+ESCAPES = str.maketrans({" ": "\\x20", "\\": "\\\\", "\t": "\\t", "\n": "\\n", "\r": "\\r"})
+
+
+class VcdStream:
+    """A VCD file that grows with virtual time: `write_until` appends what has happened since the last call.
+
+    The file begins with the values at `start` and is put in place by `close`.  As a context manager it closes, or
+    discards when the block raises.
+
+    Args:
+        path: the file.
+        nets: names of recorded nets or pins; dots make scopes, so that "x.slew" is variable slew in scope x.
+        recorder: that recorded them.
+        timescale: one of TIMESCALES.
+        start: ps; None: now.
+        buses: "bits": a bus as its wires; "whole": as one variable; "both".
+        values: what stands in the file beside the nets: quantities and texts.
+        comments: said at the head of the file.
+
+    Raises:
+        UsageError: an unknown timescale, no nets, names that do not fit a VCD file, or a path that cannot be written.
+        NotRecorded: a net is not recorded, or no longer as far back as `start` or as the last call.
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        nets: Mapping[str, Probe],
+        recorder: Recorder,
+        timescale: str = "1 ns",
+        start: int | None = None,
+        buses: Buses = "bits",
+        values: Sequence[Source] = (),
+        comments: Iterable[str] = (),
+    ) -> None:
+        self.path, self.nets, self.unit = Path(path), list(nets), unit_of(timescale)
+        if not nets:
+            raise UsageError(f"{path}: no nets to write; name at least one")
+        self._kernel = net_of(next(iter(nets.values()))).kernel
+        self._start = self._reached = self._kernel.seen if start is None else start
+        self._sources = [*(NetSource(recorder, name, probe, buses) for name, probe in nets.items()), *values]
+        for source in self._sources:
+            source.values_at(self._reached)
+        self.variables = [variable for source in self._sources for variable in source.variables]
+        self._ids = identifiers(self.variables)
+        self._header = _header(self.variables, self._ids, timescale, comments)
+        self._first: list[int] = []  # of every wire, the code of its level 0
+        texts: list[str] = []
+        for variable, name in zip(self.variables, self._ids, strict=True):
+            self._first.append(len(texts) + 1)  # FLOATING, which is -1, comes first
+            texts += _levels(variable, name)
+        self._table = Table(texts)
+        self._now: list[Any] = []  # the values written last; none before the first unit is over
+        self._said = self._reached // self.unit  # the last time written, in units
+        self._next = (self._said + 1) * self.unit  # from this instant on, nothing is written yet
+        self.lost = 0
+        """How many changes of wires are not in the file, because others followed in the same unit."""
+        self._file = WholeFile(path)
+
+    @property
+    def window(self) -> tuple[int, int]:
+        """From when until when the file tells, ps."""
+        return self._start, self._reached
+
+    def write_until(self, ps: int) -> None:
+        """Append the changes up to an instant (ps); a unit of the file that is not over waits for the next call."""
+        self._reached = max(self._reached, min(ps, self._kernel.seen))
+        over = (self._reached + 1) // self.unit * self.unit
+        if over >= self._next:
+            self._append(over - 1)
+
+    def close(self) -> None:
+        """Append what is left and, as the end, the instant of the last call; put the file in place."""
+        self._append(self._reached)
+        end = self._reached // self.unit
+        if end > self._said:
+            self._file.write(b"#%d\n" % end)
+            self._said = end
+        self._file.commit()
+
+    def discard(self) -> None:
+        """Discard the file, unless it is closed."""
+        self._file.discard()
+
+    def _append(self, stop: int) -> None:
+        if not self._now:
+            self._begin(min(self._next - 1, stop))
+        for changes in chunks([source.changes for source in self._sources], self._next, stop, self.unit):
+            table, units, codes = self._merged(changes)
+            if len(units):
+                self._file.write(table.lines(units, codes))
+                self._said = int(units[-1])
+        self._next = max(self._next, stop + 1)
+
+    def _begin(self, ps: int) -> None:
+        """The head of the file; the values are those at the end of the first unit."""
+        self._now = [value for source in self._sources for value in source.values_at(self._start)]
+        if ps > self._start:
+            self._settled([source.changes(self._start + 1, ps) for source in self._sources])
+        dump = "".join(map(self._line, range(len(self._now)), self._now))
+        self._file.write(f"{self._header}#{self._said}\n$dumpvars\n{dump}$end\n".encode("ascii"))
+
+    def _line(self, number: int, value: Any) -> str:
+        kind = self.variables[number].kind
+        if kind == "wire":
+            return self._table.texts[self._first[number] + int(value)]
+        return f"{real(value) if kind == 'real' else string(value)} {self._ids[number]}\n"
+
+    def _settled(self, changes: list[Changes]) -> list[tuple[NDArray[np.int64], Any]]:
+        """Of every variable the units in which it changes, and its value at the end of each."""
+        settled: list[tuple[NDArray[np.int64], Any]] = []
+        for source, (times, values) in zip(self._sources, changes, strict=True):
+            for column in source.split(values):
+                number = len(settled)
+                if self.variables[number].all:
+                    units, column = _joined(times // self.unit, column)
+                else:
+                    units, column, lost = self._last(times, column, number, len(source.variables) > 1)
+                    self.lost += lost if self.variables[number].kind == "wire" else 0
+                if len(units):
+                    self._now[number] = column[-1]
+                settled.append((units, column))
+        return settled
+
+    def _last(
+        self, times: NDArray[np.int64], values: NDArray[Any], number: int, shared: bool
+    ) -> tuple[NDArray[np.int64], NDArray[Any], int]:
+        """The last changes of the units, and how many others there are; `shared`: not all times are changes."""
+        before = self._now[number]
+        if shared:
+            times, values = real_edges(times, values, before)
+        units, kept = real_edges(times // self.unit, values, before)
+        return units, kept, len(times) - len(units)
+
+    def _merged(self, changes: list[Changes]) -> tuple[Table, NDArray[np.int64], NDArray[np.int64]]:
+        """A table of lines; units and codes of all changes of a chunk, by time, then in the order of the file."""
+        import numpy as np
+
+        more: list[str] = []
+        marks: list[tuple[NDArray[np.int64], NDArray[np.int64]]] = []
+        for number, (units, values) in enumerate(self._settled(changes)):
+            if not len(units):
+                continue
+            if self.variables[number].kind == "wire":
+                marks.append((units, values + np.int64(self._first[number])))
+            else:
+                texts, which = np.unique(values, return_inverse=True)
+                marks.append((units, which + (len(self._table.texts) + len(more))))
+                more += [self._line(number, value) for value in texts.tolist()]
+        table = self._table.with_more(more)
+        base = min((int(units[0]) for units, _ in marks), default=0)
+        keys = [np.empty(0, np.int64)]
+        for units, codes in marks:
+            key = units - base
+            key <<= table.bits
+            key += codes
+            keys.append(key)
+        merged = np.concatenate(keys)
+        merged.sort(kind="stable")  # a few ascending rows, one a variable: merging them is much faster than sorting
+        codes = merged & ((1 << table.bits) - 1)
+        merged >>= table.bits
+        merged += base
+        return table, merged, codes
+
+    def __enter__(self) -> VcdStream:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            if kind is None:
+                self.close()
+        finally:
+            self.discard()
+
+
+def write_vcd(
+    path: str | Path,
+    nets: Mapping[str, Probe],
+    recorder: Recorder,
+    start: int,
+    stop: int,
+    timescale: str = "1 ns",
+    **options: Any,
+) -> VcdStream:
+    """Write what happened at start <= t <= stop (ps, as far as the last committed instant) to a VCD file.
+
+    The window is expanded in pieces, so a long one needs no more memory than a short one.  `options` and what is raised
+    are those of VcdStream.
+
+    Returns:
+        The stream, closed: `lost` says how many changes the timescale hides.
+
+    Raises:
+        UsageError: the window ends before it begins.
+    """
+    if stop < start:
+        raise UsageError(f"{path}: the window ends at {readable(stop)}, before it begins at {readable(start)}")
+    with VcdStream(path, nets, recorder, timescale, start, **options) as stream:
+        stream.write_until(stop)
+    return stream
+
+
+def unit_of(timescale: str) -> int:
+    """Return the picoseconds of a timescale.
+
+    Raises:
+        UsageError: a VCD file has no such timescale.
+    """
+    if timescale not in TIMESCALES:
+        raise UsageError(f"timescale {timescale!r}: allowed {', '.join(TIMESCALES)}")
+    return TIMESCALES[timescale]
+
+
+def identifier(number: int) -> str:
+    """Return the short name of variable `number` in the file: "!" for 0, and so on, longer when those run out."""
+    text = ""
+    while True:
+        number, character = divmod(number, ID_COUNT)
+        text += chr(ID_FIRST + character)
+        if number == 0:
+            return text
+        number -= 1
+
+
+def identifiers(variables: Iterable[Variable]) -> list[str]:
+    """Return the short names of all variables; those of strings look like nothing else in the file."""
+    names = map(identifier, count())
+    return [
+        next(name for name in names if variable.kind != "string" or name[0] not in MISREAD) for variable in variables
+    ]
+
+
+def real(bits: int) -> str:
+    """Return a real as the file has it: exact, as short as can be."""
+    (value,) = unpack("<d", pack("<q", bits))
+    return f"r{value!r}".removesuffix(".0")
+
+
+def string(text: str) -> str:
+    r"""Return a text as the file has it: ASCII in one word; viewers show \x20 as a blank."""
+    return "s" + ascii_of(text.translate(ESCAPES))
+
+
+def ascii_of(text: str) -> str:
+    """Return a text in printable ASCII."""
+    return "".join(letter if " " <= letter <= "~" else "?" for letter in text.translate(PLAIN))
+
+
+def _joined(units: NDArray[np.int64], texts: Sequence[str]) -> tuple[NDArray[np.int64], list[str]]:
+    """Texts of one unit in one: none is lost."""
+    import numpy as np
+
+    together: dict[int, str] = {}
+    for unit, text in zip(units.tolist(), texts, strict=True):
+        together[unit] = f"{together[unit]}; {text}" if unit in together else text
+    return np.array(list(together), np.int64), list(together.values())
+
+
+def _levels(variable: Variable, name: str) -> list[str]:
+    """The lines of all levels that a wire or bus can have, floating first; of others none."""
+    if variable.kind != "wire":
+        return []
+    if variable.size == 1:
+        return [f"{level}{name}\n" for level in "z01"]
+    return [f"bz {name}\n", *(f"b{level:b} {name}\n" for level in range(1 << variable.size))]
+
+
+def _header(variables: Iterable[Variable], names: Iterable[str], timescale: str, comments: Iterable[str]) -> str:
+    """Everything up to $enddefinitions.  No date: the same run gives the same bytes."""
+    tree: dict[str, Any] = {}
+    for variable, identifier in zip(variables, names, strict=True):
+        name = variable.name
+        *scopes, last = name.split(".") if "." in name else ("slewline", name)
+        level = tree
+        for scope in scopes:
+            level = level.setdefault(scope, {})
+            if not isinstance(level, dict):
+                raise UsageError(f"{name!r}: {scope!r} is the name of a variable in the file and cannot be a scope too")
+        if not all(part and part.isascii() and part.isprintable() and " " not in part for part in (*scopes, last)):
+            raise UsageError(
+                f"{name!r}: no name for a VCD file; use printable ASCII without blanks, dots between scopes"
+            )
+        if last in level:
+            what = "scope" if isinstance(level[last], dict) else "variable"
+            raise UsageError(f"{name!r}: {last!r} is the name of a {what} in the file and cannot be a variable too")
+        level[last] = f"$var {variable.kind} {variable.size} {identifier} {last} $end\n"
+    said = "".join(f"$comment {ascii_of(comment)} $end\n" for comment in comments)
+    return f"$timescale {timescale} $end\n$version slewline $end\n{said}{_scopes(tree)}$enddefinitions $end\n"
+
+
+def _scopes(tree: dict[str, Any]) -> str:
+    return "".join(
+        what if isinstance(what, str) else f"$scope module {name} $end\n{_scopes(what)}$upscope $end\n"
+        for name, what in tree.items()
+    )

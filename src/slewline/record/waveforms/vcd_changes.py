@@ -1,0 +1,255 @@
+"""The changes in a VCD file, block by block: all words of a block are looked at together, as arrays of bytes.
+
+    #1200            time
+    0!               level and identifier
+    b1010 "          value and identifier, as two words; r and s likewise
+
+A file is a row of words; lines are a habit.  So the words of a block are found first, then sorted into kinds by their
+first character.  The word behind a b, an r or an s is an identifier, whatever it begins with; and of several words in
+succession that begin like values every second one is an identifier.
+"""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from ...errors import WaveformError
+from .vcd_header import Header, Place, Variable
+from .vcd_words import (
+    KEYWORD,
+    LEVEL,
+    SHORT,
+    TIME,
+    VALUE,
+    Words,
+    codes_of_letters,
+    kinds_of_letters,
+    mark_identifiers,
+    quoted,
+)
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+BEFORE = -1  # the time of what stands before the first time
+KEYWORDS = frozenset((b"$dumpvars", b"$dumpall", b"$dumpon", b"$dumpoff", b"$end", b"$vcdclose"))
+CONTROLS = bytes({*range(32), 127} - set(b"\t\n\v\f\r"))
+ESCAPES = {"t": "\t", "n": "\n", "r": "\r", "\\": "\\"}
+
+_COMMENT = re.compile(rb"(?<!\S)\$comment(?!\S)")
+_COMMENT_END = re.compile(rb"(?<!\S)\$end(?!\S)")
+_ESCAPE = re.compile(r"\\(x[0-9a-fA-F]{2}|[0-7]{3}|[tnr\\])")
+_NOT_BLANK = re.compile(rb"[^\t\n\v\f\r ]")
+
+
+class Changes:
+    """Collects the changes of the variables of a header; `feed` it with blocks, then ask for `series`.
+
+    `unit` is the picoseconds that the times of the file count.
+    """
+
+    def __init__(self, path: str, header: Header, unit: Fraction) -> None:
+        import numpy as np
+
+        self.path, self.unit = path, unit
+        self.order = list(header.variables)
+        self._variables = list(header.variables.values())
+        self._kinds = np.array([("bits", "real", "string").index(v.kind) for v in self._variables], np.int8)
+        self._widths = np.array([v.width for v in self._variables], np.int64)
+        self._long = {name: (1 << 63) + n for n, name in enumerate(self.order) if len(name) > SHORT}
+        keys = [self._long.get(name, int.from_bytes(name, "little")) for name in self.order]
+        self._by_key = np.argsort(np.array(keys, np.uint64))
+        self._keys = np.array(keys, np.uint64)[self._by_key]
+        widest = max((v.width for v in self._variables if v.kind == "bits"), default=1)
+        self._dtype: Any = np.int8 if widest < 8 else np.int16 if widest < 16 else np.int64
+        self._index: Any = np.uint16 if len(self.order) < 1 << 16 else np.int64  # of two bytes: sorted by radix
+        self._parts: list[list[tuple[Any, Any, Any]]] = [[], [], []]  # of each kind: times, variables, values
+        self.begin: int | None = None  # the first time in the file, 0 if something stands before it
+        self.end = BEFORE  # the last one so far
+
+    # --------------------------------------------------------------------------------------------------- one block
+    def feed(self, place: Place) -> int:
+        """Take the changes of a block that ends with a whole word; returns how many of its bytes were taken.
+
+        What is left is the beginning of something that goes on in the next block.
+
+        Raises:
+            WaveformError: something in it is no change.
+        """
+        import numpy as np
+
+        text, taken = _without_comments(place)
+        if len(text.translate(None, CONTROLS)) < len(text):
+            at = next(n for n, byte in enumerate(text) if byte in CONTROLS)
+            raise place.error(at, f"byte {text[at]:#04x}; a VCD file is text: this one is damaged, or another format")
+        letters = np.frombuffer(text, np.uint8)
+        solid = np.zeros(len(letters) + 2, np.int8)
+        np.greater(letters, 32, out=solid[1:-1].view(np.bool_))
+        bounds = np.flatnonzero(solid[1:] != solid[:-1])
+        begins, ends = bounds[::2], bounds[1::2]
+        kinds = kinds_of_letters()[letters[begins]]
+        if mark_identifiers(kinds):  # a value whose identifier is still to come
+            taken = int(begins[-1])
+            begins, ends, kinds = begins[:-1], ends[:-1], kinds[:-1]
+        words = Words(place, text, letters, begins, ends)
+        self._refuse_strangers(words, kinds)
+        times, index = self._times(words, kinds)
+        self._take(words, kinds, times, index)
+        if len(times) > 1:
+            self.end = int(times[-1])
+        return taken
+
+    def _refuse_strangers(self, words: Words, kinds: NDArray[np.int8]) -> None:
+        import numpy as np
+
+        for number in np.flatnonzero((kinds == 0) | (kinds == KEYWORD)):
+            word = words[number]
+            if kinds[number] == 0:
+                raise words.error(number, f"{quoted(word)} is neither a time (#) nor a value (0 1 x z b r s)")
+            if word not in KEYWORDS:
+                known = ", ".join(sorted(keyword.decode() for keyword in KEYWORDS))
+                raise words.error(number, f"{quoted(word)} among the changes; allowed {known}")
+
+    def _times(self, words: Words, kinds: NDArray[np.int8]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """The time before the block and those in it, and for each word which of these holds there."""
+        import numpy as np
+
+        named = kinds == TIME
+        where = np.flatnonzero(named)
+        times = np.concatenate([[self.end], words.numbers(where)])
+        back = np.flatnonzero(times[1:] < times[:-1])
+        if len(back):
+            first = back[0]
+            raise words.error(where[first], f"time runs backwards, from #{times[first]} to #{times[first + 1]}")
+        if self.begin is None and len(kinds):
+            changed = (kinds == LEVEL) | (kinds == VALUE)
+            if len(where) and not changed[: where[0]].any():
+                self.begin = int(times[1])
+            elif changed.any():
+                self.begin = 0
+        return times, np.cumsum(named)
+
+    def _take(self, words: Words, kinds: NDArray[np.int8], times: NDArray[np.int64], index: NDArray[np.int64]) -> None:
+        import numpy as np
+
+        where = np.flatnonzero((kinds == LEVEL) | (kinds == VALUE))
+        if not len(where):
+            return
+        scalar = kinds[where] == LEVEL
+        variables = self._named(words, np.where(scalar, where, where + 1), scalar)
+        first = words.letters[words.begins[where]] | 32  # in lower case
+        real, string = first == ord("r"), first == ord("s")
+        wrong = np.flatnonzero(self._kinds[variables] != np.where(real, 1, np.where(string, 2, 0)))
+        if len(wrong):
+            variable = self._variables[variables[wrong[0]]]
+            raise words.error(where[wrong[0]], f"a value of another kind; this variable is of {_said(variable)}")
+        at = times[index[where]]
+        bits = ~(real | string)
+        if bits.any():
+            values = self._bits(words, where[bits], variables[bits], scalar[bits])
+            self._parts[0].append((at[bits], variables[bits], values))
+        if real.any():
+            self._parts[1].append((at[real], variables[real], words.reals(where[real])))
+        if string.any():
+            texts = np.array([_unescaped(words[number][1:]) for number in where[string]] + [None], object)[:-1]
+            self._parts[2].append((at[string], variables[string], texts))
+
+    def _named(self, words: Words, where: NDArray[np.intp], scalar: NDArray[np.bool_]) -> NDArray[Any]:
+        """Which variables the identifiers of some words name."""
+        import numpy as np
+
+        keys = words.keys(where, scalar, self._long)
+        found = np.minimum(np.searchsorted(self._keys, keys), max(len(self._keys) - 1, 0))
+        wrong = np.flatnonzero(self._keys[found] != keys) if len(self._keys) else np.arange(1)
+        if len(wrong):
+            number = where[wrong[0]]
+            name = words[number][int(scalar[wrong[0]]) :]
+            what = f"identifier {quoted(name)} is not declared" if name else "a level without its identifier"
+            raise words.error(number, f"{what}; it stands behind BITS in a $var")
+        return self._by_key[found].astype(self._index)
+
+    def _bits(
+        self, words: Words, where: NDArray[np.intp], variables: NDArray[Any], scalar: NDArray[np.bool_]
+    ) -> NDArray[Any]:
+        """Values of bits: numbers, or FLOATING, or UNKNOWN."""
+        import numpy as np
+
+        values = codes_of_letters()[words.letters[words.begins[where]]].astype(self._dtype)
+        vectors = np.flatnonzero(~scalar)
+        if len(vectors):
+            widths = self._widths[variables[vectors]]
+            values[vectors], over = words.vectors(where[vectors], widths)
+            if len(over):
+                width = widths[over[0]]
+                raise words.error(where[vectors[over[0]]], f"a value of more bits than its variable has: {width}")
+        return values
+
+    # ---------------------------------------------------------------------------------------------------- the whole
+    def series(self) -> dict[bytes, tuple[Variable, NDArray[np.int64], NDArray[Any]]]:
+        """Return the changes by identifier.
+
+        Returns:
+            For each: the variable, times (n,) int64 ps, ascending, equal ones in the file's order, and values (n,).
+
+        Raises:
+            WaveformError: a time beyond 2^63 ps.
+        """
+        import numpy as np
+
+        if self.end * self.unit >= 1 << 63:
+            raise WaveformError(f"{self.path}: a time beyond 2^63 ps (106 days), where an array of picoseconds ends")
+        empty: Any = (np.empty(0, np.int64), np.empty(0, self._index))
+        nothing: Any = [np.empty(0, self._dtype), np.empty(0, np.float64), np.empty(0, object)]
+        out: dict[bytes, tuple[Variable, NDArray[np.int64], NDArray[Any]]] = {}
+        columns = []
+        for kind, parts in enumerate(self._parts):
+            times, variables, values = (
+                np.concatenate(column) for column in zip((*empty, nothing[kind]), *parts, strict=True)
+            )
+            order = np.argsort(variables, kind="stable")
+            limits = np.searchsorted(variables[order], np.arange(len(self.order) + 1))
+            columns.append((self.picoseconds(times[order]), values[order], limits))
+        for number, (name, variable) in enumerate(zip(self.order, self._variables, strict=True)):
+            times, values, limits = columns[self._kinds[number]]
+            window = slice(limits[number], limits[number + 1])
+            out[name] = variable, times[window], values[window]
+        return out
+
+    def picoseconds(self, times: Any) -> Any:
+        """Return times in the file's unit as picoseconds, rounded down; what comes before the first time stays so."""
+        import numpy as np
+
+        return np.where(times == BEFORE, BEFORE, times * self.unit.numerator // self.unit.denominator)
+
+
+def _without_comments(place: Place) -> tuple[bytes, int]:
+    """A block with blanks for its comments, and how much of it: up to a comment that does not end in it."""
+    block = place.block
+    if b"$comment" not in block:
+        return block, len(block)
+    parts, at = [], 0
+    while (begin := _COMMENT.search(block, at)) is not None:
+        parts.append(block[at : begin.start()])
+        end = _COMMENT_END.search(block, begin.end())
+        if end is None:
+            return b"".join(parts), begin.start()
+        parts.append(_NOT_BLANK.sub(b" ", block[begin.start() : end.end()]))
+        at = end.end()
+    return b"".join(parts) + block[at:], len(block)
+
+
+def _unescaped(text: bytes) -> str:
+    r"""A string value: blanks and the like stand in it as \x20, \040, \t, \n, \r or \\."""
+
+    def plain(match: re.Match[str]) -> str:
+        code = match[1]
+        return chr(int(code[1:], 16)) if code[0] == "x" else chr(int(code, 8)) if code.isdigit() else ESCAPES[code]
+
+    return _ESCAPE.sub(plain, text.decode("utf-8", "replace"))
+
+
+def _said(variable: Variable) -> str:
+    return f"{variable.width} bits" if variable.kind == "bits" else f"kind {variable.kind}"

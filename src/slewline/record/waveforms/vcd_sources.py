@@ -1,0 +1,164 @@
+"""What stands in a value change dump: variables, and the sources from which their changes come.
+
+A source is expanded once a chunk and may feed several variables: a bus feeds its wires.
+
+    net "x.slew"         x.slew                   wire      0, 1, z
+    bus "x.db"           x.db0 ... x.db7          wires     0, 1, z where nothing drives
+    quantity             x.velocity               real      exact; a staircase
+    texts                x.finding                string    from its instant to the next
+    states               x.command, x.motion      string    empty while there is none
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol, TypeAlias
+
+from ...core.wires.net import Bus
+from ...core.wires.pin import Terminal
+from ...errors import UsageError
+from ..recording.recorder import FLOATING, Probe, Recorder, Wires, net_of
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Changes: TypeAlias = tuple[NDArray[np.int64], Any]  # (n,) ps, ascending; n values
+
+Kind: TypeAlias = Literal["wire", "real", "string"]
+Buses: TypeAlias = Literal["bits", "whole", "both"]
+BUSES = ("bits", "whole", "both")
+
+
+class Variable(NamedTuple):
+    """A variable of the file.  Dots in the name make scopes.  A wire of a bus knows the name of that.
+
+    Of several values within a unit of time the last one counts; `all` of a string's stand there together.
+    """
+
+    name: str
+    kind: Kind = "wire"
+    size: int = 1
+    bus: str = ""
+    all: bool = False
+
+
+class Curve(Protocol):
+    """Something that has a value at every instant, as `slewline.core.motion.quantity.Quantity`."""
+
+    def staircase(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Return the value at `start` and every change at start < t <= stop (ps), the same ones for every window."""
+
+
+class Source(Protocol):
+    """Where the changes of some variables come from."""
+
+    variables: list[Variable]
+
+    def values_at(self, ps: int) -> list[Any]:
+        """Return the value of every variable at an instant (ps)."""
+
+    def changes(self, start: int, stop: int) -> Changes:
+        """Return what changes at start <= t <= stop (ps), for all variables in one."""
+
+    def split(self, values: Any) -> list[Any]:
+        """Return the values of every variable, from what `changes` gives for all in one."""
+
+
+class NetSource:
+    """A net or a pin; a bus as its wires, as a whole, or both.
+
+    Raises:
+        UsageError: `buses` is none of these.
+    """
+
+    def __init__(self, recorder: Recorder, name: str, probe: Probe, buses: Buses = "bits") -> None:
+        if buses not in BUSES:
+            raise UsageError(f"buses {buses!r}: allowed {', '.join(BUSES)}")
+        self.recorder, self.probe = recorder, probe
+        self.wires = isinstance(net_of(probe), Bus) and not (isinstance(probe, Terminal) and probe.bit is not None)
+        self.whole = buses != "bits"
+        self.bits = range(net_of(probe).width if buses != "whole" else 0)
+        self.variables = [Variable(name)]
+        if self.wires:
+            self.probe = Wires(net_of(probe))
+            whole = [Variable(name, size=net_of(probe).width)] if self.whole else []
+            self.variables = whole + [Variable(f"{name}{bit}", bus=name) for bit in self.bits]
+
+    def values_at(self, ps: int) -> list[int]:
+        """Return the levels at an instant (ps), a variable each.
+
+        Raises:
+            NotRecorded: the net is not recorded, or no longer that far back.
+        """
+        import numpy as np
+
+        return [int(levels[0]) for levels in self.split(np.array([self.recorder.level_at(self.probe, ps)]))]
+
+    def changes(self, start: int, stop: int) -> Changes:
+        """Return the edges at start <= t <= stop (ps); of a bus, whenever one of its wires changes."""
+        return self.recorder.edges(self.probe, start, stop)
+
+    def split(self, values: NDArray[Any]) -> list[NDArray[Any]]:
+        """Return the levels of every variable, from those of `changes`."""
+        import numpy as np
+
+        if not self.wires:
+            return [values]
+        floating = values == FLOATING
+        driven, high = values >> 8, values & 0xFF
+        whole = [np.where(floating, FLOATING, high | ~driven & 0xFF)] if self.whole else []
+        return whole + [np.where(floating | (driven >> bit & 1 == 0), FLOATING, high >> bit & 1) for bit in self.bits]
+
+
+class CurveSource:
+    """The value of a quantity, at every change; as the 64 bits of the number, so that NaN equals itself."""
+
+    def __init__(self, name: str, curve: Curve) -> None:
+        self.curve, self.variables = curve, [Variable(name, "real", 64)]
+
+    def values_at(self, ps: int) -> list[int]:
+        """Return the value at an instant (ps)."""
+        return [int(self.split(self.curve.staircase(ps, ps)[1])[0][-1])]
+
+    def changes(self, start: int, stop: int) -> Changes:
+        """Return every change at start <= t <= stop (ps)."""
+        return self.curve.staircase(start, stop)
+
+    def split(self, values: NDArray[np.float64]) -> list[NDArray[np.int64]]:
+        """Return the values as the 64 bits of each number."""
+        import numpy as np
+
+        return [(values + 0.0).view(np.int64)]  # zero has no sign
+
+
+class TextSource:
+    """Texts that come now and then; each holds until the next.
+
+    Args:
+        name: of the variable.
+        texts: (ps, text) of what came at start <= t <= stop, in order.
+        all: none is lost, even of those that come within a unit of the file's time; else they are states, of which the
+            last one counts.
+    """
+
+    def __init__(self, name: str, texts: Callable[[int, int], Sequence[tuple[int, str]]], all: bool = True) -> None:
+        self.texts, self.variables = texts, [Variable(name, "string", all=all)]
+
+    def values_at(self, ps: int) -> list[str]:
+        """Return the last text at an instant (ps)."""
+        told = self.texts(0, ps)
+        return [told[-1][1] if told else ""]
+
+    def changes(self, start: int, stop: int) -> Changes:
+        """Return every text at start <= t <= stop (ps)."""
+        import numpy as np
+
+        told = self.texts(start, stop)
+        return np.array([ps for ps, _ in told], np.int64), [text for _, text in told]
+
+    def split(self, values: list[str]) -> list[NDArray[Any]]:
+        """Return the texts as they are."""
+        import numpy as np
+
+        return [np.array([*values, None], object)[:-1]]

@@ -1,0 +1,257 @@
+"""What a waveform file holds: the edges of signals, in the same form in which a bench gives its own.
+
+A logic analyser's recording of a real board is asked like a run of the model, so that the two can be drawn over each
+other and compared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ...core.messages.near import hint
+from ...core.motion.axis import Steps
+from ...core.time.timebase import Time, moment, picoseconds, readable
+from ...errors import NotRecorded, UnknownName, UsageError
+from ..recording.recorder import FLOATING, real_edges
+from ..recording.traces import Trace
+from .vcd_changes import Changes
+from .vcd_header import Header, Variable
+from .vcd_words import MOST_BITS, UNKNOWN
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+EDGES = {"falling": 0, "rising": 1}
+LISTED = 12  # names in a message
+
+
+class Signal(NamedTuple):
+    """One signal: what it is, its level at the begin, and its edges: times (n,) int64 ps and levels (n,)."""
+
+    variable: Variable
+    level: Any
+    times_ps: NDArray[np.int64]
+    levels: NDArray[Any]
+
+
+class Waveforms:
+    """The signals of a waveform file; made by `slewline.read_vcd`.
+
+    Names are those of the file, scopes before them: "x.slew".  The last part is enough where only one name ends so.
+    "x.db" stands also for x.db0, x.db1 ..., or x.db[0], x.db[1] ..., taken together, bit 0 the lowest.
+
+    Levels are 0 and 1, of a bus numbers; FLOATING (-1) for z, UNKNOWN (-2) for x.  A wire of a bus that floats beside
+    others that do not reads 1.
+    """
+
+    def __init__(self, path: str | Path, header: Header, changes: Changes) -> None:
+        self.path = str(path)
+        self.names: tuple[str, ...] = tuple(header.names)
+        self.timescale_ps = max(int(changes.unit), 1)  # what times are multiples of
+        self.start_ps = (changes.begin or 0) * changes.unit // 1
+        self.stop_ps = max(changes.end, 0) * changes.unit // 1
+        by_identifier = {
+            identifier: _signal(variable, times, values, self.start_ps)
+            for identifier, (variable, times, values) in changes.series().items()
+        }
+        self._signals = {name: by_identifier[identifier] for name, identifier in header.names.items()}
+
+    def __contains__(self, name: object) -> bool:
+        try:
+            return isinstance(name, str) and self._find(name) is not None
+        except UnknownName:
+            return False
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __repr__(self) -> str:
+        span = f"{readable(self.start_ps)} to {readable(self.stop_ps)}"
+        return f"<Waveforms of {self.path}: {len(self)} signals, {span}, in units of {readable(self.timescale_ps)}>"
+
+    # ---------------------------------------------------------------------------------------------------- questions
+    def kind(self, name: str) -> str:
+        """Return what a signal is: "bits", "real" or "string"."""
+        return self._find(name).variable.kind
+
+    def width(self, name: str) -> int:
+        """Return how many bits a signal has; 64 for a real one, 0 for a string."""
+        variable = self._find(name).variable
+        return {"real": 64, "string": 0}.get(variable.kind, variable.width)
+
+    def edges(
+        self, name: str, start: Time | None = None, stop: Time | None = None
+    ) -> tuple[NDArray[np.int64], NDArray[Any]]:
+        """Return the changes of a signal at start <= t <= stop, as `bench.edges` does.
+
+        The level with which the recording begins is no change; a signal whose level is not known at first changes when
+        it is.
+
+        Returns:
+            times: (n,) int64, picoseconds, ascending; values from that instant on: (n,) int8, of a bus int16, of one
+            with more than 15 bits int64; float64 of a real variable, str objects of a string one.
+
+        Raises:
+            UnknownName: there is no such signal.
+            UsageError: it has more than 63 bits.
+        """
+        import numpy as np
+
+        signal = self._readable(name)
+        times = signal.times_ps
+        first = 0 if start is None else int(np.searchsorted(times, moment(start)))
+        last = len(times) if stop is None else int(np.searchsorted(times, moment(stop), side="right"))
+        return times[first:last], signal.levels[first:last]
+
+    def level_at(self, name: str, time: Time) -> Any:
+        """Return the value of a signal at an instant, changes at that instant included; after the end the last one.
+
+        Raises:
+            NotRecorded: the instant lies before the recording.
+        """
+        import numpy as np
+
+        ps = moment(time)
+        if ps < self.start_ps:
+            raise NotRecorded(f"{name} at {readable(ps)}: {self.path} begins at {readable(self.start_ps)}")
+        signal = self._readable(name)
+        index = int(np.searchsorted(signal.times_ps, ps, side="right"))
+        value = signal.levels[index - 1] if index else signal.level
+        return value.item() if isinstance(value, np.generic) else value
+
+    def trace(self, signal: str, name: str | None = None, shift: Time = 0, *, tolerance: Time | None = None) -> Trace:
+        """Return a signal as a trace of a picture, beside the pins of a bench or over one of them.
+
+        Args:
+            name: what it is called there; the signal's own name without scopes by default.
+            shift: added to its times, to lay it over another recording; may be negative.
+            tolerance: laid over a pin, up to this length a difference is not marked; by default the unit of the file's
+                times, to which they are rounded.
+        """
+        import numpy as np
+
+        found = self._readable(signal)
+        if found.variable.kind != "bits":
+            raise UsageError(f"{signal} is a {found.variable.kind} variable; a trace has levels")
+        levels = np.where(found.levels == UNKNOWN, FLOATING, found.levels).astype(found.levels.dtype)
+        name = signal.rpartition(".")[2] if name is None else name
+        level, bus = max(int(found.level), FLOATING), found.variable.width > 1
+        agrees = self.timescale_ps if tolerance is None else picoseconds(tolerance)
+        trace = Trace(name, found.times_ps, levels, level, bus, self.start_ps, self.stop_ps, agrees)
+        return trace.shifted(moment(shift, negative=True))
+
+    def steps(
+        self, pulse: str, direction: str | None = None, edge: str = "falling", *, forward: int = 1, position: int = 0
+    ) -> Steps:
+        """Return the steps that a signal shows, as `chip.steps` does, for `slewline.record.measuring.measure`.
+
+        Args:
+            pulse: a step begins with each of its edges of that kind.
+            direction: its level at that instant says where to; all steps go forward without it.
+            edge: "falling" or "rising".
+            forward: the level of `direction` at which positions go up.
+            position: before the first step.
+
+        Raises:
+            UsageError: an unknown edge, a signal of several bits, or a direction that is not known at a step.
+        """
+        import numpy as np
+
+        if edge not in EDGES or forward not in (0, 1):
+            raise UsageError(f"edge={edge!r}, forward={forward!r}: allowed {' or '.join(EDGES)}, and 0 or 1")
+        found = self._wire(pulse)
+        before = np.append(found.level, found.levels)[:-1]
+        times = found.times_ps[(found.levels == EDGES[edge]) & (before == 1 - EDGES[edge])]
+        signs = np.ones(len(times), np.int8)
+        if direction is not None:
+            way = self._wire(direction)
+            levels = np.append(way.level, way.levels)[np.searchsorted(way.times_ps, times, side="right")]
+            if (levels < 0).any():
+                at = readable(int(times[np.argmax(levels < 0)]))
+                raise UsageError(f"{direction} is floating or unknown at the step at {at}; a direction is 0 or 1")
+            signs[levels != forward] = -1
+        return Steps(times, signs, position + np.cumsum(signs, dtype=np.int64))
+
+    # --------------------------------------------------------------------------------------------------- by its name
+    def _wire(self, name: str) -> Signal:
+        found = self._readable(name)
+        if found.variable != Variable("bits", 1):
+            raise UsageError(f"{name} has {self.width(name)} bits; one of them is a signal of its own, such as {name}0")
+        return found
+
+    def _readable(self, name: str) -> Signal:
+        found = self._find(name)
+        if found.variable.kind == "bits" and found.variable.width > MOST_BITS:
+            raise UsageError(f"{name} has {found.variable.width} bits; allowed {MOST_BITS}, write it in parts")
+        return found
+
+    def _find(self, name: str) -> Signal:
+        signal = self._signals.get(name)
+        if signal is not None:
+            return signal
+        ends = [known for known in self.names if known.endswith("." + name)]
+        if len({id(self._signals[end]) for end in ends}) == 1:
+            return self._signals[ends[0]]
+        if len(ends) > 1:
+            raise UnknownName(f"{self.path}: {name!r} is the end of several names: {_listed(ends)}")
+        bits = self._bits(name)
+        if not bits:
+            near = hint(name, self.names) or hint(name, [known.rpartition(".")[2] for known in self.names])
+            raise UnknownName(f"{self.path}: no signal {name!r}; there are: {_listed(self.names)}{near}")
+        self._signals[name] = joined = _joined(bits)
+        return joined
+
+    def _bits(self, name: str) -> list[Signal]:
+        """The signals that are bits of a bus, the lowest first."""
+        for form in ("{}{}", "{}[{}]"):
+            bits: list[Signal] = []
+            while len(bits) <= MOST_BITS and (bit := self._bit(form.format(name, len(bits)))) is not None:
+                bits.append(bit)
+            if 1 < len(bits) <= MOST_BITS:
+                return bits
+        return []
+
+    def _bit(self, name: str) -> Signal | None:
+        ends = [name] if name in self._signals else [known for known in self.names if known.endswith("." + name)]
+        signal = self._signals[ends[0]] if len(ends) == 1 else None
+        return signal if signal is not None and signal.variable == Variable("bits", 1) else None
+
+
+def _signal(variable: Variable, times: NDArray[np.int64], values: NDArray[Any], start: int) -> Signal:
+    import numpy as np
+
+    first = int(np.searchsorted(times, start, side="right"))
+    level: Any = values[first - 1] if first else {"bits": UNKNOWN, "real": np.nan, "string": ""}[variable.kind]
+    if variable.kind == "bits":
+        width = variable.width
+        values = values.astype(np.int8 if width == 1 else np.int16 if width < 16 else np.int64, copy=False)
+    return Signal(variable, level, *real_edges(times[first:], values[first:], level))
+
+
+def _joined(bits: list[Signal]) -> Signal:
+    """Bits as one bus: UNKNOWN while one of them is, FLOATING while all of them float."""
+    import numpy as np
+
+    times = np.unique(np.concatenate([bit.times_ps for bit in bits]))
+    dtype: Any = np.int16 if len(bits) < 16 else np.int64
+    levels = np.zeros(len(times) + 1, dtype)
+    unknown, driven = np.zeros((2, len(times) + 1), np.bool_)
+    for number, bit in enumerate(bits):
+        wire = np.append(bit.level, bit.levels)[np.append(0, np.searchsorted(bit.times_ps, times, side="right"))]
+        levels |= (wire & 1).astype(dtype) << number  # a bit that floats reads 1
+        unknown |= wire == UNKNOWN
+        driven |= wire >= 0
+    levels[~driven] = FLOATING
+    levels[unknown] = UNKNOWN
+    return Signal(Variable("bits", len(bits)), levels[0], *real_edges(times, levels[1:], int(levels[0])))
+
+
+def _listed(names: tuple[str, ...] | list[str]) -> str:
+    more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
+    return ", ".join(names[:LISTED]) + more
