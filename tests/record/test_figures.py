@@ -21,8 +21,9 @@ from slewline.core.motion.motions import Mark, MotionStart
 from slewline.core.motion.quantity import Outline, Quantity
 from slewline.core.time.timebase import Clock
 from slewline.errors import UsageError
-from slewline.record.pictures import figures, lanes, marks, panels, rate_lines, save
+from slewline.record.pictures import figures, lanes, marks, panels, rate_lines
 from slewline.record.pictures.figures import Contents, description_of, figure
+from slewline.record.pictures.pictures import save
 from slewline.record.pictures.tracks import Track
 from slewline.record.recording.traces import Trace
 from slewline.record.style import DARK, LIGHT, TimeAxis, duration, inches, number

@@ -236,7 +236,7 @@ class Controller(Face):
             raise AssertionError(f"{pin}: {text}")
 
     @staticmethod
-    def _edge(expected: object) -> tuple[int, int]:
+    def _edge(expected: Any) -> tuple[int, int]:
         """Return the instant (ps) and the level of an expected edge."""
         match expected:
             case (time, (0 | 1 | -1) as level):
