@@ -7,7 +7,6 @@ import os
 
 import pytest
 
-
 gc.disable()  # while tests are collected: whatever is made then stays, and to look through it took half of that time
 
 
