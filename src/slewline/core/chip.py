@@ -50,6 +50,15 @@ class Finding:
         return f"{readable(self.time_ps)}  {self.source}  {self.code}: {self.text}"
 
 
+missing(
+    Finding,
+    **dict.fromkeys(("message", "msg", "description", "says"), "{it}.text"),
+    **dict.fromkeys(("time", "at", "when"), "{it}.time_ps"),
+    **dict.fromkeys(("name", "kind", "type", "level", "severity"), "{it}.code"),
+    **dict.fromkeys(("chip", "part", "owner"), "{it}.source"),
+)
+
+
 class AxisOfChip(OneAxis):
     """An axis of a chip that has several."""
 
