@@ -166,7 +166,7 @@ def test_wait_in_capitals_is_no_command():
 
 @pytest.mark.parametrize("expected", ["-5", "0xFFFFFFFB", "$fffffffb", "-0x5"])
 def test_what_is_expected_may_be_written_in_any_way(expected):
-    assert Played(f"SET_RATIO -5\nGET_RATIO\nexpect {expected}\n@expect {expected}").codes == ["no-update"]
+    assert Played(f"SET_POS -5\nGET_POS\nexpect {expected}\n@expect {expected}").codes == ["no-update"]
 
 
 def test_anything_else_is_a_finding_and_the_script_goes_on():

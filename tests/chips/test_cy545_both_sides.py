@@ -108,6 +108,22 @@ def test_behind_the_empty_handshake_in_a_program_the_bus_has_the_chip():
     assert rig.x.registers["rate"] == 9 and rig.x.unfinished == "R 7" and rig.codes == []
 
 
+@pytest.mark.fact("CY545-FPL-5", "CY545-UND-TWO-SIDES")
+@pytest.mark.parametrize(("prefix", "delay_ms"), [(False, 0), (False, 4), (False, 9), (True, 4), (True, 9)])
+@BOTH
+def test_a_letter_lets_go_of_the_bus_when_the_answer_to_the_serial_side_comes_over_it(part, prefix, delay_ms):
+    rig = Rig545(part=part, serial=True)
+    rig.host.prefix(prefix)
+    rig.host.delay_ps = delay_ms * MS  # behind an empty handshake that the idle chip ignores, too
+    rig.serial.send("")
+    rig.bench.run_until_idle()
+    rig.serial.send('"ab"\r')
+    rig.bench.run(0 if prefix else "2 ms")
+    rig.host.send("R 7\r")
+    rig.bench.run_until_idle()
+    assert rig.answer == "ab" and rig.x.registers["rate"] == 7 and rig.codes == []
+
+
 @pytest.mark.fact("CY545-CON-CTS-IDLE", "CY545-UND-TWO-SIDES")
 def test_cts_is_high_while_the_bus_has_the_chip():
     rig = Rig545(serial=True, replies=False)

@@ -134,6 +134,9 @@ MISTAKES = [  # the line, the end of the answer
     ("serve", "give a chip, such as gs-c200s, or --bench FILE; and only one of them"),
     ("serve cy525", "where? Give one of --tcp, --pty, --rfc2217, --serial"),
     ("serve cy525 --tcp x", "such as 127.0.0.1:4001, or a port of this machine, 4001 (port 0: any free one)"),
+    ("serve gs-c200s --tcp 127.0.0.1:99999", "port 99999 is above 65535; expected HOST:PORT"),
+    ("serve b.toml --tcp 0", "; it is a bench file: slewline serve --bench b.toml"),
+    ("lint .", "slewline: .: a directory; name the files in it"),
     ("serve cy525 --tcp 99999", "such as 127.0.0.1:4001, or a port of this machine, 4001 (port 0: any free one)"),
     (
         "serve cy525 --tcp 0.0.0.0:4001",

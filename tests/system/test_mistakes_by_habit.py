@@ -13,6 +13,7 @@ import slewline
 from slewline import errors
 from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
+from slewline.testing import aio
 from tests.system.test_mistakes_in_python import World
 
 RAMPS = {
@@ -180,6 +181,71 @@ MISTAKES = [  # the line, the error, the end of its message
         "its arguments: chip, data; host.send(...) sends to the chip that is spoken to",
     ),
     ("h.close()", "NoSuchAttribute", "there is nothing to open or close; host.clear() forgets what is queued"),
+    # --------------------------------------------------------------------------- habits of other libraries, once more
+    ("b.process(lambda: 0)", "NoSuchAttribute", 'bench.at("1 ms", function) calls it at an instant; tasks are those'),
+    ('b.timeout("5 ms")', "NoSuchAttribute", 'bench.run("10 ms"), in asyncio await bench.wait("10 ms")'),
+    (
+        "b.run(until=1000)",
+        "UsageError",
+        "its arguments: duration; run_to(time) goes to an instant, run_until(condition)",
+    ),
+    ('b.wire("x.run")', "UsageError", "its arguments: a, b, invert; two pins, such as bench.wire('x.run', 'y.wait')"),
+    ('b.record(["x.slew"])', "UnknownName", "names stand one behind the other: bench.record(*names)"),
+    ('b.add("encoder")', "UnknownName", "encoder is a part: bench.part('encoder')"),
+    ('b.part("cy525")', "UnknownName", "cy525 is a chip: bench.add('cy525')"),
+    ('b.part("ram", to=x)', "WiringError", "x (cy525) has none, as cy545, cy545b have"),
+    ('b.host("x")', "UsageError", "host: 'x'; expected chips of this bench: bench.host(bench['x'])"),
+    (
+        "b.host(x, baudrate=9600)",
+        "UsageError",
+        "its arguments: chips, name, delay, baud, line, over; straps of the chip",
+    ),
+    ('b.plot("a.svg", figsize=(8, 6))', "UsageError", 'width is "page", "phone" or inches'),
+    (
+        'b.timing("t.svg", ["slew"], between=["slew falls"])',
+        "UsageError",
+        '; two edges are a pair in the list: [("x.slew falls", "x.slew rises")]',
+    ),
+    (
+        'b.stream_vcd("s.vcd").close()',
+        "NoSuchAttribute",
+        'it goes in a with statement: with bench.stream_vcd("run.vcd"):',
+    ),
+    ('s = b.stream_vcd("s.vcd"); b.run("1 ms")', "UsageError", "stream_vcd: it goes in a with statement"),
+    ('b.stream_vcd("s.txt")', "UsageError", "s.txt: give a name that ends in .vcd"),
+    ("h.readline()", "NoSuchAttribute", "host.received has what came in, host.ask(...) waits"),
+    ("h.baudrate = 19200", "NoSuchAttribute", "bench.host(x, baud=9600) gives it, host.change_line(...) changes it"),
+    ('gh.parity = "odd"', "NoSuchAttribute", "host.change_line(...) changes the format of a serial line"),
+    ("h.timeout = 1", "NoSuchAttribute", 'host.ask(..., timeout="5 s") takes one'),
+    ("h.change_rate(60)", "Timeout", "a rate is taken while the motor slews, in a motion behind H and G"),
+    ("h.read_position()", "Timeout", "it is told while the motor steps; at rest verify(0) reads it"),
+    ("h.verify()", "UsageError", "its arguments: group, number, timeout, live; groups are 0 to 3"),
+    ("mh.verify(0)", "NoSuchAttribute", "host has no 'verify'; write host.query(\"GET_POS\")"),
+    ('mh.live("GET_POS")', "NoSuchAttribute", "a chipset takes commands at any time: host.command(...)"),
+    ('x.pin("abort").value = 0', "NoSuchAttribute", "x.abort has no 'value'; write pin.drive(0) or pin.drive(1)"),
+    ('x.pin("abort").high = True', "NoSuchAttribute", "x.abort has no 'high'; write pin.drive(0) or pin.drive(1)"),
+    ('x.pin("run").wait_for_edge()', "NoSuchAttribute", "bench.run_until(pin.edges(1)), or pin.is_(0)"),
+    ('x.pin("abort").pulse("10 us")', "UsageError", 'its arguments: level, width, at; such as pin.pulse(0, "10 us")'),
+    (
+        "x.reaches(3).__await__()",
+        "UsageError",
+        "a condition is not awaited itself: await bench.until(...) waits for it",
+    ),
+    ("x.steps().times", "NoSuchAttribute", "steps has no 'times'; write steps.times_ps"),
+    ("x.motions()[0].start", "NoSuchAttribute", "motion.time_ps, and motion.position where it begins"),
+    ("x.deviation()", "UsageError", "for motion in x.motions(): x.deviation(motion)"),
+    (
+        "h.send('R 300\\r'); b.run_until_idle(); b.findings[0].message",
+        "NoSuchAttribute",
+        "finding has no 'message'; write finding.text",
+    ),
+    ('slewline.compare_edges("x.pulse", "x.pulse")', "UsageError", "model 'x.pulse': expected times and levels, as"),
+    ('slewline.compare_edges(([], []), ([], []), shift="auto")', "TimeError", '; or "first", "best"'),
+    ('slewline.load("[[chip]]\\npart = 5\\n")', "BenchFileError", "the text of a bench file; expected the name of one"),
+    ('b.part("ram", to=slewline.Bench().add("cy545b")).content', "UnknownName", "is no chip and no part of this bench"),
+    ('mb.part("encoder", to=m, counts="400")', "UsageError", "; allowed 1 and more; write 400, without quotes"),
+    ('mb.part("encoder", to=m).position', "NoSuchAttribute", "encoder has no 'position'; write encoder.counts"),
+    ('b.part("ram").content = b""', "NoSuchAttribute", "ram: content cannot be set; write ram.load(image)"),
 ]
 
 
@@ -256,6 +322,30 @@ def test_benches_and_chips_of_ones_own_have_attributes_of_their_own():
     assert (own.rate, own.abort, own.speed) == (1, 2, 3)
 
 
+def test_waveforms_have_no_items(tmp_path):
+    world, name = World(), str(tmp_path / "a.vcd")
+    world["x"], world["b"].save_vcd(name)
+    with pytest.raises(errors.UsageError, match=r"they have no items; write waveforms.edges\('x.pulse'\)"):
+        slewline.read_vcd(name)["x.pulse"]
+
+
+def test_a_function_is_no_coroutine():
+    async def main():
+        pass
+
+    with pytest.raises(errors.UsageError, match=r"aio.run\(main\): a function; call it: aio.run\(main\(\)\)"):
+        aio.run(main)
+
+
+def test_a_stream_that_is_entered_later_is_one(tmp_path):
+    bench = World()["b"]
+    streaming = bench.stream_vcd(tmp_path / "a.vcd")
+    with streaming:
+        bench.run("1 ms")
+    bench.run("1 ms")
+    assert (tmp_path / "a.vcd").stat().st_size
+
+
 # --------------------------------------------------------------------------------------------------- what a host leaves
 def told(bench, code):
     return [found.text for found in bench.findings if found.code == code]
@@ -278,6 +368,51 @@ def test_a_program_that_nobody_ends_is_told_at_rest_unless_it_has_been_kept(part
     host.ask("R20")
     bench.run_until_idle()
     assert len(told(bench, "unfinished")) == 2
+
+
+def test_a_p_of_a_cy500_that_waits_for_its_g_is_told_at_rest():
+    bench = slewline.Bench()
+    host = bench.host(bench.add("cy500"))
+    host.send("A\rR 100\rF 10\rP 300\r")
+    bench.run_until_idle()
+    assert told(bench, "no-go") == ["P 300 without G: on the CY500 it only sets the target; send G"]
+    for line in ("G\r", "P 5\rN 3\r", "P 9\rI\r"):
+        host.send(line)
+        bench.run_until_idle()
+    assert len(told(bench, "no-go")) == 1
+    assert slewline.Bench().add("cy500").left_over() == []
+
+
+@pytest.mark.parametrize("command", ["SET_RATIO 5", "GET_ACTL_POS"])
+def test_a_command_that_needs_an_encoder_is_told_once_of_a_part_without(command):
+    for part, codes in (("mc1451a", ["no-encoder"]), ("mc1451a-e", [])):
+        bench = slewline.Bench()
+        bench.host(bench.add(part)).send(f"{command}\n{command}\n")
+        bench.run("5 ms")
+        assert [found.code for found in bench.findings] == codes
+    name = command.split()[0]
+    bench = slewline.Bench()
+    bench.host(bench.add("mc1151a")).send(command)
+    bench.run("5 ms")
+    assert told(bench, "no-encoder") == [f"{name} needs an encoder: the mc1151a only accepts it; take the mc1151a-e"]
+
+
+def test_a_wait_that_ends_in_vain_says_what_has_no_update():
+    world = World()
+    host = world["mh"]
+    for command in ("SET_POS", "SET_VEL"):
+        host.command(command, 100)
+    with pytest.raises(errors.Timeout, match="\n  no-update: SET_POS, SET_VEL without an update: send UPDATE"):
+        host.wait("motion_complete", "10 ms")
+    host.command("UPDATE")
+    with pytest.raises(errors.Timeout) as raised:
+        host.wait("motion_complete", "10 ms")
+    assert "no-update" not in str(raised.value)
+    host.command("SET_POS", 5)
+    host.command("RESET")
+    with pytest.raises(errors.Timeout) as raised:
+        host.wait("motion_complete", "10 ms")
+    assert "no-update" not in str(raised.value)
 
 
 @pytest.mark.parametrize("command", ["M", "X", "H+", "E", "S10"])

@@ -34,6 +34,7 @@ MISTAKES = [  # arguments, what the test does or the marker says, the end of the
     ("gs_c200s", "gs_c200s.assert_edges('slew', [])", "has no pin 'slew'"),
     ("gs_c200s", "gs_c200s.assert_edges('mov', ['10 ms'])", 'then the level from it on: ("10 ms", 1)'),
     ("gs_c200s", "gs_c200s.assert_edges('mov', [('10 ms', 'high')])", "expected an instant, then the level from it on"),
+    ("cy525", "cy525.host.send('A 0'); cy525.assert_steps(3)", "0 steps came, expected 3; host: sends to cy525"),
     ("cy525", "cy525.url", "cy525 (cy525) has no url: a program does not reach it"),
     ("cy525", "cy525.ask('A 0')", "'A 0' is not answered; ask 'V 0'"),
     ("cy525", "cy525.host.query('V 0')", "host has no 'query'; write host.ask(...)"),
@@ -41,6 +42,8 @@ MISTAKES = [  # arguments, what the test does or the marker says, the end of the
     ("slewline_module", "slewline_module('gs-c200s', on='usb')", "on 'usb'; allowed url, host, tcp, pty, rfc2217"),
     ("slewline_module", "slewline_module('gs-c200s', baud=9600)", "no option 'baud'"),
     ("slewline_module", "slewline_module('gs-c200s', straps={'chs': 2})", "strap chs=2; straps put an input to 0 or 1"),
+    ("gs_c200s", "gs_c200s.faults.drop_byte()", "faults has no 'drop_byte'; write faults.lost_byte()"),
+    ("slewline_ports", "slewline_ports({'COM3': 'gs-c200s'})['COM4']", "no port 'COM4'; there are: COM3"),
     ("slewline_ports", "slewline_ports(['COM3'])", 'expected modules by port, such as {"COM3": "gs-c200s"}'),
     ("slewline_ports", "slewline_ports({'COM3': 'cy525'})", "allowed a part with a serial line, on url"),
 ]
@@ -48,6 +51,7 @@ FIXED = [  # what a marker says, the end of the answer: the fixture itself fails
     ('on="usb"', "on 'usb'; allowed url, host, tcp, pty, rfc2217"),
     ('straps={"ch": 0}', "did you mean chs?"),
     ("eeprom_tme=3", "did you mean eeprom_time?"),
+    ('{"chs": 0}', "takes names alone: @pytest.mark.slewline(straps={...})"),
 ]
 
 

@@ -29,6 +29,11 @@ def ask(port, command=b"V1"):
     return port.read_until(b"\r")
 
 
+def test_text_is_refused_as_a_real_port_does(ports):
+    with serial.Serial(NAME, **SETTINGS) as port, pytest.raises(TypeError, match="please encode to bytes: 'V1"):
+        port.write("V1\r")
+
+
 def test_every_way_to_open_it(ports):
     with serial.Serial(NAME, **SETTINGS) as port:
         assert ask(port) == b"V+0\r" and isinstance(port, serial.Serial)

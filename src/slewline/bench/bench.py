@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..chips import CATALOGUE as CHIPS
-from ..core.messages.calls import misfit
+from ..core.messages.calls import answering, misfit
 from ..core.messages.instead import face, missing
 from ..core.messages.near import hint
 from ..core.time.timebase import Seconds, Time, picoseconds, readable
@@ -111,10 +111,16 @@ class Bench(Hosted, TimingDiagrams):
             raise UsageError(f"at {readable(ps)}: that is over; it is {readable(self.kernel.now)}")
         self.kernel.call_at(ps, function)
 
+    def _begin(self) -> None:
+        if self._streaming is not None:
+            self._check_entered()
+        super()._begin()
+
     def _start(self) -> None:
         self._begin()
         self.kernel.settle()
 
+    @answering("run()", "; run_to(time) goes to an instant, run_until(condition) waits for one")
     def run(self, duration: Time) -> None:
         """Let virtual time pass.
 
@@ -339,6 +345,11 @@ missing(
     **dict.fromkeys(("add_chip", "chip"), 'bench.add("PART")'),
     **dict.fromkeys(("add_part", "add_host"), "bench.part(KIND), or bench.host(x)"),
     **dict.fromkeys(("sleep", "advance", "step", "run_for"), 'bench.run("10 ms")'),
+    timeout='bench.run("10 ms"), in asyncio await bench.wait("10 ms")',
+    **dict.fromkeys(
+        ("process", "spawn", "schedule", "start_soon", "call_later"),
+        'bench.at("1 ms", function) calls it at an instant; tasks are those of slewline.testing.aio',
+    ),
     **dict.fromkeys(
         ("wait_until", "run_idle", "until_is_idle"), "bench.run_until(x.reaches(40)) or bench.run_until_idle()"
     ),

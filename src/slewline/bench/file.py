@@ -127,6 +127,8 @@ class BenchFile:
 
     def __init__(self, path: str | PathLike[str], anywhere: bool = False, allow_code: bool = False) -> None:
         self.path, self.anywhere, self.allow_code = Path(path), anywhere, allow_code
+        if "\n" in str(path):
+            raise BenchFileError("load: the text of a bench file; expected the name of one")
         self.text = read_text(path)
         self.data = read_toml(path, self.text)
         try:

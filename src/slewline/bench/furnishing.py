@@ -118,7 +118,12 @@ class Furnished(Drawing):
         """
         if not isinstance(bare, bool):
             raise UsageError(f"add({part!r}): bare {bare!r}; allowed True, False")
-        cls = chip_class(part) if isinstance(part, str) else part
+        try:
+            cls = chip_class(part) if isinstance(part, str) else part
+        except UnknownName as error:
+            if str(part) not in PARTS.ours:
+                raise
+            raise UnknownName(f"{error}; {part} is a part: bench.part({part!r})") from None
         if not (isinstance(cls, type) and issubclass(cls, Chip)):
             raise UsageError(f"add({part!r}): expected a part number such as 'cy525', or the class of a chip")
         sheet_of(cls)  # which it must have
@@ -174,7 +179,12 @@ class Furnished(Drawing):
                 module that cannot be imported.
             WiringError: the neighbour lacks a pin that the part needs; nothing has been put on the bench then.
         """
-        cls = kind if isinstance(kind, type) else part_class(kind)
+        try:
+            cls = kind if isinstance(kind, type) else part_class(kind)
+        except UnknownName as error:
+            if str(kind) not in CHIPS.ours:
+                raise
+            raise UnknownName(f"{error}; {kind} is a chip: bench.add({kind!r})") from None
         if not issubclass(cls, Part):
             raise UsageError(f"part({kind!r}): expected a kind such as 'uart', or the class of a part")
         kind = PARTS.name_of(cls)
@@ -328,6 +338,7 @@ class Furnished(Drawing):
         return next((full for full in pins if full.endswith(f".{name}")), next(iter(pins), "x.slew"))
 
     # ------------------------------------------------------------------------------------------------------- wiring
+    @answering("wire()", "; two pins, such as bench.wire('x.run', 'y.wait')")
     def wire(self, a: str, b: str, invert: bool = False) -> None:
         """Connect two pins, at any time; with `invert` an inverter drives the second from the first.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.chip import Chip
 from ..core.datasheet.channel import AdaptiveLine, BusHandshake, Channel, FlowBus, HostPort, SerialLine
+from ..core.messages.calls import answering
 from ..core.time.timebase import Time, picoseconds
 from ..errors import UsageError, WiringError
 from ..parts.base.part import Part
@@ -36,6 +37,7 @@ class Hosted(Furnished):
     """A bench with hosts on it."""
 
     @hosts
+    @answering("host()", "; straps of the chip are the address of a module")
     def host(
         self,
         *chips: Chip,
@@ -62,7 +64,8 @@ class Hosted(Furnished):
             raise UsageError("host: which chip? bench.host(x)")
         for chip in chips:
             if not any(chip is own for own in self.chips.values()):
-                raise UsageError(f"host: {getattr(chip, 'name', chip)!r}; expected chips of this bench")
+                meant = f": bench.host(bench[{chip!r}])" if isinstance(chip, str) else ""
+                raise UsageError(f"host: {getattr(chip, 'name', chip)!r}; expected chips of this bench{meant}")
         channels = [channel_over(chip, over) for chip in chips]
         kinds = sorted({channel.says for channel in channels})
         if len(kinds) > 1:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from ..chips import CATALOGUE, sheet_of
 from ..core.chip import Chip
 from ..core.datasheet.roles import AXIS_ROLES, ROLES
 from ..core.datasheet.table import Pin
@@ -38,11 +39,18 @@ def joints(kind: str, part: Part, neighbour: Chip | Part) -> list[tuple[Terminal
         if found[name] is None and (name not in part.optional or not any(found.values())):
             raise WiringError(
                 f"{part.name}: a part of kind {kind} needs {_wanted(role, axis)}; {_called(neighbour)} has none"
+                f"{_elsewhere(role)}"
             )
     pairs = [(part.pins[name], theirs) for name, theirs in found.items() if theirs is not None]
     for own, theirs in pairs:
         _check(part, own, theirs)
     return pairs
+
+
+def _elsewhere(role: str) -> str:
+    """Return which chips have a pin in a role, for a message; "": none."""
+    found = [part for part in CATALOGUE.ours if any(row.plays(role, 1) for row in sheet_of(part).pins)]
+    return f", as {', '.join(found)} {'has' if len(found) == 1 else 'have'}" if found else ""
 
 
 def met(own: Terminal, role: str, axis: int, neighbour: Chip | Part) -> Terminal | None:

@@ -49,6 +49,8 @@ def chip_of(path: str, chip: str | None) -> str:
     names = CATALOGUE.names()
     if part in names:
         return part
+    if Path(path).is_dir():
+        raise UsageError(f"{path}: a directory; name the files in it")
     endings = ", ".join(f".{name}" for name in names)
     near = hint(part, names) if part else ""
     raise UsageError(f"{path}: for which chip? Give --chip {names[0]}, or a file name ending in {endings}{near}")

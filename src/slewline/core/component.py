@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar
 
 from ..errors import LONGEST_FINDING, UsageError, shortened
-from .messages.instead import names_for_users, seal
+from .messages.instead import missing, names_for_users, seal
 from .time.hook import Hook
 from .time.inputs import is_from_outside
 from .time.kernel import Kernel
@@ -32,6 +32,15 @@ class Finding:
 
     def __str__(self) -> str:
         return f"{readable(self.time_ps)}  {self.source}  {self.code}: {self.text}"
+
+
+missing(
+    Finding,
+    **dict.fromkeys(("message", "msg", "description", "says"), "{it}.text"),
+    **dict.fromkeys(("time", "at", "when"), "{it}.time_ps"),
+    **dict.fromkeys(("name", "kind", "type", "level", "severity"), "{it}.code"),
+    **dict.fromkeys(("chip", "part", "owner"), "{it}.source"),
+)
 
 
 class Component:

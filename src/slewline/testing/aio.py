@@ -30,7 +30,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar, TypeVarTuple
 
 from ..core.time.timebase import PS_PER_S, readable
 from ..core.wires.net import Net
-from ..errors import Timeout
+from ..errors import Timeout, UsageError
 from ..links.lines.line import PATIENCE_PS
 from ..links.lines.pace import Pace, Wait
 
@@ -47,8 +47,12 @@ def run(main: Coroutine[Any, Any, Result]) -> Result:
     """Run a coroutine in a loop of its own in virtual time, as `asyncio.run` does in real time.
 
     Raises:
+        UsageError: a function that is not called.
         Timeout: every task waits, and nothing is going to happen any more.
     """
+    if callable(main):
+        name = getattr(main, "__name__", "main")
+        raise UsageError(f"aio.run({name}): a function; call it: aio.run({name}())")
     with asyncio.Runner(loop_factory=VirtualLoop) as runner:
         return runner.run(main)
 

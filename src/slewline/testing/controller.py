@@ -215,6 +215,8 @@ class Controller:
             wanted = [(time, direction or sign) for time, sign in found]
             if len(found) != expected:
                 text = f"{counted(len(found), 'step')} came, expected {expected}"
+                if not self.rig.host.idle:
+                    text += f"; {self.rig.host.waiting}; until_idle() lets time pass"
         elif isinstance(expected, Steps):
             wanted = list(zip(map(int, expected.times_ps), map(int, expected.directions), strict=True))
         else:

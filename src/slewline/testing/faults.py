@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.datasheet.roles import ROLES
 from ..core.datasheet.table import Pin
+from ..core.messages.instead import missing
 from ..core.time.timebase import Time, picoseconds, readable
 from ..errors import UsageError
 from ..language.dialect import dialect_of
@@ -230,6 +231,18 @@ class Faults(Part):
             return "the supply is off"
 
         return self._made("power cut", begin, lambda: self.chip.power(True), at, lasting)
+
+
+missing(
+    Faults,
+    **dict.fromkeys(("drop_byte", "drop", "lose_byte", "lost"), "{it}.lost_byte()"),
+    **dict.fromkeys(("corrupt_byte", "corrupt", "garble", "flip_bit", "noise"), "{it}.garbled_byte()"),
+    **dict.fromkeys(("delay_byte", "delay", "late"), "{it}.late_byte(...)"),
+    **dict.fromkeys(("parity", "parity_error", "bad_parity"), "{it}.wrong_parity()"),
+    **dict.fromkeys(("power_off", "power_fail", "brownout"), "{it}.power_cut()"),
+    **dict.fromkeys(("stuck_pin", "stuck", "stick"), "{it}.stuck_switch(pin, level)"),
+    **dict.fromkeys(("bounce", "bouncing"), "{it}.bouncing_limit(...)"),
+)
 
 
 class TellingNoise(Noise):

@@ -57,6 +57,11 @@ def slewline_module(request: pytest.FixtureRequest) -> Iterator[Make]:
 
     modules: list[Controller] = request.node.stash.setdefault(MODULES, [])
     marker = request.node.get_closest_marker("slewline")
+    if marker and marker.args:
+        from ..errors import UsageError
+
+        given = ", ".join(map(repr, marker.args))
+        raise UsageError(f"marker slewline({given}): takes names alone: @pytest.mark.slewline(straps={{...}})")
 
     def make(part: str | type[Chip], **settings: Any) -> Controller:
         modules.append(running(part, **{**(marker.kwargs if marker else {}), **settings}))

@@ -17,11 +17,12 @@ from dataclasses import replace
 from importlib import import_module
 from importlib.util import find_spec
 from inspect import getattr_static
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 from weakref import WeakSet
 
+from ..core.messages.near import hint
 from ..core.time.timebase import Time
-from ..errors import UsageError
+from ..errors import UnknownName, UsageError
 from .rig import SCHEME, seconds
 
 if TYPE_CHECKING:
@@ -33,6 +34,9 @@ MISSING = object()
 
 class Ports(dict[str, "Controller"]):
     """Modules by the names of their ports."""
+
+    def __missing__(self, name: str) -> NoReturn:
+        raise UnknownName(f"no port {name!r}; there are: {', '.join(self) or 'none'}{hint(name, self)}")
 
     def advance(self, time: Time) -> None:
         """Let virtual time pass for all of them."""

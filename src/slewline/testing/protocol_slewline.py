@@ -138,7 +138,9 @@ class Serial(SerialBase):
     def write(self, b: Any, /) -> int:
         """Queue characters; they go out as fast as the line allows while time passes."""
         self._must_be_open()
-        return self._end.write(bytes(b))  # a str is a TypeError
+        if isinstance(b, str):  # as pySerial has it
+            raise TypeError(f"unicode strings are not supported, please encode to bytes: {b!r}")
+        return self._end.write(bytes(b))
 
     def cancel_write(self) -> None:
         """Do nothing: no write waits, so there is none to be ended."""

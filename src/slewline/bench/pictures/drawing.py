@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ...core.chip import Chip
+from ...core.messages.calls import answering
 from ...core.messages.near import hint
 from ...core.motion.axis import Steps
 from ...core.motion.motions import Mark
@@ -89,6 +90,7 @@ class Drawing(Recording):
         contents = self._contents(title, pins, start, stop, axes, parts, runs, over, ideal, cursors, marks)
         return figure(contents, width=width, dark=dark, ax=ax)
 
+    @answering("plot()", '; width is "page", "phone" or inches')
     def plot(
         self,
         path: FilePath,

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from typing import TYPE_CHECKING, Any
 
 from ...core.chip import Chip
-from ...core.messages.instead import face
+from ...core.messages.instead import face, missing
 from ...core.motion.one_axis import OneAxis
 from ...core.time.kernel import Kernel
 from ...core.time.timebase import Time, picoseconds, window
@@ -32,7 +32,25 @@ if TYPE_CHECKING:
 
 VCD, CSV, NPZ = (".vcd",), (".csv",), (".npz",)  # endings of files
 STEPS = (*CSV, *NPZ)
+NOT_ENTERED = 'it goes in a with statement: with bench.stream_vcd("run.vcd"):'
 SLICE_PS = 100_000_000_000  # while a VCD file is streamed, time passes in slices of 100 ms
+
+
+class Streaming:
+    """What `stream_vcd` returns: the block of its `with` statement is what goes into the file."""
+
+    def __init__(self, manager: AbstractContextManager[VcdStream]) -> None:
+        self._manager, self.entered = manager, False
+
+    def __enter__(self) -> VcdStream:
+        self.entered = True
+        return self._manager.__enter__()
+
+    def __exit__(self, *error: Any) -> bool | None:
+        return self._manager.__exit__(*error)
+
+
+missing(Streaming, **dict.fromkeys(("close", "write", "lost", "write_until"), NOT_ENTERED))
 
 
 @face
@@ -48,6 +66,7 @@ class Recording:
         self.commands: dict[str, TextLog] = {}  # by the name of the chip
         self._recorder: Recorder | None = None
         self._streams: list[Any] = []
+        self._streaming: Streaming | None = None  # asked for, and not entered yet
 
     @property
     def recorder(self) -> Recorder:
@@ -84,6 +103,8 @@ class Recording:
             TimeError: `keep` is no duration.
         """
         keep_ps = None if keep is None else picoseconds(keep)
+        if pins and not isinstance(pins[0], str):
+            raise UnknownName(f"record({pins[0]!r}): names stand one behind the other: bench.record(*names)")
         for name in pins or self._all_pins():
             probe = self._probe(name)
             self.recorder.record(probe, keep_ps)
@@ -350,7 +371,6 @@ class Recording:
             for number in range(1, chip.sheet.axes + 1):
                 yield chip, number, chip.axis(number)
 
-    @contextmanager
     def stream_vcd(
         self,
         path: FilePath,
@@ -360,7 +380,7 @@ class Recording:
         buses: Buses = "bits",
         values: bool = False,
         layout: bool = False,
-    ) -> Iterator[VcdStream]:
+    ) -> Streaming:
         """Write recorded pins to a VCD file while time passes, so that a long window needs no memory.
 
         The arguments are those of `save_vcd`.  What the `with` statement gives has `lost`, what `save_vcd` returns.
@@ -368,10 +388,23 @@ class Recording:
         Raises:
             UsageError, NotRecorded, UnknownName: as `save_vcd`.
         """
-        from ...record.waveforms.vcd import VcdStream
-
         nets = self._chosen(pins)
         options = self._vcd_options(path, nets, buses, values, layout)
+        self._streaming = Streaming(self._streamed(path, nets, timescale, options, layout))
+        return self._streaming
+
+    def _check_entered(self) -> None:
+        """Refuse to let time pass that somebody wanted to stream."""
+        streaming, self._streaming = self._streaming, None
+        if streaming is not None and not streaming.entered:
+            raise UsageError(f"stream_vcd: {NOT_ENTERED}")
+
+    @contextmanager
+    def _streamed(
+        self, path: FilePath, nets: Mapping[str, Any], timescale: str, options: Mapping[str, Any], layout: bool
+    ) -> Iterator[VcdStream]:
+        from ...record.waveforms.vcd import VcdStream
+
         stream = VcdStream(path, nets, self.recorder, timescale, **options)
         self._streams.append(stream)
         try:

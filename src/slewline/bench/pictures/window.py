@@ -95,7 +95,8 @@ class Window:
         named = [(chip, limit) for chip, limit in limits if limit.symbol == symbol]
         if not named:
             known = ", ".join(dict.fromkeys(limit.symbol for _, limit in limits if limit.symbol))
-            raise UsageError(f"between {symbol!r}: no such time is printed; the symbols: {known or 'none'}")
+            pair = '; two edges are a pair in the list: [("x.slew falls", "x.slew rises")]' if " " in symbol else ""
+            raise UsageError(f"between {symbol!r}: no such time is printed; the symbols: {known or 'none'}{pair}")
         seen = False
         for chip, limit in named:
             if self.check(chip, limit).missing:

@@ -61,6 +61,7 @@ class Cy500(Cy5xx):
     sheet = SHEET
     power_up = PowerUp(POWER_UP_RESET_PS, POWER_UP_RC_PS)
     crystal_where = "the article"
+    state: Registers
     registers_class = Registers
     instructions_class = Instructions
     interpreter_class = Interpreter
@@ -71,6 +72,14 @@ class Cy500(Cy5xx):
         from .twin import Stepwise
 
         return Stepwise
+
+    def left_over(self) -> list[tuple[str, str]]:
+        """Return what a host has begun: a line, and a P that waits for its G."""
+        found, state = super().left_over(), self.state
+        if state.waits:
+            part = self.sheet.part.upper()
+            found.append(("no-go", f"P {state.target} without G: on the {part} it only sets the target; send G"))
+        return found
 
     def law(self) -> Law:
         """Return the periods by rate parameter, and where ramps begin."""

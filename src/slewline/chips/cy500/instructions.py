@@ -19,6 +19,7 @@ class Registers(sloped.Registers):
     """The modes and flags of the CY500; those with a factory outlive RESET and I, as the parameters do."""
 
     target: int | None = field(default_factory=lambda: None)  # of P; None: N was given since, or nothing
+    waits: bool = False  # a P waits for its G
     sloped: bool = False  # S
     jog: bool = False  # J
     external: bool = False  # L
@@ -67,11 +68,11 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         if self.registers.last == "ATHOME" and steps:
             steps -= 1
             self.chip.finding("n-after-a", f"N right behind A: one step less, {steps}")
-        self.registers.target = None
+        self.registers.target, self.registers.waits = None, False
         super().do_number(steps)
 
     def do_position(self, position: int) -> Awaitable[None] | None:  # type: ignore[override]
-        self.registers.target = position
+        self.registers.target, self.registers.waits = position, True
         return self.do_gostep() if self.chip.options.p_starts else None
 
     def do_slope(self, slope: int) -> None:
@@ -94,6 +95,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
 
     # ----------------------------------------------------------------------------------------------------- motions
     def do_gostep(self) -> Awaitable[None] | None:
+        self.registers.waits = False
         if self.registers.jog:
             self.chip.finding("go-in-jog", "G in jog mode, where XSS starts and stops: ignored")
             return None

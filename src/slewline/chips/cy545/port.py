@@ -19,7 +19,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from ...core.datasheet.channel import FlowBus
-from ...core.wires.waits import level
+from ...core.wires.waits import level, next_round
 
 if TYPE_CHECKING:
     from ...core.chip import Chip
@@ -124,6 +124,7 @@ class ParallelPort:
         """Give a byte; False: the request was withdrawn before BUSY fell, so the host has not got it."""
         chip, request = self.chip, self.request
         chip.waits("io_request=0: FPL is low, the host is to read")
+        await next_round(self.kernel)  # a host that asks already, with a letter, lets go of the bus as FPL falls
         await self.until_request(0)
         fell, delay, lead = request.changes, self.ticks["output_delay"], self.ticks["flow_lead"]
         chip.sync_forward()

@@ -49,6 +49,7 @@ class Port:
         self.ready_driver, self.bus, self.bus_driver = chip.drivers["hostrdy"], chip.bus, chip.bus_driver
         names = ("hostslct", "hostcmd", "hostwrite", "hostread")
         self.slct, self.cmd, self.writes, self.reads = (chip.pins[name].net for name in names)
+        self.told: set[str] = set()  # commands that need an encoder, where there is none
         for net, told in ((self.writes, self._write), (self.reads, self._read), (self.slct, self._select)):
             net.watch(told)
         self.begin()
@@ -274,8 +275,12 @@ class Port:
 
     def _perform(self) -> None:
         """Perform the command of a complete packet."""
-        row = self.row
+        row, chip = self.row, self.chip
         assert row is not None
+        if row.encoder and not chip.sheet.encoder and row.name not in self.told:
+            self.told.add(row.name)
+            part = chip.sheet.part
+            chip.finding("no-encoder", f"{row.name} needs an encoder: the {part} only accepts it; take the {part}-e")
         data = b"".join(word.to_bytes(2, "big") for word in self.words)
         found = self.instructions.perform(row, int.from_bytes(data, "big"))
         if found is None:

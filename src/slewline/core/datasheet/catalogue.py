@@ -128,7 +128,9 @@ class Catalogue(Generic[T]):
         """Return the error that nothing has a name, with the names there are."""
         names = self.names()
         remedy = hint(self.spelled(str(name)), names)
-        if not remedy and "." in str(name):
+        if str(name).endswith(".toml"):
+            remedy = f"; it is a bench file: slewline serve --bench {name}, or slewline.load({name!r})"
+        elif not remedy and "." in str(name):
             remedy = f"; a class of your own is module:Class, such as {name}:Class"
         return UnknownName(f"no {self.what} {name!r}; there are: {', '.join(names)}{remedy}")
 

@@ -182,7 +182,9 @@ class Option:
                     return choice
         why = self._wrong(value)
         if why is not None:
-            raise UsageError(f"{owner}: {self.name} {_cut(value)}; {why or f'allowed {self.allowed}'}")
+            meant = self.read(value) if isinstance(value, str) else value
+            plain = f"; write {meant}, without quotes" if type(meant) is int and self._wrong(meant) is None else ""
+            raise UsageError(f"{owner}: {self.name} {_cut(value)}; {why or f'allowed {self.allowed}'}{plain}")
         if self.kind == "ints":
             return tuple(map(int, sorted(value) if isinstance(value, (set, frozenset)) else value))
         return int(value) if _whole(value) else value

@@ -12,6 +12,7 @@ from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING, NamedTuple, overload
 
 from ...errors import NoSuchStep, UsageError
+from ..messages.instead import missing
 from ..messages.whole import whole
 from ..time.hook import Hook
 from ..time.kernel import Kernel
@@ -86,6 +87,15 @@ class Steps:
             f"{readable(first.time_ps)} to {readable(last.time_ps)}, positions {first.position} to {last.position}"
         )
         return f"<Steps: {len(self)}, {between}>"
+
+
+missing(
+    Steps,
+    **dict.fromkeys(("time", "times", "times_s"), "{it}.times_ps"),
+    **dict.fromkeys(("direction", "signs"), "{it}.directions"),
+    position="{it}.positions",
+    **dict.fromkeys(("count", "number", "size"), "len({it})"),
+)
 
 
 @dataclass(slots=True)

@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 from operator import attrgetter
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
+from ..messages.instead import missing
 from ..time.hook import Hook
 from ..time.kernel import Kernel
 
@@ -72,6 +73,14 @@ class MotionStart:
     def ideal(self) -> Ideal | None:
         """The ideal, worked out when it is asked for: a picture of an hour has thousands of motions."""
         return self.law() if self.law is not None else None
+
+
+missing(
+    MotionStart,
+    **dict.fromkeys(("start", "begin", "time"), "motion.time_ps, and motion.position where it begins"),
+    **dict.fromkeys(("stop", "duration"), "motion.end.time_ps, of one that has ended"),
+    steps="motion.end.steps, of one that has ended",
+)
 
 
 @dataclass(frozen=True, slots=True)

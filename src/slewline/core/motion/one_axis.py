@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar
 
 from ...errors import UsageError
+from ..messages.calls import answering
 from ..messages.instead import face
 from ..messages.whole import whole
 from ..time.hook import Hook
@@ -177,6 +178,7 @@ class OneAxis:
         """
         return self.motor.phases(*self._window(start, stop))
 
+    @answering("deviation()", "; for motion in x.motions(): x.deviation(motion)")
     def deviation(self, motion: MotionStart) -> Deviation:
         """Return by how much the axis has left the ideal of a motion at most, as far as it was to follow it.
 

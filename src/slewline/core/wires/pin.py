@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, NoReturn
 
 from ...errors import NoSuchAttribute, UsageError, WiringError
 from ..datasheet.table import Pin
+from ..messages.calls import answering
 from ..messages.instead import face, missing
 from ..messages.whole import whole
 from ..time.timebase import Time, picoseconds, readable
@@ -53,6 +54,9 @@ class Condition:
 
     def __and__(self, other: object) -> NoReturn:
         raise self._no_truth()
+
+    def __await__(self) -> NoReturn:
+        raise UsageError(f"{self}: a condition is not awaited itself: await bench.until(...) waits for it")
 
     def _no_truth(self) -> UsageError:
         return UsageError(
@@ -194,6 +198,7 @@ class Terminal:
         """
         self._put(None, self._instant(at))
 
+    @answering("pulse()", '; such as pin.pulse(0, "10 us")')
     def pulse(self, level: int, width: Time, at: Time | None = None) -> None:
         """Drive the pin for a time, then as before: to the level that was driven from outside, or not at all.
 
@@ -271,6 +276,7 @@ class Terminal:
 
 missing(
     Terminal,
+    "write pin.drive(0) or pin.drive(1)",
     **dict.fromkeys(("set", "set_level", "write"), "pin.drive(0) or pin.drive(1)"),
     **dict.fromkeys(("high", "on"), "pin.drive(1) drives it, pin.level reads it"),
     **dict.fromkeys(("low", "off", "clear"), "pin.drive(0) drives it, pin.level reads it"),
@@ -278,5 +284,9 @@ missing(
     **dict.fromkeys(("float", "free"), "pin.release()"),
     **dict.fromkeys(("toggle", "strobe"), 'pin.pulse(1, "10 us")'),
     **dict.fromkeys(("rises", "falls", "changes"), "pin.edges(1) is a condition for run_until"),
+    **dict.fromkeys(
+        ("wait", "wait_for", "wait_for_edge", "wait_for_press", "wait_for_active", "when_pressed"),
+        "bench.run_until(pin.edges(1)), or pin.is_(0)",
+    ),
     times='bench.record("{it}"), then bench.edges("{it}")',
 )

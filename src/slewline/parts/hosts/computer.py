@@ -131,12 +131,21 @@ missing(
     query="{it}.ask(...)",
     **dict.fromkeys(("write_line", "sendline", "send_line", "put", "execute", "transmit"), "{it}.send(...)"),
     **dict.fromkeys(
-        ("read", "read_until", "receive", "recv", "answer_to"), "{it}.received has what came in, {it}.ask(...) waits"
+        ("read", "read_until", "readline", "readlines", "read_all", "receive", "recv", "answer_to"),
+        "{it}.received has what came in, {it}.ask(...) waits",
     ),
+    in_waiting="len({it}.received)",
     **dict.fromkeys(
         ("open", "close", "reset_input_buffer"),
         "there is nothing to open or close; {it}.clear() forgets what is queued",
     ),
     position="the position is the chip's: x.position, of x = bench.add(...)",
     **dict.fromkeys(("run", "sleep", "wait", "flush", "run_until_idle"), "time is the bench's: bench.run_until_idle()"),
+)
+missing(
+    Computer,
+    "",
+    baudrate="bench.host(x, baud=9600) gives it, {it}.change_line(...) changes it on a serial line",
+    **dict.fromkeys(("bytesize", "parity", "stopbits"), "{it}.change_line(...) changes the format of a serial line"),
+    **dict.fromkeys(("timeout", "read_timeout"), '{it}.ask(..., timeout="5 s") takes one'),
 )

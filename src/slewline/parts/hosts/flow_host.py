@@ -5,8 +5,9 @@ r"""A host on a bus that works both ways: commands out, messages in, a handshake
     message     FPL low: IO_REQUEST low, wait BUSY low, take the byte, IO_REQUEST high, wait BUSY high, while it is low
 
 The empty handshake in front of a command is what a part wants whose program may run, and ignores otherwise.  A host
-that finds FPL low in it takes the message first (ch. 16, Immediate Commands).  The host goes by FPL while it is in use,
-as far as it knows from the mode commands that it has sent itself; `heed` tells it of others.
+that finds FPL low in it takes the message first (ch. 16, Immediate Commands), and so does one with its letter on the
+bus: it lets go, for the part answers somebody on its serial side.  The host goes by FPL while it is in use, as far as
+it knows from the mode commands that it has sent itself; `heed` tells it of others.
 """
 
 from __future__ import annotations
@@ -184,19 +185,28 @@ class FlowHost(ShadowHost):
                     await self._empty_handshake()
                     self.begun = True
                 if not begins or byte != EMPTY:
-                    await self._byte(byte)
+                    await self._byte(byte, begins)
         finally:
             self.bus.drive(None)
             self._give_turn()
 
-    async def _byte(self, byte: int) -> None:
-        await self._free()
-        if self.delay_ps:
-            await until(self.kernel, self.kernel.now + self.delay_ps)
-        self.begun = True
-        self.bus.drive((0xFF, byte))
-        self.request.drive(0)
-        await level(self.busy, 0)
+    async def _byte(self, byte: int, begins: bool) -> None:
+        """Offer a byte until the part takes it; the answer to another host may come before a letter."""
+        while True:
+            await self._free()
+            if self.delay_ps:
+                await until(self.kernel, self.kernel.now + self.delay_ps)
+            self.begun = True
+            self.bus.drive((0xFF, byte))
+            self.request.drive(0)
+            if not begins:
+                await level(self.busy, 0)
+                break
+            await first_of(self.kernel, None, *self._flows, (self.busy, 0))
+            if not self.offered:
+                break
+            self.bus.drive(None)
+            await self._message(asked=True)
         self.request.drive(1)
         self.bus.drive(None)
         self.sent += 1

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Awaitable, Callable, Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, TypeVar
 
 from ...core.messages.calls import answering
 from ...core.messages.whole import whole
@@ -17,7 +17,7 @@ from ...core.time.inputs import from_outside
 from ...core.wires.net import Driver, Net
 from ...core.wires.pin import Condition, GotCondition
 from ...core.wires.waits import first_of, level, until
-from ...errors import UsageError
+from ...errors import Timeout, UsageError
 from ..base.part import served
 from ..base.worker import Data, as_bytes
 from .computer import Computer
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 Action = Callable[["Port"], Awaitable[None]]
 NO_READ_OUT = "the part cannot be read, only sent to"
 SETTLED_US = 100  # READY high for longer than any instruction takes to begin: the chip is between two of them
+T = TypeVar("T")
 
 
 class Port:
@@ -353,6 +354,7 @@ class Host(Computer):
         found = self.answer_of(self.interject(self.chip.name, commands), timeout)
         return b"".join(data for _, data in found or ())
 
+    @answering("host.verify()", "; groups are 0 to 3")
     def verify(self, group: int, number: int | None = None, timeout: Time = "5 s", live: bool | None = False) -> bytes:
         """Read a verify group: bytes as the chip delivers them (group 0: five digits, or two bytes in binary mode).
 
@@ -389,7 +391,8 @@ class Host(Computer):
         if value is None or not 0 <= value <= 255:
             raise UsageError(f"{self.name}: rate {rate!r}; allowed 0 to 127 (a byte goes out as it is)")
         self._needs("slewing", "takes no rate on the fly")
-        self.answer_of(self.request_rate(self.chip.name, value), timeout)
+        taken = "a rate is taken while the motor slews, in a motion behind H and G"
+        self._on_the_fly(self.request_rate(self.chip.name, value), timeout, taken)
 
     def read_position(self, timeout: Time = "5 s") -> int:
         """Return the position, read on the fly (s.6): two bytes, 0 to 65535, while the motor steps.
@@ -399,7 +402,18 @@ class Host(Computer):
             Timeout: the motor does not step.
         """
         self._needs("out_strobe", "tells no position on the fly")
-        return self.answer_of(self.request_position(self.chip.name), timeout)
+        return self._on_the_fly(
+            self.request_position(self.chip.name),
+            timeout,
+            "it is told while the motor steps; at rest verify(0) reads it",
+        )
+
+    def _on_the_fly(self, errand: Errand[T], timeout: Time, taken: str) -> T:
+        """Wait for what goes on while the motor moves."""
+        try:
+            return self.answer_of(errand, timeout)
+        except Timeout as error:
+            raise Timeout(f"{error}\n  {taken}") from None
 
     @property
     def _part(self) -> str:

@@ -175,7 +175,12 @@ class PacketHost(Computer):
             every: pause between two questions.
         """
         packets.status_bit(self.port.sheet, bit.removeprefix("!"))
-        return self.answer_of(self.poll(self.port.chip, axis, bit, picoseconds(every)), timeout)
+        try:
+            return self.answer_of(self.poll(self.port.chip, axis, bit, picoseconds(every)), timeout)
+        except Timeout as error:
+            if not (pending := ", ".join(self.port.pending)):
+                raise
+            raise Timeout(f"{error}\n  no-update: {pending} without an update: send UPDATE") from None
 
     def _queue(self, packet: Packet, axis: int) -> Errand[tuple[int, ...]]:
         return self.perform(self.port.chip, axis, *packet)
@@ -378,6 +383,12 @@ class AxisView:
         return self.host.wait(bit, timeout, every, axis=self.number)
 
 
+missing(
+    PacketHost,
+    **dict.fromkeys(("verify", "read_position"), '{it}.query("GET_POS")'),
+    **dict.fromkeys(("live", "change_rate", "run_program"), "a chipset takes commands at any time: {it}.command(...)"),
+    change_line="it speaks over a port, which has no rate; {it}.command(...) sends",
+)
 missing(
     AxisView,
     **{name: f"it is the chip's: x.axis(1).{name}" for name in ("position", "reaches", "steps", "registers")},

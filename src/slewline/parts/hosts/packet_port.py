@@ -74,13 +74,15 @@ class PacketPort:
         self.cycle_ps = chip.clock.ps(chip.sheet.times["cycle"].ticks)
         self.worked_ps = 0  # by then the cycle has begun that works the last update
         self.axis = 1
+        self.pending: dict[str, None] = {}  # commands that wait for an update
         pins["reset"].net.watch(self._restarts)
         pins["hostintrpt"].net.watch(lambda net: self._restarts(net) if net.level is None else None)
         self.rest()
 
-    def _restarts(self, _net: Net) -> None:
-        """RESET changes, or an output floats because the supply is off."""
+    def _restarts(self, _net: Net | None = None) -> None:
+        """RESET changes or is sent, or an output floats because the supply is off."""
         self.axis = 1
+        self.pending.clear()
 
     def rest(self) -> None:
         """Select nothing, and let go of the bus."""
@@ -130,9 +132,12 @@ class PacketPort:
         return start, rises, end
 
     def note_update(self, code: int) -> None:
-        """Note when an update that has just been taken will have been worked."""
+        """Note when an update that has just been taken will have been worked, and what waits for one."""
         if updates(self.sheet, code):
             self.worked_ps = self.kernel.now + self.cycle_ps
+            self.pending.clear()
+        elif (row := self.sheet.commands.by_code.get(code)) is not None and row.buffered:
+            self.pending[row.name] = None
 
     def note_axis(self, code: int, found: Sequence[int] = ()) -> None:
         """Note which axis is the current one behind a packet, of which these words were read."""
@@ -140,7 +145,7 @@ class PacketPort:
         if row is None:
             return
         if row.name == RESET:
-            self.axis = 1
+            self._restarts()
         elif row.acts == "set":
             self.axis = row.code  # SET_2 has the code 2
         elif row.name == "SET_I":

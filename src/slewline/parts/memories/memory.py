@@ -20,7 +20,7 @@ from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
 from ...core.time.timebase import Time, picoseconds, readable
 from ...core.wires.net import Net
-from ...errors import UsageError
+from ...errors import NoSuchAttribute, UsageError
 from ..base.worker import Data, as_bytes
 from .external import WRITE_WIRING, Writable
 
@@ -55,6 +55,10 @@ class Ram(Writable):
     def content(self) -> bytes:
         """What the memory holds, from address 0 on."""
         return bytes(self._content)
+
+    @content.setter
+    def content(self, image: object) -> None:
+        raise NoSuchAttribute(f"{self.name}: content cannot be set; write {self.name}.load(image)")
 
     def fits(self, at: int, data: bytes) -> None:
         """Check that there is room for bytes at an address.

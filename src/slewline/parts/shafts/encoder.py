@@ -16,6 +16,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 from ...core.datasheet.option import Option
+from ...core.messages.instead import missing
 from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
 from ...core.time.timebase import Time, picoseconds
@@ -91,6 +92,9 @@ class Counts(Sensor):
     def waiting(self) -> str:
         """What the part waits for."""
         return f"{self.name}: {self._hand} counts by hand" if self._hand else super().waiting
+
+
+missing(Counts, **dict.fromkeys(("position", "count", "value", "angle"), "{it}.counts"))
 
 
 class Encoder(Counts):

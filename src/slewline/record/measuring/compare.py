@@ -16,7 +16,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from ...core.time.timebase import Time, moment, readable
-from ...errors import UsageError
+from ...errors import TimeError, UsageError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -151,13 +151,21 @@ def compare_edges(
     """
     import numpy as np
 
-    for what, (times, levels) in (("model", model), ("measured", measured)):
+    for what, edges in (("model", model), ("measured", measured)):
+        if isinstance(edges, str) or len(edges) != 2:
+            raise UsageError(f"{what} {edges!r}: expected times and levels, as bench.edges(...) gives them")
+        times, levels = edges
         if len(times) != len(levels) or (np.diff(times) <= 0).any():
             raise UsageError(f"{what}: {len(times)} times and {len(levels)} levels; as many of both, ascending times")
     if shift == "first":
         by = _first(model, measured)
+    elif shift == "best":
+        by = _best(model, measured)
     else:
-        by = _best(model, measured) if shift == "best" else moment(shift, negative=True)
+        try:
+            by = moment(shift, negative=True)
+        except TimeError as error:
+            raise TimeError(f'shift: {error}; or "first", "best"') from None
     pairs = _pairs(model, (measured[0] + by, measured[1]))
     return Comparison(name, model, measured, by, moment(tolerance), pairs)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 from ...core.messages.near import hint
 from ...core.motion.axis import Steps
@@ -67,6 +67,9 @@ class Waveforms:
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.names)
+
+    def __getitem__(self, name: object) -> NoReturn:
+        raise UsageError(f"waveforms[{name!r}]: they have no items; write waveforms.edges({name!r})")
 
     def __len__(self) -> int:
         return len(self.names)
