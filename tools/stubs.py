@@ -101,9 +101,9 @@ def stub() -> str:
     places = {
         "chips.line": {"LineChip"},
         "core.chip": {"Chip"},
-        "core.timebase": {"Time"},
-        "parts.computer": {"Computer"},
-        "parts.part": {"Part"},
+        "core.time.timebase": {"Time"},
+        "parts.hosts.computer": {"Computer"},
+        "parts.base.part": {"Part"},
     }
     others = several(chips)
     more = [host for found in others.values() for _, host in found]
