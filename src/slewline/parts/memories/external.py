@@ -58,7 +58,7 @@ class BusInterface:
         on_latch: Callable[[], None] | None = None,
         on_select: Callable[[], None] | None = None,
     ) -> None:
-        self.part, self._read, self._write, self._on_latch, self._on_select = part, read, write, on_latch, on_select
+        self.part, self.read, self.write, self._on_latch, self._on_select = part, read, write, on_latch, on_select
         self.high = self.low = ERASED  # in the address latches
         part.add_bus("db", "address, then data")
         part.add_pin("select", "in", selects, pull=1, active=0)
@@ -73,7 +73,7 @@ class BusInterface:
         pins["select"].net.watch(self._select)
         pins["ale"].net.watch(self._latch)
         pins["rd"].net.watch(self.show)
-        if self._write is not None:
+        if self.write is not None:
             pins["wr"].net.watch(self._take)
 
     @property
@@ -101,9 +101,9 @@ class BusInterface:
 
     def show(self, _net: Net | None = None) -> None:
         """Drive the bus, or let go of it."""
-        byte = self._read() if self.selected and not self.part.high("rd") else None
+        byte = self.read() if self.selected and not self.part.high("rd") else None
         self.part.drivers["db"].drive(None if byte is None else (0xFF, byte))
 
     def _take(self, net: Net) -> None:
-        if net.level == 1 and self.selected and self._write is not None:
-            self._write(self.part.byte("db"))
+        if net.level == 1 and self.selected and self.write is not None:
+            self.write(self.part.byte("db"))
