@@ -44,7 +44,7 @@ from slewline.language.lines import usage
 from slewline.language.lines.reference import line_table
 from slewline.language.packets import Packets
 from slewline.links.control.requests import COMMON, NAMES, REQUESTS, Key, Request, schema
-from slewline.parts import KINDS, part_class
+from slewline.parts import KINDS, options_of, part_class
 from slewline.parts.base.part import Part
 
 EXAMPLES: dict[str, dict[str, Any]] = {"prom": {"image": ""}, "switch": {"low": 0}}  # parts that must be told something
@@ -307,10 +307,10 @@ def parts_page() -> str:
         on = bench.part("motor", "shaft") if cls.sits == "must" else None
         part = bench.part(kind, on=on, **EXAMPLES.get(kind, {}))
         pins = (f"{pin} → {part.wiring[pin]}" if pin in part.wiring else pin for pin in part.pins)
-        named = f"[`{kind}`](#{kind})" if cls.options else f"`{kind}`"
+        named = f"[`{kind}`](#{kind})" if options_of(cls, row.fixed) else f"`{kind}`"
         kinds.append((named, row.says, ", ".join(pins), ", ".join(fitting(kind, part))))
-        if cls.options:
-            chapters.append(f"\n### {kind}\n\n{option_table(cls.options)}\n")
+        if rows := options_of(cls, row.fixed):
+            chapters.append(f"\n### {kind}\n\n{option_table(rows)}\n")
     text = (
         "What stands around a chip: `bench.part(kind, to=x, ...)` in Python, `[[part]]` in a bench file. With `to`,\n"
         "pins that have an arrow are wired to the neighbour's pin in [that role](#roles). It may be a chip or another\n"

@@ -155,7 +155,7 @@ def test_a_connector_finds_the_receiver_of_a_uart_which_never_answers(bench):
 def test_a_motor_steps_with_the_edge_that_the_sheet_means(bench, chip, rises):
     bench.add(chip, name="x")
     for kind in ("translator", "motor"):
-        assert bench.part(kind, to="x").edge == rises
+        assert bench.part(kind, to="x").rule.edge == rises
 
 
 def test_a_journal_repeats_what_was_wired_with_its_edge(tmp_path):
@@ -170,7 +170,7 @@ def test_a_journal_repeats_what_was_wired_with_its_edge(tmp_path):
     bench.journal.close()
     again = slewline.replay(path)
     assert again["m"].position == bench["m"].position == 12
-    assert again["m"].edge == 1
+    assert again["m"].rule.edge == 1
     assert one(again, "m.pulse", "x.clock")
 
 

@@ -169,7 +169,7 @@ def test_an_eeprom_is_waited_for_byte_by_byte() -> None:
 def test_an_eeprom_that_polls_no_data_would_be_believed_too_early() -> None:
     """The oracle of the test above: without the inverted bit the next write comes while the part is busy."""
     rig, eeprom = with_eeprom()
-    eeprom.shown = lambda: eeprom.writing[1] if eeprom.writing else type(eeprom).shown(eeprom)
+    eeprom.bus.read = lambda: eeprom.writing[1] if eeprom.writing else eeprom.core.byte
     rig.send("E\rP 100\rQ")
     assert "memory-busy" in [found.code for found in eeprom.findings]
     assert eeprom.content[:6] != b"P 100\r"

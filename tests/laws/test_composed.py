@@ -250,7 +250,7 @@ def chips(seed: int, *, twin=None, stepwise=False, watched=False, shuffle=None) 
 
 def on_circle(part) -> bool:
     """Does a part go by edges?"""
-    return getattr(part, "edge_driven", False)
+    return getattr(getattr(part, "rule", None), "edge_driven", False)
 
 
 def chips_agree(seed: int) -> int:

@@ -175,7 +175,7 @@ def test_a_switch_that_gates_its_own_clock_goes_by_edges():
     host.send("A 0\rF 10\rR 90\rS 250\rZ 1\rN 200\rG\r")
     bench.run_until_idle()
     assert (motor.position, x.position) == (50, 200)
-    assert motor.edge_driven and gate.edge_driven
+    assert motor.rule.edge_driven and gate.rule.edge_driven
 
 
 # ------------------------------------------------------------------------------------------------------ what is refused

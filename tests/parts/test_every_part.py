@@ -8,13 +8,18 @@ import pytest
 
 import slewline
 from slewline.core.datasheet.option import Option, checked, flat
-from slewline.parts import CATALOGUE, KINDS, Listed, part_class
+from slewline.parts import CATALOGUE, KINDS, Listed, options_of, part_class
 from slewline.parts.base.part import Part
 from tests.options import wrong_options
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
 NEEDS = {"prom": {"image": ""}, "switch": {"low": 0}}  # what a part must be told
 RESERVED = {"kind", "name", "to", "on", "kernel"}  # keys of [[part]] and arguments of the constructor
+
+
+def rows_of(kind):
+    """The options that a user may give."""
+    return options_of(part_class(kind), KINDS[kind].fixed)
 
 
 def placed(kind, bench=None, **options):
@@ -27,8 +32,8 @@ def placed(kind, bench=None, **options):
 
 @every_kind
 def test_a_constructor_takes_what_the_rows_say(kind):
-    rows = part_class(kind).options
-    parameters = [name for name in signature(part_class(kind)).parameters if name not in RESERVED]
+    rows, fixed = rows_of(kind), KINDS[kind].fixed
+    parameters = [name for name in signature(part_class(kind)).parameters if name not in {*RESERVED, *fixed}]
     assert parameters == [row.name for row in rows]
     for _, row in flat(rows):
         assert row.name not in RESERVED and row.says
@@ -42,7 +47,7 @@ def test_unknown_and_ill_typed_options_are_refused_and_leave_nothing_behind(kind
     if part_class(kind).sits == "must":
         bench.part("translator")
     before = dict(bench.parts)
-    for options, says in wrong_options(part_class(kind).options):
+    for options, says in wrong_options(rows_of(kind)):
         with pytest.raises(slewline.UsageError, match=f"p: {says}"):
             placed(kind, bench, **options)
     assert bench.parts == before

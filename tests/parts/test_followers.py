@@ -171,7 +171,7 @@ def ring(bench, kinds):
 
 
 def edge_driven(bench):
-    return [name for name, part in bench.parts.items() if getattr(part, "edge_driven", False)]
+    return [name for name, part in bench.parts.items() if getattr(getattr(part, "rule", None), "edge_driven", False)]
 
 
 @pytest.mark.parametrize("count", [1, 3])

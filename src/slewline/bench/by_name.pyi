@@ -32,11 +32,11 @@ from ..parts.hosts.serial_host import SerialHost
 from ..parts.lines.rs232 import SerialPort
 from ..parts.lines.rs232_line import Rs232Line
 from ..parts.lines.serial import SerialSender, Uart
-from ..parts.logic.gates import And, Delay, Inverter, Latch8, Nand, Nor, Or
+from ..parts.logic.gates import Delay, Gate, Latch8
 from ..parts.logic.latches import PhaseLatch, PositionLatch
 from ..parts.machines.drilling import Bar, Drill
 from ..parts.machines.welding import Welder, Workpieces
-from ..parts.memories.memory import Eeprom, Eprom, Ram
+from ..parts.memories.memory import Eeprom, Ram
 from ..parts.memories.prom import Prom
 from ..parts.shafts.carriage import Carriage, Gear
 from ..parts.shafts.encoder import Encoder, Quadrature
@@ -223,7 +223,7 @@ class Makes(Protocol):
         to: Chip | Part | str | None = None,
         on: Part | str | None = None,
         **options: Any,
-    ) -> Inverter: ...
+    ) -> Gate: ...
     @overload
     def __call__(
         self,
@@ -233,7 +233,7 @@ class Makes(Protocol):
         to: Chip | Part | str | None = None,
         on: Part | str | None = None,
         **options: Any,
-    ) -> And: ...
+    ) -> Gate: ...
     @overload
     def __call__(
         self,
@@ -243,7 +243,7 @@ class Makes(Protocol):
         to: Chip | Part | str | None = None,
         on: Part | str | None = None,
         **options: Any,
-    ) -> Or: ...
+    ) -> Gate: ...
     @overload
     def __call__(
         self,
@@ -253,7 +253,7 @@ class Makes(Protocol):
         to: Chip | Part | str | None = None,
         on: Part | str | None = None,
         **options: Any,
-    ) -> Nand: ...
+    ) -> Gate: ...
     @overload
     def __call__(
         self,
@@ -263,7 +263,7 @@ class Makes(Protocol):
         to: Chip | Part | str | None = None,
         on: Part | str | None = None,
         **options: Any,
-    ) -> Nor: ...
+    ) -> Gate: ...
     @overload
     def __call__(
         self,
@@ -363,7 +363,7 @@ class Makes(Protocol):
         to: Chip | Part | str | None = None,
         on: Part | str | None = None,
         **options: Any,
-    ) -> Eprom: ...
+    ) -> Ram: ...
     @overload
     def __call__(
         self,

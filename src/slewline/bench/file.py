@@ -295,13 +295,13 @@ class BenchFile:
                 for key in ("kind", "name", "to", "on"):
                     if not isinstance(part.get(key, ""), str):
                         raise SlewlineError(f"{key}: found {part[key]!r}; allowed text")
-                kind = part_class(part["kind"], allow_code=self.allow_code)
-                bench.part(kind, **self.part_options(kind, part))
+                made = part_class(part["kind"], allow_code=self.allow_code)
+                bench.part(part["kind"], **self.part_options(made, part))
 
-    def part_options(self, kind: type[Part], part: dict[str, Any]) -> dict[str, Any]:
+    def part_options(self, cls: type[Part], part: dict[str, Any]) -> dict[str, Any]:
         """Return the options of a [[part]]; `file` names a file with the image of one that has an image."""
         options = {key: value for key, value in part.items() if key != "kind"}
-        if "file" in options and any(row.name == "image" for row in kind.options):
+        if "file" in options and any(row.name == "image" for row in cls.options):
             if "image" in options:
                 raise SlewlineError("file: beside image; give one of the two")
             file = options.pop("file")

@@ -23,7 +23,7 @@ from ..core.wires.net import Bus, Net
 from ..core.wires.pin import Terminal
 from ..errors import UnknownName, UsageError, WiringError
 from ..parts import CATALOGUE as PARTS
-from ..parts import make_part, part_class
+from ..parts import KINDS, make_part, part_class
 from ..parts.base.part import Part
 from .by_name import adds, makes
 from .pictures.drawing import Drawing
@@ -187,7 +187,8 @@ class Furnished(Drawing):
             raise UnknownName(f"{error}; {kind} is a chip: bench.add({kind!r})") from None
         if not issubclass(cls, Part):
             raise UsageError(f"part({kind!r}): expected a kind such as 'uart', or the class of a part")
-        kind = PARTS.name_of(cls)
+        kind = kind if isinstance(kind, str) and kind in KINDS else PARTS.name_of(cls)
+        fixed = KINDS[kind].fixed if kind in KINDS else {}
         name = self._new_name(name, cls.__name__.lower() if ":" in kind else kind.replace("-", "_"))
         neighbour = None if to is None else self._there(to)
         if self.stores is not None and cls.keeps:
@@ -197,7 +198,7 @@ class Furnished(Drawing):
 
             options["image"] = image_given(name, options["image"])
         kept = self._witnessed(name, options) if cls.keeps else dict
-        part = make_part(cls, self.kernel, name, options, **self._mounted(kind, cls.sits, name, on))
+        part = make_part(cls, self.kernel, name, options, fixed, **self._mounted(kind, cls.sits, name, on))
         pairs = [] if neighbour is None else joints(kind, part, neighbour)
         lists = (bytes, bytearray, set, frozenset)
         plain = {key: list(value) if isinstance(value, lists) else value for key, value in options.items()}

@@ -27,7 +27,6 @@ from .files.entries import Entries
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
-    from ..parts.base.part import Part
 
 STRANGE = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)  # what comes of entries of no sense
 CALLS = ("change_rate", "live", "read_position", "run_program", "verify")  # of a host on a bus, in journals of 0.1.0
@@ -40,7 +39,6 @@ class Survey(NamedTuple):
     maker: str
     end: int  # the instant of the last entry, ps
     chips: dict[str, type[Chip]]  # the classes that it names
-    parts: dict[str, type[Part]]
     behaviours: dict[str, int]  # of its chips, by part
     faults: dict[str, dict[int, dict[str, Any]]]  # of its stores, by owner and call
 
@@ -51,7 +49,7 @@ def survey(found: Entries, allow_code: bool) -> Survey:
     Raises:
         BenchFileError: a chip or part is not there, or is named as module:Class and that is not allowed; with its line.
     """
-    known = Survey(0, "", 0, {}, {}, {}, {})
+    known = Survey(0, "", 0, {}, {}, {})
     for number, entry in found:
         do = entry["do"]
         try:
@@ -61,7 +59,7 @@ def survey(found: Entries, allow_code: bool) -> Survey:
                 known.chips[entry["part"]] = chip_class(entry["part"], allow_code=allow_code)
                 known.behaviours[entry["part"]] = entry.get("behaviour", 1)
             elif do == "part":
-                known.parts[entry["kind"]] = part_class(entry["kind"], allow_code=allow_code)
+                part_class(entry["kind"], allow_code=allow_code)
             elif do == "store":
                 known.faults.setdefault(entry["of"], {})[entry["call"]] = entry
         except (UnknownName, UsageError) as error:
@@ -185,7 +183,7 @@ def apply(bench: Bench, entry: dict[str, Any], known: Survey) -> None:
             cls = known.chips[entry["part"]]
             bench.add(cls, name, entry["crystal_hz"], entry["straps"], entry["bare"], **options)
         else:
-            bench.part(known.parts[entry["kind"]], name, entry.get("to"), entry.get("on"), **options)
+            bench.part(entry["kind"], name, entry.get("to"), entry.get("on"), **options)
         if memory is not None:
             memory.begin()
     elif do == "host":

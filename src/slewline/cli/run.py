@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from ..core.component import Finding
     from ..core.datasheet.table import Sheet
     from ..parts.base.part import Part
-    from ..parts.memories.memory import Ram
+    from ..parts.memories.memory import Eeprom, Ram
     from ..record.waveforms.vcd_sources import Buses
 
 TIMEOUT = "60 s"
@@ -298,11 +298,11 @@ class Run:
         return [found for found in bench.findings if self.strict or found.code == "expect"]
 
 
-def memory_of(bench: Bench, path: str) -> Ram:
+def memory_of(bench: Bench, path: str) -> Eeprom | Ram:
     """Return the only memory on a bench, which is to be written to a file."""
-    from ..parts.memories.memory import Ram
+    from ..parts.memories.memory import Eeprom, Ram
 
-    found = [part for part in bench.parts.values() if isinstance(part, Ram)]
+    found = [part for part in bench.parts.values() if isinstance(part, Eeprom | Ram)]
     if len(found) != 1:
         what = f"{len(found)} of them" if found else "none"
         raise Refused(f"{path}: --save-memory wants one memory on the bench, and there are {what}; leave it out")

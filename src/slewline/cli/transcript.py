@@ -20,7 +20,7 @@ from ..core.time.kernel import Task
 from ..core.time.timebase import PS_PER_S, readable
 from ..core.wires.net import Net
 from ..core.wires.waits import level
-from ..parts.front_panel.displays import Display
+from ..parts.front_panel.displays import HpDisplay, Lcd
 from ..parts.hosts.computer import Computer
 
 STAYS_PS = 20 * 10**9  # that a display stays as it is before it is told
@@ -49,7 +49,7 @@ class Transcript:
         for part in self.bench.parts.values():
             if isinstance(part, Computer):
                 part.on_event.add(partial(self.tell, part.name, "host"))
-            if isinstance(part, Display):
+            if isinstance(part, HpDisplay | Lcd):
                 part.on_change.add(Shown(self, part).changed)
         for chip in self.bench.chips.values():
             for row in chip.sheet.pins:
@@ -100,7 +100,7 @@ class Transcript:
 class Shown:
     """What a display shows: told when it has stayed so for a while, for it is written character by character."""
 
-    def __init__(self, transcript: Transcript, display: Display) -> None:
+    def __init__(self, transcript: Transcript, display: HpDisplay | Lcd) -> None:
         self.transcript, self.display, self.kernel = transcript, display, display.kernel
         self.since = 0  # when it changed last
         self.waits = False

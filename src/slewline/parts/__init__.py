@@ -8,11 +8,13 @@ With `to`, the pins of the part are wired to those of a neighbour in the standar
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from ..core.datasheet.catalogue import Catalogue
-from ..core.datasheet.option import checked
+from ..core.datasheet.option import Option, checked
 from .base.part import Part
 
 if TYPE_CHECKING:
@@ -22,19 +24,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Listed:
-    """A kind of part: what it is, and where its class is, as `module:name` within this folder."""
+    """A kind of part: what it is, and where its class is, as `module:name` within this folder.
+
+    `fixed` are options of the class that make it this kind; nobody else gives them.
+    """
 
     says: str
     at: str
+    fixed: Mapping[str, Any] = field(default_factory=dict)
 
 
 # fmt: off
 KINDS = {
-    "inverter": Listed(at="logic.gates:Inverter", says="one gate of a 7404"),
-    "and": Listed(at="logic.gates:And", says="AND gate"),
-    "or": Listed(at="logic.gates:Or", says="OR gate"),
-    "nand": Listed(at="logic.gates:Nand", says="NAND gate"),
-    "nor": Listed(at="logic.gates:Nor", says="NOR gate"),
+    "inverter": Listed(at="logic.gates:Gate", fixed={"function": "nand", "inputs": 1}, says="one gate of a 7404"),
+    "and": Listed(at="logic.gates:Gate", fixed={"function": "and"}, says="AND gate"),
+    "or": Listed(at="logic.gates:Gate", fixed={"function": "or"}, says="OR gate"),
+    "nand": Listed(at="logic.gates:Gate", fixed={"function": "nand"}, says="NAND gate"),
+    "nor": Listed(at="logic.gates:Gate", fixed={"function": "nor"}, says="NOR gate"),
     "delay": Listed(at="logic.gates:Delay", says="delay line"),
     "latch8": Listed(at="logic.gates:Latch8", says="74LS373, eight transparent latches with output enable"),
     "uart": Listed(at="lines.serial:Uart", says="receive-only UART with baud rate generator (fig. 10.16)"),
@@ -42,9 +48,9 @@ KINDS = {
     "serial_port": Listed(at="lines.rs232:SerialPort", says="serial connector of a computer, RS-232 or TTL"),
     "rs232_line": Listed(at="lines.rs232_line:Rs232Line", says="RS-232 line on which characters are lost, garbled or come with faults"),
     "prom": Listed(at="memories.prom:Prom", says="PROM with address counter: commands without a host (fig. 10.18)"),
-    "ram": Listed(at="memories.memory:Ram", says="RAM of up to 64K bytes on the bus of a chip, with its address latches"),
+    "ram": Listed(at="memories.memory:Ram", fixed={"writable": True}, says="RAM of up to 64K bytes on the bus of a chip, with its address latches"),
     "eeprom": Listed(at="memories.memory:Eeprom", says="the same as EEPROM: slow to write, and kept without power"),
-    "eprom": Listed(at="memories.memory:Eprom", says="the same as EPROM: read only"),
+    "eprom": Listed(at="memories.memory:Ram", fixed={"writable": False}, says="the same as EPROM: read only"),
     "thumbwheels": Listed(at="front_panel.panel_parts:Thumbwheels", says="thumbwheel switches that set the number of a command"),
     "hp_display": Listed(at="front_panel.displays:HpDisplay", says="eight-character LED display HDSP-211x on the bus of a chip"),
     "lcd": Listed(at="front_panel.displays:Lcd", says="serial LCD: texts on the right, parameters on the left"),
@@ -98,10 +104,25 @@ def part_class(kind: str, *, allow_code: bool = True) -> type[Part]:
     return CATALOGUE.load(kind, allow_code=allow_code)
 
 
-def make_part(cls: type[Part], kernel: Kernel, name: str, options: dict[str, Any], **mounted: Shaft) -> Part:
+def options_of(cls: type[Part], fixed: Mapping[str, Any]) -> tuple[Option, ...]:
+    """Return the options that a user may give, of a class of which the kind fixes some."""
+    return tuple(row for row in cls.options if row.name not in fixed)
+
+
+def make_part(
+    cls: type[Part],
+    kernel: Kernel,
+    name: str,
+    options: dict[str, Any],
+    fixed: Mapping[str, Any] = MappingProxyType({}),
+    **mounted: Shaft,
+) -> Part:
     """Return a part of a class, on a shaft where it sits on one; its constructor gets every option, checked.
+
+    Args:
+        fixed: options that its kind fixes.
 
     Raises:
         UsageError: an option that the class does not have, or does not allow.
     """
-    return cls(kernel, name, **mounted, **checked(name, cls.options, options))
+    return cls(kernel, name, **mounted, **fixed, **checked(name, options_of(cls, fixed), options))

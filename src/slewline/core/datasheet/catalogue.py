@@ -88,9 +88,9 @@ class Catalogue(Generic[T]):
     def name_of(self, cls: type[T]) -> str:
         """Return the name by which a class is found: ours, that of an entry point, or module:Class."""
         place = f"{cls.__module__}:{cls.__qualname__}"
-        for name, ours in self.ours.items():
-            if ours == place:
-                return name
+        names = [name for name, ours in self.ours.items() if ours == place]
+        if len(names) == 1:  # a class of several says by itself none of them
+            return names[0]
         if cls not in self._guests:
             alone = {found[0].value: name for name, found in self.brought().items() if len(found) == 1}
             self._guests[cls] = alone.get(place, place)

@@ -1,4 +1,4 @@
-"""Parts that a clock steps: they count its edges, and promise what follows from the count.
+"""The rule of parts that a clock steps: they count its edges, and promise what follows from the count.
 
     clock       train --------------------------------->| another one ------>
     direction   high ------------------|  low --------------------------------
@@ -13,75 +13,84 @@ of them, and anew from there.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
 
 from ...core.wires.clocking import ClockEdges, Limited, Still, clock_edges
 from ...core.wires.wave import Level
 from .follower import Follower
 
 if TYPE_CHECKING:
-    from ...core.time.kernel import Call, Kernel
-    from ...core.wires.wave import Promise
+    from ...core.time.kernel import Call
+    from .part import Part
 
 
 class Clocked(Follower):
-    """A part that makes a step at each fall, or each rise, of a clock."""
+    """A rule of steps at each fall, or each rise, of a clock.
 
-    clock: ClassVar[str]  # the pin
-    steers: ClassVar[tuple[str, ...]] = ()  # the pins that say what a step does
-    acts: ClassVar[tuple[str, ...]] = ()  # those of them that act without a step, too
-    edge = 0  # the level of the clock with which a step begins
+    Args:
+        part: has its pins already.
+        inputs: the pins that it looks at, the clock among them.
+        clock: the pin.
+        edge: the level of the clock with which a step begins.
+        steers: the pins that say what a step does.
+        acts: those of them that act without a step, too.
+        advance: takes up what the clock has done up to an instant (ps); after that it does nothing any more until
+            `follow`.
+        step: takes the edge of the clock at this instant, which nobody promised.
+        follow: takes up a clock from this instant on, and promises what follows.
+    """
 
-    def __init__(self, kernel: Kernel, name: str) -> None:
-        super().__init__(kernel, name)
+    def __init__(
+        self,
+        part: Part,
+        inputs: Iterable[str],
+        *,
+        clock: str,
+        edge: int = 0,
+        steers: tuple[str, ...] = (),
+        acts: tuple[str, ...] = (),
+        advance: Callable[[int], None],
+        step: Callable[[], None],
+        follow: Callable[[ClockEdges], None],
+    ) -> None:
+        super().__init__(part, inputs, lay=self._promise, react=self._take_edge, cut=self._cut)
+        self.clock, self.edge, self.steers, self.acts = clock, edge, steers, acts
+        self.advance, self.step, self.follow = advance, step, follow
         self._level: Level = None  # of the clock, up to where the part has come
         self._begun = False
         self._ahead = Limited(Still())  # the clock that is followed
         self._again: Call | None = None  # looks at what steers, when that has an edge
 
-    # ------------------------------------------------------------------------------------- what a kind of part says
-    def advance_to(self, ps: int) -> None:
-        """Take up what the clock has done up to an instant; after that it does nothing any more until `follow`."""
-        raise NotImplementedError
-
-    def stepped(self) -> None:
-        """Take the edge of the clock at this instant, which nobody promised."""
-        raise NotImplementedError
-
-    def follow(self, clock: ClockEdges) -> None:
-        """Take up a clock from this instant on, and promise what follows."""
-        raise NotImplementedError
-
-    # ------------------------------------------------------------------------------------------------------- changes
-    def cut(self, ps: int) -> None:
+    def _cut(self, ps: int) -> None:
         """Take notice of what the inputs have shown up to an instant (ps): they cannot be asked again."""
         if self._begun:
             self._level = self.outlooks[self.clock].level(ps)
             self._ahead.cut(ps)
-            self.advance_to(ps)
+            self.advance(ps)
 
-    def lay(self) -> None:
+    def _promise(self) -> None:
         """Promise what the outputs show from now on."""
-        self._advance()
+        self._sample_clock()
         self.follow(self._look_ahead())
 
     def go_by_edges(self) -> None:
         """Follow the inputs edge by edge from now on."""
-        if not self._laying:
-            self.cut(self.kernel.seen)
+        if not self.laying:
+            self._cut(self.kernel.seen)
         super().go_by_edges()
 
-    def react(self) -> None:
+    def _take_edge(self) -> None:
         """Drive the outputs to the levels that follow from those of the inputs."""
-        self.advance_to(self.kernel.seen)
-        self._advance()
+        self.advance(self.kernel.seen)
+        self._sample_clock()
         self.follow(Still())
 
-    def _advance(self) -> None:
+    def _sample_clock(self) -> None:
         """Look at the clock: is there an edge between what was up to now, and what is now?"""
-        level = self.pins[self.clock].net.level
+        level = self.part.pins[self.clock].net.level
         if self._begun and level == self.edge != self._level:
-            self.stepped()
+            self.step()
         self._level, self._begun = level, True
 
     def _look_ahead(self) -> ClockEdges:
@@ -110,8 +119,4 @@ class Clocked(Follower):
     @property
     def due(self) -> bool:
         """Has the clock an edge of which the part hears in the next round only?"""
-        return self._laying and self.pins[self.clock].net.level == self.edge != self._level
-
-    def shown(self, name: str) -> Promise | Level:
-        """Return what an input shows from now on: a promise, or a level."""
-        return self.pins[name].net.level if self.edge_driven else self.outlooks[name].shown()
+        return self.laying and self.part.pins[self.clock].net.level == self.edge != self._level

@@ -1,4 +1,4 @@
-"""Parts that run ahead: what they promise on their outputs follows from what is promised on their inputs.
+"""Rules of parts that run ahead: what they promise on their outputs follows from what is promised on their inputs.
 
     input     train ---------------------------->| (a driver is told something else)
     output    view of the train ---------------->|........|  view of what comes now
@@ -12,70 +12,77 @@ that no edge shows of what was withdrawn.  In the next round it looks at the inp
 Parts that follow each other in a circle without a chip between them (two crossed gates, a ring oscillator) cannot
 promise anything to each other.  They are found when they are wired; from then on they watch their inputs and drive
 levels, edge by edge (`react`).
+
+A part has such a rule: it makes its pins, hands it the functions of its own logic, and starts it once it is wired.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Protocol
 
-from ...core.wires.net import Driver, Net
 from ...core.wires.views import View
 from ...core.wires.wave import Level, Promise, alike, promised
 from .outlook import Outlook
-from .part import Part
 
 if TYPE_CHECKING:
-    from ...core.datasheet.table import Way
-    from ...core.time.kernel import Kernel
-    from ...core.wires.pin import Terminal
+    from ...core.wires.net import Driver, Net
+    from .part import Part
 
 
-class Follower(Part):
-    """A part that runs ahead.  Subclasses name their inputs, and say what they promise in `lay`."""
+def ignored(_ps: int) -> None:
+    """Take no notice: what the inputs have shown leaves nothing behind."""
 
-    follows: tuple[str, ...] = ()
-    edge_driven = False  # part of a circle: inputs are watched, outputs driven by levels
 
-    def __init__(self, kernel: Kernel, name: str) -> None:
-        super().__init__(kernel, name)
+class Follower:
+    """Looks ahead along some inputs of a part, for all its outputs.
+
+    Args:
+        part: has its pins already.
+        inputs: the pins that it looks at; what they show is in `outlooks`.
+        lay: promises the outputs anew, from this instant on, under the present inputs.
+        react: drives the outputs to levels: an input of a part in a circle has changed.
+        cut: takes notice of what the inputs have shown up to an instant (ps), at which they cannot be asked again.
+        delay_ps: how much later an output shows what follows from the inputs.
+    """
+
+    def __init__(
+        self,
+        part: Part,
+        inputs: Iterable[str],
+        *,
+        lay: Callable[[], None],
+        react: Callable[[], None],
+        cut: Callable[[int], None] = ignored,
+        delay_ps: int = 0,
+    ) -> None:
+        self.part, self.kernel, self.inputs = part, part.kernel, tuple(inputs)
+        self.lay, self.react, self.cut, self.delay_ps = lay, react, cut, delay_ps
         self.outlooks: dict[str, Outlook] = {}
+        self.edge_driven = False  # part of a circle: inputs are watched, outputs driven by levels
         self.withdrawn = True  # an input shows something else since the last `lay`; else only bounds have moved
-        self._laying = False  # `lay` is due in the next round
+        self.laying = False  # `lay` is due in the next round
         self._drivers_seen = -1  # of the inputs, when circles were looked for
+        for driver in part.drivers.values():
+            driver.source = self
 
-    def add_pin(self, name: str, way: Way, says: str, **how: Any) -> Terminal:
-        """Make a pin, as `Part.add_pin`; an output promises what follows from the inputs."""
-        terminal = super().add_pin(name, way, says, **how)
-        if name in self.drivers:
-            self.drivers[name].source = self
-        return terminal
-
-    def rewired(self) -> None:
-        """Look ahead along the inputs from now on."""
+    def start(self) -> None:
+        """Look ahead along the inputs from now on: the part is wired."""
         if self.edge_driven:
             return
-        self.outlooks = {name: Outlook(self.pins[name], self.changed) for name in self.follows}
+        self.outlooks = {name: Outlook(self.part.pins[name], self.changed) for name in self.inputs}
         self._lay()
 
-    # ------------------------------------------------------------------------------------- what a kind of part says
-    def cut(self, ps: int) -> None:
-        """Take notice of what the inputs have shown up to an instant: they will not be there to be asked again."""
-
-    def lay(self) -> None:
-        """Promise the outputs anew, from this instant on, under the present inputs."""
-        raise NotImplementedError
-
-    def react(self) -> None:
-        """Drive the outputs to levels: an input of a part in a circle has changed."""
-        raise NotImplementedError
-
     def sources(self) -> Iterable[Follower]:
-        """Yield the parts that run ahead and drive the inputs of this one."""
-        for name in self.follows:
-            for driver in self.pins[name].net.drivers:
+        """Yield the rules that run ahead and drive the inputs of this one."""
+        for name in self.inputs:
+            for driver in self.part.pins[name].net.drivers:
                 if isinstance(driver.source, Follower):
                     yield driver.source
+
+    def shown(self, name: str) -> Promise | Level:
+        """Return what an input shows from now on: a promise, or a level."""
+        return self.part.pins[name].net.level if self.edge_driven else self.outlooks[name].shown()
 
     # ------------------------------------------------------------------------------------------------------- changes
     def changed(self) -> None:
@@ -83,24 +90,24 @@ class Follower(Part):
         if not (self.withdrawn or any(outlook.renewed for outlook in self.outlooks.values())):
             self.withdrawn = True
             self.bound_outputs(self.kernel.seen + 1)
-        if not self._laying:
-            self._laying = True
+        if not self.laying:
+            self.laying = True
             self.cut(self.kernel.seen)
             self.kernel.call_at(self.kernel.now, self._lay)
 
     def bound_outputs(self, ps: int) -> None:
-        """Bound the promises of the outputs: nothing shows of what they say from an instant on."""
-        for driver in self.drivers.values():
+        """Bound the promises of the outputs: nothing shows of what they say of the inputs from an instant (ps) on."""
+        for driver in self.part.drivers.values():
             if isinstance(driver.promise, View):
-                driver.promise.until = ps
+                driver.promise.until = ps + self.delay_ps
 
     def _lay(self) -> None:
-        self._laying = False
+        self.laying = False
         drivers = sum(len(outlook.pin.net.drivers) for outlook in self.outlooks.values())
         if drivers != self._drivers_seen:
             self._drivers_seen = drivers
-            for part in circle(self):
-                part.go_by_edges()
+            for rule in circle(self):
+                rule.go_by_edges()
         if not self.edge_driven:
             self.lay()
             self.withdrawn = False
@@ -115,50 +122,67 @@ class Follower(Part):
         self.edge_driven = True
         for outlook in self.outlooks.values():
             outlook.close()
-        for name in self.follows:
-            self.pins[name].net.watch(self._reacted)
+        for name in self.inputs:
+            self.part.pins[name].net.watch(self._reacted)
         self.react()
 
     def _reacted(self, _net: Net) -> None:
         self.react()
 
 
+class HasRule(Protocol):
+    """A part with a rule."""
+
+    rule: Follower
+
+
+def start_rule(self: HasRule) -> None:
+    """Look ahead from now on: the part is wired; `rewired` of parts that do nothing else then."""
+    self.rule.start()
+
+
 class Stateless(Follower):
-    """A part without delay and memory: what its outputs show follows from what its inputs show."""
+    """A rule without delay and memory: what outputs show follows from what the inputs show.
 
-    def __init__(self, kernel: Kernel, name: str) -> None:
-        super().__init__(kernel, name)
-        self._inputs: list[Promise | Level] = []  # of which the outputs promise something
+    Args:
+        views: by output, what it shows while the inputs, in their order, show promises or levels.
+    """
 
-    def view(self, pin: str, inputs: Sequence[Promise | Level]) -> Promise | Level:
-        """Return what an output shows while the inputs, in the order of `follows`, show promises or levels."""
-        raise NotImplementedError
+    def __init__(
+        self,
+        part: Part,
+        inputs: Iterable[str],
+        views: Mapping[str, Callable[[Sequence[Promise | Level]], Promise | Level]],
+    ) -> None:
+        super().__init__(part, inputs, lay=self._promise, react=self._drive)
+        self._views = [(part.drivers[output], view) for output, view in views.items()]
+        self._shown: list[Promise | Level] = []  # by the inputs, of which the outputs promise something
 
-    def lay(self) -> None:
+    def _promise(self) -> None:
         """Promise what the outputs show from now on."""
         inputs = [outlook.shown() for outlook in self.outlooks.values()]
-        same = len(inputs) == len(self._inputs) and all(map(alike, inputs, self._inputs))
-        self._inputs = inputs
-        for pin, driver in self.drivers.items():
+        same = len(inputs) == len(self._shown) and all(map(alike, inputs, self._shown))
+        self._shown = inputs
+        for driver, view in self._views:
             if self.withdrawn or not same:
-                self.put(driver, self.view(pin, inputs))
+                self.put(driver, view(inputs))
             elif driver.promise is not None:
                 driver.renew()
 
-    def react(self) -> None:
+    def _drive(self) -> None:
         """Drive the outputs to the levels that follow from those of the inputs."""
-        levels = [self.pins[name].level for name in self.follows]
-        for pin, driver in self.drivers.items():
-            driver.drive(self.view(pin, levels))
+        levels = [self.part.pins[name].level for name in self.inputs]
+        for driver, view in self._views:
+            driver.drive(view(levels))
 
 
-def circle(part: Follower) -> list[Follower]:
-    """Return the parts on circles through a part, itself among them; none where there is no circle.
+def circle(rule: Follower) -> list[Follower]:
+    """Return the rules of parts on circles through one, itself among them; none where there is no circle.
 
     Whoever is driven by edges already promises nothing, so a circle ends there.
     """
-    driven: dict[Follower, list[Follower]] = {}  # the parts behind a part, of all that are in front of this one
-    ahead = [part]
+    driven: dict[Follower, list[Follower]] = {}  # those behind a rule, of all that are in front of this one
+    ahead = [rule]
     while ahead:
         behind = ahead.pop()
         for source in behind.sources():
@@ -168,7 +192,7 @@ def circle(part: Follower) -> list[Follower]:
                     ahead.append(source)
                 driven[source].append(behind)
     found: list[Follower] = []
-    ahead = [part] if part in driven else []
+    ahead = [rule] if rule in driven else []
     while ahead:
         here = ahead.pop()
         if here not in found:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -11,9 +11,8 @@ from ...core.time.kernel import Kernel
 from ...core.time.timebase import Time, picoseconds
 from ...core.wires.net import Driver, Net
 from ...core.wires.views import gated
-from ...core.wires.wave import Level, Promise
 from ...errors import UsageError
-from ..base.follower import Stateless
+from ..base.follower import Stateless, start_rule
 from ..base.part import AXIS, Part
 
 if TYPE_CHECKING:
@@ -23,12 +22,12 @@ PULSE_PS = 1_700_000  # CLOCK low, as of the module
 TWO_CLOCKS = MappingProxyType({"cw": (1, 1, 0, 1), "ccw": (0, 1, 1, 1)})  # by DIR and CLOCK: low low, low high ...
 
 
-class TwoClocks(Stateless):
+class TwoClocks(Part):
     """A clock line for each direction, for drivers that want it so (figure 10)."""
 
-    follows = ("clock", "dir")
     wiring = MappingProxyType({"clock": "step", "dir": "direction"})
     options = (AXIS,)
+    rewired = start_rule
 
     def __init__(self, kernel: Kernel, name: str, *, axis: int = 1) -> None:
         super().__init__(kernel, name)
@@ -37,16 +36,14 @@ class TwoClocks(Stateless):
         self.add_pin("dir", "in", "DIR of the module", pull=1, active=1)
         self.add_pin("cw", "out", "CLOCK while DIR is high, else high", initial=1)
         self.add_pin("ccw", "out", "CLOCK while DIR is low, else high", initial=1)
+        views = {pin: partial(gated, table=table) for pin, table in TWO_CLOCKS.items()}
+        self.rule = Stateless(self, ("clock", "dir"), views)
 
     def objection(self, own: str, row: Pin) -> str:
         """Return why a neighbour's pin does not fit, or "": its clock must rest at the level between steps."""
         if own == "clock" and row.reset is not None and row.reset == row.active:
             return "rests at the level of a step: with each change of direction the other clock would step"
         return super().objection(own, row)
-
-    def view(self, pin: str, inputs: Sequence[Promise | Level]) -> Promise | Level:
-        """Return what an output shows while the inputs show promises or levels."""
-        return gated(inputs, TWO_CLOCKS[pin])
 
 
 class StepCheck(Part):

@@ -33,6 +33,7 @@ from ...core.wires.views import gated
 from ...errors import UsageError
 from ..base.clocked import Clocked
 from ..base.counted import Counted
+from ..base.follower import start_rule
 from ..base.part import AXIS, Part
 
 if TYPE_CHECKING:
@@ -50,17 +51,13 @@ AMPERES_PER_VOLT = 2.0
 
 
 # ------------------------------------------------------------------------------------------------------- translator
-class GsD200(Clocked):
+class GsD200(Part):
     """A driver module: translator and enable; `to` wires CLOCK, DIR and RESET."""
 
     wiring = MappingProxyType({"clock": "step", "direction": "direction", "reset": "driver_reset"})
     optional = frozenset({"reset"})
     options = (AXIS,)
-    follows = ("clock", "direction", "half_full", "reset", "enable")
-    clock = "clock"
-    steers = ("direction", "half_full", "reset")
-    acts = ("reset",)
-    edge = 1
+    rewired = start_rule
 
     def __init__(self, kernel: Kernel, name: str, *, axis: int = 1) -> None:
         super().__init__(kernel, name)
@@ -76,13 +73,18 @@ class GsD200(Clocked):
         self.add_pin("control", "in", "current decay; high: slow, low: fast", pull=1)
         for phase, level in zip(PHASES, STATES[0], strict=True):
             self.add_pin(phase, "out", f"phase {phase}, high: on", initial=int(level))
+        steers = ("direction", "half_full", "reset")
+        self.rule = Clocked(
+            self, ("clock", *steers, "enable"), clock="clock", edge=1, steers=steers, acts=("reset",),
+            advance=self._advance, step=self._make_step, follow=self._follow,
+        )  # fmt: skip
 
     @property
     def state(self) -> int:
         """The state of the translator, 1 to 8."""
         if not self.high("reset"):
             return 1
-        by = self._by * self._counted.by(self.kernel.seen) + self._step * self.due
+        by = self._by * self._counted.by(self.kernel.seen) + self._step * self.rule.due
         return (self._state + by) % len(STATES) + 1
 
     @property
@@ -96,29 +98,31 @@ class GsD200(Clocked):
         return (1 if self.high("direction") else -1) * (1 if self.high("half_full") else 2)
 
     # ------------------------------------------------------------------------------------------------------- changes
-    def advance_to(self, ps: int) -> None:
+    def _advance(self, ps: int) -> None:
         """Take the steps up to an instant (ps)."""
         self._state = (self._state + self._by * self._counted.by(ps)) % len(STATES)
         self._counted = Still()
 
-    def stepped(self) -> None:
+    def _make_step(self) -> None:
         """Take the step whose edge comes at this instant."""
         self._state = (self._state + self._step) % len(STATES)
 
-    def follow(self, clock: ClockEdges) -> None:
+    def _follow(self, clock: ClockEdges) -> None:
         """Follow another clock from now on."""
         if not self.high("reset"):
             self._state, clock = 0, Still()
         self._by, self._counted = self._step, clock
         states = [STATES[(self._state + self._by * n) % len(STATES)] for n in range(len(STATES))]
-        enable = self.shown("enable")
+        enable = self.rule.shown("enable")
         for n, phase in enumerate(PHASES):
             levels = tuple(int(state[n]) for state in states)
-            on = levels[0] if isinstance(clock, Still) else Counted(clock, self.shown(self.clock), levels)
-            self.put(self.drivers[phase], gated((on, enable), AND))
+            on = levels[0] if isinstance(clock, Still) else Counted(clock, self.rule.shown("clock"), levels)
+            self.rule.put(self.drivers[phase], gated((on, enable), AND))
 
 
 # ----------------------------------------------------------------------------------------------------- phase current
+
+
 class Network(NamedTuple):
     """What a driver module has inside: its resistor to ground, ohms, and the greatest phase current, amperes."""
 

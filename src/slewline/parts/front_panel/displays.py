@@ -22,7 +22,7 @@ from ...core.time.hook import Hook
 from ...core.time.kernel import Kernel
 from ...core.wires.serial import BAUD, TTL, Receiver, Word, bit_clock
 from ..base.part import Part
-from ..memories.external import WRITE_WIRING, Writable
+from ..memories.external import WRITE_WIRING, BusInterface, start_bus
 
 CHARACTERS, FIRST, CONTROL = 8, 0x38, 0x30
 LINES = 0x3F  # six address lines
@@ -33,47 +33,23 @@ PARAMETER = re.compile(rb"([A-Z])=([0-9]{5}|[0-9]{8})\r")
 CR, LF, BLANK = 0x0D, 0x0A, " "
 
 
-class Display(Part):
-    """A part that shows text.  `on_change` is called when what it shows has changed."""
-
-    def __init__(self, kernel: Kernel, name: str) -> None:
-        super().__init__(kernel, name)
-        self.on_change: Hook[[]] = Hook()
-
-    @property
-    def rows(self) -> list[str]:
-        """What it shows, a text a line, all of the same length."""
-        raise NotImplementedError
-
-    @property
-    def picture(self) -> str:
-        """What it shows, with a frame, as text."""
-        return framed(self.rows)
-
-    @property
-    def waiting(self) -> str:
-        """What the part shows, in words."""
-        return f"{self.name}: {self.said}"
-
-    @property
-    def said(self) -> str:
-        """What it shows, in a line."""
-        return "shows " + " | ".join(row.rstrip() for row in self.rows).rstrip(" |")
-
-
 def framed(rows: list[str]) -> str:
     """Return rows of equal length as a picture with a frame."""
     edge = "-" * len(rows[0])
     return "\n".join((f"+{edge}+", *(f"|{row}|" for row in rows), f"+{edge}+"))
 
 
-class HpDisplay(Writable, Display):
+class HpDisplay(Part):
     """An eight-character LED display, HDSP-211x, with the latch and the gates that enable it."""
 
     wiring = MappingProxyType({**WRITE_WIRING, "select": "display_select"})
+    rewired = start_bus
 
     def __init__(self, kernel: Kernel, name: str) -> None:
-        super().__init__(kernel, name, "low: the display is selected; enabled while rd or wr is low, too")
+        super().__init__(kernel, name)
+        self.on_change: Hook[[]] = Hook()  # what it shows has changed
+        selects = "low: the display is selected; enabled while rd or wr is low, too"
+        self.bus = BusInterface(self, selects, self._shown, self._take)
         self.cells = bytearray(LINES + 1)
         self._clear()
 
@@ -84,16 +60,16 @@ class HpDisplay(Writable, Display):
 
     def _place(self) -> int:
         """The cell at the address in the latch."""
-        address = self.low & LINES
+        address = self.bus.low & LINES
         if address < 0x20:
             return address % CHARACTERS
         return address if address & 0x08 else address & ~0x07
 
-    def shown(self) -> int:
+    def _shown(self) -> int:
         """Return the byte at the address."""
         return self.cells[self._place()]
 
-    def written(self, byte: int) -> None:
+    def _take(self, byte: int) -> None:
         """Take a byte: a character, a flash bit, or the control word."""
         before, place = self.text, self._place()
         self.cells[place] = byte
@@ -127,6 +103,21 @@ class HpDisplay(Writable, Display):
         """Its only line."""
         return [self.text]
 
+    @property
+    def picture(self) -> str:
+        """What it shows, with a frame, as text."""
+        return framed(self.rows)
+
+    @property
+    def waiting(self) -> str:
+        """What the part shows, in words."""
+        return f"{self.name}: {self.said}"
+
+    @property
+    def said(self) -> str:
+        """What it shows, in a line."""
+        return "shows " + " | ".join(row.rstrip() for row in self.rows).rstrip(" |")
+
 
 def _glyph(byte: int) -> str:
     if byte & 0x80:
@@ -149,7 +140,7 @@ class Text:
             self.lines[self.row] += _glyph(byte)
 
 
-class Lcd(Display):
+class Lcd(Part):
     """A serial LCD of several lines: parameters on the left, text on the right.
 
     A text goes on where the last one ended; CR begins the next line, from the last one on the first.
@@ -170,6 +161,7 @@ class Lcd(Display):
 
     def __init__(self, kernel: Kernel, name: str, *, baud: int | str = 9600, rows: int = 4, columns: int = 40) -> None:
         super().__init__(kernel, name)
+        self.on_change: Hook[[]] = Hook()  # what it shows has changed
         self.clock = bit_clock(baud, name)
         self.add_pin("rxd", "in", "characters, TTL level", pull=1, active=0)
         self.parameters: dict[str, str] = {}  # by letter, in the order in which they came first
@@ -223,6 +215,21 @@ class Lcd(Display):
         """Its lines, left and right."""
         halves = zip(self.left, self.right, strict=True)
         return [f"{left:<{self.LEFT}}{right:<{self.text.width}}" for left, right in halves]
+
+    @property
+    def picture(self) -> str:
+        """What it shows, with a frame, as text."""
+        return framed(self.rows)
+
+    @property
+    def waiting(self) -> str:
+        """What the part shows, in words."""
+        return f"{self.name}: {self.said}"
+
+    @property
+    def said(self) -> str:
+        """What it shows, in a line."""
+        return "shows " + " | ".join(row.rstrip() for row in self.rows).rstrip(" |")
 
 
 def _begins_parameter(text: bytes) -> bool:

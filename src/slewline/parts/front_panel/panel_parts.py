@@ -13,10 +13,9 @@ from types import MappingProxyType
 from ...core.datasheet.option import Option
 from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
-from ...core.wires.net import Net
 from ...errors import UsageError
 from ..base.part import Part
-from ..memories.external import BUS_WIRING, External
+from ..memories.external import BUS_WIRING, BusInterface, start_bus
 
 DIGITS = "0123456789ABCDEF"
 MOST = 8  # digits that a bank may have: what three address bits tell apart
@@ -42,7 +41,7 @@ def _digits(value: str) -> str:
     return "" if good else f"allowed 1 to {MOST} digits, such as 100 or 00000200 (A to F on hexadecimal switches)"
 
 
-class Thumbwheels(External):
+class Thumbwheels(Part):
     """A bank of thumbwheel switches that sets the number of one command.
 
     Args:
@@ -56,21 +55,23 @@ class Thumbwheels(External):
         Option("letter", "text", "R", "of the command whose number they set", check=_one_letter),
         Option("value", "text", "000", "what is set: all digits of the bank", check=_digits, like="'100'"),
     )
+    rewired = start_bus
 
     def __init__(self, kernel: Kernel, name: str, *, letter: str = "R", value: str = "000") -> None:
-        super().__init__(kernel, name, "low: the switches are selected")
+        super().__init__(kernel, name)
+        self.bus = BusInterface(
+            self, "low: the switches are selected", self._shown, on_latch=self._latched, on_select=self._selected
+        )
         self.letter, self.value = letter, value
         self.read = 0  # digits that the chip has asked for since it selected the switches
         self.told = False
 
-    def _latch(self, net: Net) -> None:
-        super()._latch(net)
-        digit = self.low & MOST - 1
-        if self.selected and self.low == switch_address(self.letter, digit):
+    def _latched(self) -> None:
+        digit = self.bus.low & MOST - 1
+        if self.bus.selected and self.bus.low == switch_address(self.letter, digit):
             self.read = max(self.read, digit + 1)
 
-    def _select(self, net: Net) -> None:
-        super()._select(net)
+    def _selected(self) -> None:
         read, there = self.read, len(self.value)
         self.read = 0
         if read and read != there and not self.told:
@@ -92,12 +93,12 @@ class Thumbwheels(External):
             )
         self.input("turn", to)
         self.value = f"{to:0{len(self.value)}}"
-        self._show(self.pins["rd"].net)
+        self.bus.show()
 
-    def shown(self) -> int | None:
+    def _shown(self) -> int | None:
         """Return the digit at the address in the low four bits; None: it is none of ours."""
-        digit = self.low & MOST - 1
-        if self.low != switch_address(self.letter, digit) or digit >= len(self.value):
+        digit = self.bus.low & MOST - 1
+        if self.bus.low != switch_address(self.letter, digit) or digit >= len(self.value):
             return None
         return UPPER_NIBBLE | DIGITS.index(self.value[digit])
 

@@ -5,8 +5,10 @@ What a gate shows follows from what its inputs promise (core/wires/views.py), so
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from itertools import product
+from types import MappingProxyType
 
 from ...core.datasheet.option import Option
 from ...core.datasheet.table import Pin
@@ -16,104 +18,63 @@ from ...core.wires.net import Driver, Net
 from ...core.wires.pin import Terminal
 from ...core.wires.views import Delayed, gated, inverted
 from ...core.wires.wave import Level, Promise, alike, promised
-from ..base.follower import Follower, Stateless
+from ..base.follower import Follower, Stateless, start_rule
 from ..base.part import Part
 
 HIGH = (0, 1)  # what an input reads
+FUNCTIONS: Mapping[str, Callable[[Iterable[bool]], bool]] = MappingProxyType({  # the output by the inputs, True: high
+    "and": all,
+    "or": any,
+    "nand": lambda levels: not all(levels),
+    "nor": lambda levels: not any(levels),
+})  # fmt: skip
 
 
-class Gate(Stateless):
+class Gate(Part):
     """A gate with inputs in1, in2 ... and the output out.
 
     Args:
+        function: what the output follows from: "and", "or", "nand" or "nor".
         inputs: how many, 1 to 8 (a 7430 has eight).
     """
 
-    options: tuple[Option, ...] = (Option("inputs", "int", 2, "how many inputs: in1, in2 ...", low=1, high=8),)
+    options = (
+        Option("function", "choice", ..., "what the output follows from", choices=tuple(FUNCTIONS)),
+        Option("inputs", "int", 2, "how many inputs: in1, in2 ...", low=1, high=8),
+    )
+    rewired = start_rule
 
-    def __init__(self, kernel: Kernel, name: str, *, inputs: int = 2) -> None:
+    def __init__(self, kernel: Kernel, name: str, *, function: str, inputs: int = 2) -> None:
         super().__init__(kernel, name)
-        self.follows = tuple(f"in{n + 1}" for n in range(inputs))
-        for n, pin in enumerate(self.follows, 1):
+        pins = tuple(f"in{n + 1}" for n in range(inputs))
+        for n, pin in enumerate(pins, 1):
             self.add_pin(pin, "in", f"input {n}")
         self.add_pin("out", "out", "output")
-        self._table = tuple(int(self.law(levels[::-1])) for levels in product((False, True), repeat=inputs))
-
-    def view(self, pin: str, inputs: Sequence[Promise | Level]) -> Promise | Level:
-        """Return what an output shows while the inputs show promises or levels."""
-        return gated(inputs, self._table)
-
-    def law(self, levels: Iterable[bool]) -> bool:
-        """Return the output for the levels of the inputs, True being high."""
-        raise NotImplementedError
+        high = FUNCTIONS[function]
+        table = tuple(int(high(levels[::-1])) for levels in product((False, True), repeat=inputs))
+        self.rule = Stateless(self, pins, {"out": partial(gated, table=table)})
 
 
-class And(Gate):
-    """High while all inputs are high."""
-
-    def law(self, levels: Iterable[bool]) -> bool:
-        """Return the output for the levels of the inputs, True being high."""
-        return all(levels)
-
-
-class Or(Gate):
-    """Low while all inputs are low."""
-
-    def law(self, levels: Iterable[bool]) -> bool:
-        """Return the output for the levels of the inputs, True being high."""
-        return any(levels)
-
-
-class Nand(Gate):
-    """Low while all inputs are high."""
-
-    def law(self, levels: Iterable[bool]) -> bool:
-        """Return the output for the levels of the inputs, True being high."""
-        return not all(levels)
-
-
-class Nor(Gate):
-    """High while all inputs are low."""
-
-    def law(self, levels: Iterable[bool]) -> bool:
-        """Return the output for the levels of the inputs, True being high."""
-        return not any(levels)
-
-
-class Inverter(Nand):
-    """A NAND of one input: in1, out."""
-
-    options = ()
-
-    def __init__(self, kernel: Kernel, name: str) -> None:
-        super().__init__(kernel, name, inputs=1)
-
-
-class WireInverter(Stateless):
+class WireInverter(Part):
     """The inverter of `bench.wire(a, b, invert=True)`: one net drives another; what floats is passed on."""
 
-    follows = ("in",)
+    rewired = start_rule
 
     def __init__(self, kernel: Kernel, name: str, source: Net, driven: Net) -> None:
         super().__init__(kernel, name)
         self.pins["in"] = Terminal(name, Pin(1, "in", "in", "input"), source)
         self.pins["out"] = Terminal(name, Pin(2, "out", "out", "the other level"), driven)
         self.drivers["out"] = Driver(driven, name)
-        self.drivers["out"].source = self
-
-    def view(self, pin: str, inputs: Sequence[Promise | Level]) -> Promise | Level:
-        """Return what an output shows while the inputs show promises or levels."""
-        return inverted(inputs[0])
+        self.rule = Stateless(self, ("in",), {"out": lambda shown: inverted(shown[0])})
 
 
-class Delay(Follower):
+class Delay(Part):
     """A delay line: the output does what the input did, later; nothing is swallowed, however short it is.
 
     Args:
         delay: 1 ps and more.
     """
 
-    follows = ("in",)
     options = (Option("delay", "time", "100 ns", "from the input to the output", low=1),)
 
     def __init__(self, kernel: Kernel, name: str, *, delay: Time = "100 ns") -> None:
@@ -124,34 +85,31 @@ class Delay(Follower):
         self._shown: Promise | Level = None
         self._pieces: list[tuple[int, Promise | Level]] = []  # what the input has shown, as far back as it matters
         self.wired_ps = 0  # when the part was wired
+        self.rule = Follower(self, ("in",), lay=self._promise, react=self._drive, delay_ps=self.delay_ps)
 
     def rewired(self) -> None:
         """Start to watch the pins: the part is wired, and time is about to pass."""
         self.wired_ps = self.kernel.now
-        super().rewired()
+        self.rule.start()
 
-    def lay(self) -> None:
-        """Promise what the outputs show from now on."""
-        driver, shown = self.drivers["out"], self.outlooks["in"].shown()
-        if self._pieces and not self.withdrawn and alike(shown, self._shown):
+    def _promise(self) -> None:
+        """Promise what the output shows from now on."""
+        driver, shown = self.drivers["out"], self.rule.shown("in")
+        if self._pieces and not self.rule.withdrawn and alike(shown, self._shown):
             if driver.promise is not None:
                 driver.renew()
             return
         self._shown = shown
         self._follow(gated([shown], HIGH))
 
-    def react(self) -> None:
-        """Drive the outputs to the levels that follow from those of the inputs."""
+    def _drive(self) -> None:
+        """Promise a level, that of the input."""
         self._follow(int(self.high("in")))
-
-    def bound_outputs(self, ps: int) -> None:
-        """Bound the promise of the output the delay later than an instant (ps)."""
-        super().bound_outputs(ps + self.delay_ps)
 
     def _follow(self, shown: Promise | Level) -> None:
         """The input shows something else from now on."""
         now = self.kernel.now
-        if not self._pieces or (now == self.wired_ps and not self.edge_driven):  # the circuit is coming to rest
+        if not self._pieces or (now == self.wired_ps and not self.rule.edge_driven):  # the circuit is coming to rest
             self._pieces = [(now - self.delay_ps, shown.level(now) if promised(shown) else shown)]
         while self._pieces[-1][0] == now:
             self._pieces.pop()
@@ -159,7 +117,7 @@ class Delay(Follower):
         self._pieces = [*self._pieces[max(gone, 0) :], (now, shown)]
         levels = {what if not promised(what) else None for _, what in self._pieces}
         settled = len(levels) == 1 and None not in levels
-        self.put(self.drivers["out"], shown if settled else Delayed(self._pieces, self.delay_ps))
+        self.rule.put(self.drivers["out"], shown if settled else Delayed(self._pieces, self.delay_ps))
 
 
 class Latch8(Part):

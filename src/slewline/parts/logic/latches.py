@@ -11,6 +11,7 @@ from ...core.wires.net import Net
 from ...core.wires.views import gated
 from ..base.clocked import Clocked
 from ..base.counted import Sampled
+from ..base.follower import start_rule
 from ..base.part import Part
 
 OR = (0, 1, 1, 1)
@@ -66,7 +67,7 @@ class PositionLatch(Part):
         return self.high_byte << 8 | self.low_byte
 
 
-class PhaseLatch(Clocked):
+class PhaseLatch(Part):
     """A latch between phase pins and motor, clocked by the rise of PULSE (s.4).
 
     It keeps the coils energised when I or RESET switches the phase pins off without a PULSE.  `off` high switches all
@@ -74,9 +75,7 @@ class PhaseLatch(Clocked):
     """
 
     wiring = MappingProxyType({"pulse": "step"} | {f"phase{n}": f"phase{n}" for n in (1, 2, 3, 4)})
-    follows = ("pulse", "off", "phase1", "phase2", "phase3", "phase4")
-    clock = "pulse"
-    edge = 1
+    rewired = start_rule
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
@@ -86,11 +85,15 @@ class PhaseLatch(Clocked):
             self.add_pin(f"phase{n}", "in", f"phase {n} from the chip", pull=1, active=0)
             self.add_pin(f"coil{n}", "out", f"phase {n} to the motor", initial=1, role=f"phase{n}", active=0)
         self._coils = [Sampled(Still(), 1, 1) for _ in range(4)]  # what the latch holds, and will
+        inputs = ("pulse", "off", *(f"phase{n}" for n in (1, 2, 3, 4)))
+        self.rule = Clocked(
+            self, inputs, clock="pulse", edge=1, advance=self._advance, step=self._step, follow=self._follow
+        )
 
     @property
     def held(self) -> tuple[int, ...]:
         """What the latch holds, phases 1 to 4."""
-        if self.due:
+        if self.rule.due:
             return self._read()
         return tuple(int(coil.level(self.kernel.seen)) for coil in self._coils)
 
@@ -98,22 +101,22 @@ class PhaseLatch(Clocked):
         return tuple(int(self.high(f"phase{n}")) for n in (1, 2, 3, 4))
 
     # ------------------------------------------------------------------------------------------------------- changes
-    def advance_to(self, ps: int) -> None:
+    def _advance(self, ps: int) -> None:
         """Take the steps up to an instant (ps)."""
         self._hold(int(coil.level(ps)) for coil in self._coils)
 
-    def stepped(self) -> None:
+    def _step(self) -> None:
         """Take the step whose edge comes at this instant."""
         self._hold(self._read())
 
     def _hold(self, levels: Iterable[int]) -> None:
         self._coils = [Sampled(Still(), level, level) for level in levels]
 
-    def follow(self, clock: ClockEdges) -> None:
+    def _follow(self, clock: ClockEdges) -> None:
         """Follow another clock from now on."""
-        off = self.shown("off")
+        off = self.rule.shown("off")
         for n, coil in enumerate(self._coils, 1):
-            sampled = Sampled(clock, self.shown(f"phase{n}"), coil.before)
+            sampled = Sampled(clock, self.rule.shown(f"phase{n}"), coil.before)
             self._coils[n - 1] = sampled
             held = coil.before if isinstance(clock, Still) else sampled
-            self.put(self.drivers[f"coil{n}"], gated((held, off), OR))
+            self.rule.put(self.drivers[f"coil{n}"], gated((held, off), OR))

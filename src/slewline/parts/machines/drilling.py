@@ -14,9 +14,11 @@ from types import MappingProxyType
 from ...core.datasheet.option import Option
 from ...core.time.kernel import Kernel
 from ...core.wires.net import Net
+from ..base.part import Part
 from ..shafts.held import Held
-from ..shafts.motor import Translator
+from ..shafts.motor import STEP_WIRING, StepDrive, attach_drive
 from ..shafts.sensors import Switch
+from ..shafts.shaft import forget_shaft, shaft_quantities
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,29 +32,32 @@ class Piece:
         return f"holes at {', '.join(map(str, self.holes)) or 'none'}, cut at {self.length}"
 
 
-class Bar(Translator):
+class Bar(Part):
     """A bar that CLOCK and DIR feed under drill and blade; each rise of `bit` makes a hole, of `blade` a cut."""
 
-    wiring = MappingProxyType({**Translator.wiring, "blade": "output1"})
-    options = ()
+    wiring = MappingProxyType({**STEP_WIRING, "blade": "output1"})
+    attached = attach_drive
+    quantities, forget = shaft_quantities, forget_shaft
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
+        self.drive = StepDrive(self)
+        self.shaft = self.drive.shaft
         self.add_pin("blade", "in", "cuts when it rises", pull=0)
         self.add_pin("bit", "in", "high: the drill is in the bar", pull=0)
         self.holes: list[int] = []
         self.pieces: list[Piece] = []
         self._cut_at = 0  # position of the motor at the last cut
-        self._held = Held(self)
+        self._held = Held(self, self.shaft)
 
     @property
     def position(self) -> int:
         """Steps forward since the last cut."""
-        return super().position - self._cut_at
+        return self.drive.position - self._cut_at
 
     def rewired(self) -> None:
         """Start to watch the pins: the part is wired, and time is about to pass."""
-        super().rewired()
+        self.drive.rule.start()
         self.pin("bit").net.watch(self._drilled)
         self.pin("blade").net.watch(self._cut)
 
@@ -74,23 +79,32 @@ class Bar(Translator):
             self.finding("bit-broken", f"the bar leaves {place - self._cut_at} with the drill in it", ps)
 
 
-class Drill(Translator):
+class Drill(Part):
     """A drill that CLOCK and DIR lower (clockwise) and lift; its spindle turns while `motor` is high."""
 
-    wiring = MappingProxyType({**Translator.wiring, "motor": "output2"})
+    wiring = MappingProxyType({**STEP_WIRING, "motor": "output2"})
     options = (Option("gap", "int", 100, "from the upper end to the bar", low=1, unit="steps"),)
+    attached = attach_drive
+    quantities, forget = shaft_quantities, forget_shaft
 
     def __init__(self, kernel: Kernel, name: str, *, gap: int) -> None:
         super().__init__(kernel, name)
         self.gap = gap
+        self.drive = StepDrive(self)
+        self.shaft = self.drive.shaft
         self.add_pin("motor", "in", "high: the spindle turns", pull=0)
         self._bit = Switch(kernel, name, on=self.shaft, low=gap + 1, lag="1 ps", active=1)  # high: in the bar
         self.take_pin("bit", self._bit.pins["out"])
-        self._held = Held(self)
+        self._held = Held(self, self.shaft)
+
+    @property
+    def position(self) -> int:
+        """Steps clockwise since the beginning."""
+        return self.drive.position
 
     def rewired(self) -> None:
         """Start to watch the pins: the part is wired, and time is about to pass."""
-        super().rewired()
+        self.drive.rule.start()
         self._bit.rewired()
         motor = self.pin("motor").net
         motor.watch(lambda net: self._held.hold(net.level == 0))

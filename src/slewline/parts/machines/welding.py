@@ -11,7 +11,8 @@ from ...core.time.timebase import Time, picoseconds, readable
 from ...core.wires.net import Net
 from ..base.part import Part
 from ..shafts.held import Held
-from ..shafts.motor import Translator
+from ..shafts.motor import STEP_WIRING, StepDrive, attach_drive
+from ..shafts.shaft import forget_shaft, shaft_quantities
 
 
 class Workpieces(Part):
@@ -77,24 +78,32 @@ class Spot:
         return f"{self.position:5}  from {readable(self.start_ps)} for {readable(self.duration_ps)}"
 
 
-class Welder(Translator):
+class Welder(Part):
     """A carriage that PULSE and DIRECTION move, with a torch that burns while `torch` is high."""
 
-    wiring = MappingProxyType({**Translator.wiring, "torch": "output1"})
-    options = ()
+    wiring = MappingProxyType({**STEP_WIRING, "torch": "output1"})
+    attached = attach_drive
+    quantities, forget = shaft_quantities, forget_shaft
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
+        self.drive = StepDrive(self)
+        self.shaft = self.drive.shaft
         self.add_pin("torch", "in", "high: on", pull=0)
         self.spots: list[Spot] = []
         self.lit: tuple[int, int] | None = None  # position and instant
-        self._held = Held(self)
+        self._held = Held(self, self.shaft)
 
     def rewired(self) -> None:
         """Start to watch the pins: the part is wired, and time is about to pass."""
-        super().rewired()
+        self.drive.rule.start()
         self.pin("torch").net.watch(self._torch)
         self._torch(self.pin("torch").net)
+
+    @property
+    def position(self) -> int:
+        """Steps clockwise since the beginning."""
+        return self.drive.position
 
     def _torch(self, net: Net) -> None:
         now = self.kernel.now

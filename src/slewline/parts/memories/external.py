@@ -1,7 +1,7 @@
 r"""What a chip reads and writes on a bus of its own: an address latch, and an output that a strobe enables.
 
-select  ----\____________________________/----
-ale     _________/--\_______________________      its fall latches the byte on the bus as an address
+select  ----\____________________________/----    its fall latches the byte on the bus as a high address
+ale     _________/--\_______________________      its fall latches the byte on the bus as a low address
 wr      -----------------\____/-------------      its rise: the byte on the bus is taken, by parts that can be written
 rd      -----------------\________/---------      low: what the address selects stands on the bus
 db      ==========|= low =|== data ==|
@@ -11,72 +11,99 @@ The latch (a 74LS373) listens whoever is selected: one may serve memory, display
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from types import MappingProxyType
+from typing import TYPE_CHECKING, Protocol
 
 from ...core.memory.image import ERASED
-from ...core.time.kernel import Kernel
-from ...core.wires.net import Net
-from ..base.part import Part
+
+if TYPE_CHECKING:
+    from ...core.wires.net import Net
+    from ..base.part import Part
 
 BUS_WIRING = MappingProxyType({"db": "data", "ale": "address_latch", "rd": "read_strobe"})
 WRITE_WIRING = MappingProxyType({**BUS_WIRING, "wr": "write_strobe"})
 
 
-class External(Part):
-    """A part that is selected by `select`, and read at the address in its latch."""
+class HasBus(Protocol):
+    """A part on the local bus."""
 
-    def __init__(self, kernel: Kernel, name: str, selects: str) -> None:
-        super().__init__(kernel, name)
-        self.low = ERASED  # in the address latch
-        self.add_bus("db", "address, then data")
-        self.add_pin("select", "in", selects, pull=1, active=0)
-        self.add_pin("ale", "in", "its fall latches the low byte of the address", pull=0, active=1)
-        self.add_pin("rd", "in", "low, while selected: the part drives the bus", pull=1, active=0)
+    bus: BusInterface
 
-    def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
-        self.pin("select").net.watch(self._select)
-        self.pin("ale").net.watch(self._latch)
-        self.pin("rd").net.watch(self._show)
+
+def start_bus(self: HasBus) -> None:
+    """Watch the pins from now on: the part is wired."""
+    self.bus.start()
+
+
+class BusInterface:
+    """The pins of a part on the local bus, its address latches, and what it drives.
+
+    Args:
+        part: gets the pins.
+        selects: what a low `select` means.
+        read: returns the byte at the address, 0 to 255; None: nobody is at this address, and the bus floats.
+        write: takes a byte at the address; None: the part cannot be written.
+        on_latch: called when `ale` has changed, its fall having latched the low byte of an address.
+        on_select: called when `select` has changed, before the part drives the bus, or lets go of it.
+    """
+
+    def __init__(
+        self,
+        part: Part,
+        selects: str,
+        read: Callable[[], int | None],
+        write: Callable[[int], None] | None = None,
+        *,
+        on_latch: Callable[[], None] | None = None,
+        on_select: Callable[[], None] | None = None,
+    ) -> None:
+        self.part, self.read, self.write, self._on_latch, self._on_select = part, read, write, on_latch, on_select
+        self.high = self.low = ERASED  # in the address latches
+        part.add_bus("db", "address, then data")
+        part.add_pin("select", "in", selects, pull=1, active=0)
+        part.add_pin("ale", "in", "its fall latches the low byte of the address", pull=0, active=1)
+        part.add_pin("rd", "in", "low, while selected: the part drives the bus", pull=1, active=0)
+        if write is not None:
+            part.add_pin("wr", "in", "its rise, while selected: the byte on the bus is taken", pull=1, active=0)
+
+    def start(self) -> None:
+        """Watch the pins from now on: the part is wired."""
+        pins = self.part.pins
+        pins["select"].net.watch(self._select)
+        pins["ale"].net.watch(self._latch)
+        pins["rd"].net.watch(self.show)
+        if self.write is not None:
+            pins["wr"].net.watch(self._take)
+
+    @property
+    def address(self) -> int:
+        """What is in the two address latches, 0 to 65535."""
+        return self.high << 8 | self.low
 
     @property
     def selected(self) -> bool:
         """Is the part selected?"""
-        return not self.high("select")
+        return not self.part.high("select")
 
     def _latch(self, net: Net) -> None:
         if net.level == 0:
-            self.low = self.byte("db")
+            self.low = self.part.byte("db")
+        if self._on_latch is not None:
+            self._on_latch()
 
     def _select(self, net: Net) -> None:
-        self._show(net)
+        if net.level == 0:
+            self.high = self.part.byte("db")
+        if self._on_select is not None:
+            self._on_select()
+        self.show()
 
-    def _show(self, _net: Net) -> None:
+    def show(self, _net: Net | None = None) -> None:
         """Drive the bus, or let go of it."""
-        byte = self.shown() if self.selected and not self.high("rd") else None
-        self.drivers["db"].drive(None if byte is None else (0xFF, byte))
+        byte = self.read() if self.selected and not self.part.high("rd") else None
+        self.part.drivers["db"].drive(None if byte is None else (0xFF, byte))
 
-    def shown(self) -> int | None:
-        """Return the byte at the address, 0 to 255; None: nobody is at this address, and the bus floats."""
-        raise NotImplementedError
-
-
-class Writable(External):
-    """One that takes a byte as well: that on the bus, as `wr` rises."""
-
-    def __init__(self, kernel: Kernel, name: str, selects: str) -> None:
-        super().__init__(kernel, name, selects)
-        self.add_pin("wr", "in", "its rise, while selected: the byte on the bus is taken", pull=1, active=0)
-
-    def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
-        super().rewired()
-        self.pin("wr").net.watch(self._write)
-
-    def _write(self, net: Net) -> None:
-        if net.level == 1 and self.selected:
-            self.written(self.byte("db"))
-
-    def written(self, byte: int) -> None:
-        """Take a byte at the address in the latch."""
-        raise NotImplementedError
+    def _take(self, net: Net) -> None:
+        if net.level == 1 and self.selected and self.write is not None:
+            self.write(self.part.byte("db"))

@@ -11,6 +11,7 @@ A part of less than 64K has fewer address lines: what lies above is a mirror of 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from types import MappingProxyType
 
 from ...core.datasheet.option import Option
@@ -19,55 +20,98 @@ from ...core.memory.store import STORE, Gathered, Memory, Store
 from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
 from ...core.time.timebase import Time, picoseconds, readable
-from ...core.wires.net import Net
 from ...errors import NoSuchAttribute, UsageError
+from ..base.part import Part
 from ..base.worker import Data, as_bytes
-from .external import WRITE_WIRING, Writable
+from .external import WRITE_WIRING, BusInterface, start_bus
 
 POLLED = 0x80  # what a read shows inverted while a byte is being written
+MEMORY_WIRING = MappingProxyType({**WRITE_WIRING, "select": "memory_select"})
 OF_ALL = (
     Option("size", "choice", None, "bytes; None: as long as the image, else 65536", choices=SIZES, none=True),
     Option("image", "bytes", b"", "what it holds from address 0 on; the rest is FF"),
 )
 
 
-class Ram(Writable):
-    """A RAM of up to 64K bytes on the bus of a chip.
+class MemoryCore:
+    """The bytes of a memory, and its side of the bus.
 
     Args:
-        size: bytes, a power of two from 2048 to 65536; None: that of the image if there is such a part, else 65536.
-        image: what it holds from address 0 on; the rest is FF, where a real part would hold anything.
+        part: gets the pins.
+        size: bytes; None: that of the image if there is such a part, else 65536.
+        image: what it holds from address 0 on; the rest is FF.
+        read: returns the byte at the address.
+        write: takes a byte at the address.
+
+    Raises:
+        UsageError: the image does not fit.
     """
 
-    wiring = MappingProxyType({**WRITE_WIRING, "select": "memory_select"})
-    options: tuple[Option, ...] = OF_ALL
+    def __init__(
+        self, part: Part, size: int | None, image: Data, read: Callable[[], int], write: Callable[[int], None]
+    ) -> None:
+        self.bus = BusInterface(part, "low: selected; its fall latches the high byte of the address", read, write)
+        data = as_bytes(part.name, image)
+        self.name, self.size = part.name, size or size_of(data)
+        self._check(0, data)
+        self.bytes = bytearray(data.ljust(self.size, bytes([ERASED])))
 
-    def __init__(self, kernel: Kernel, name: str, *, size: int | None = None, image: Data = b"") -> None:
-        super().__init__(kernel, name, "low: selected; its fall latches the high byte of the address")
-        data = as_bytes(name, image)
-        self.size = size or size_of(data)
-        self.fits(0, data)
-        self._content = bytearray(data.ljust(self.size, bytes([ERASED])))
-        self.upper = ERASED  # in the latch of the high byte
+    def _check(self, at: int, data: bytes) -> None:
+        if not 0 <= at <= self.size - len(data):
+            raise UsageError(f"{self.name}: {len(data)} bytes from address {at} on; the part has {self.size}")
 
-    # -------------------------------------------------------------------------------------------------------- content
+    def checked(self, image: Data, at: int) -> bytes:
+        """Return the bytes of an image that is to be put at an address.
+
+        Raises:
+            UsageError: it does not fit.
+        """
+        check_text(self.name, image)
+        data = as_bytes(self.name, image)
+        self._check(at, data)
+        return data
+
+    @property
+    def address(self) -> int:
+        """What is addressed, of a small part without the lines that it does not have."""
+        return self.bus.address % self.size
+
+    @property
+    def byte(self) -> int:
+        """The byte at the address."""
+        return self.bytes[self.address]
+
+
+class Ram(Part):
+    """A memory of up to 64K bytes on the bus of a chip: a RAM; or, read only, an EPROM or a ROM.
+
+    Args:
+        writable: the chip can write it.
+        size: bytes, a power of two from 2048 to 65536; None: that of the image if there is such a part, else 65536.
+        image: what it holds from address 0 on; the rest is FF, where a real RAM would hold anything.
+    """
+
+    wiring = MEMORY_WIRING
+    options = (Option("writable", "bool", ..., "the chip can write it"), *OF_ALL)
+    rewired = start_bus
+
+    def __init__(
+        self, kernel: Kernel, name: str, *, writable: bool, size: int | None = None, image: Data = b""
+    ) -> None:
+        super().__init__(kernel, name)
+        write = self._write if writable else self._refuse
+        self.core = MemoryCore(self, size, image, lambda: self.core.byte, write)
+        self.bus, self.size = self.core.bus, self.core.size
+        self._told = False
+
     @property
     def content(self) -> bytes:
         """What the memory holds, from address 0 on."""
-        return bytes(self._content)
+        return bytes(self.core.bytes)
 
     @content.setter
     def content(self, image: object) -> None:
         raise NoSuchAttribute(f"{self.name}: content cannot be set; write {self.name}.load(image)")
-
-    def fits(self, at: int, data: bytes) -> None:
-        """Check that there is room for bytes at an address.
-
-        Raises:
-            UsageError: there is not.
-        """
-        if not 0 <= at <= self.size - len(data):
-            raise UsageError(f"{self.name}: {len(data)} bytes from address {at} on; the part has {self.size}")
 
     @from_outside
     def load(self, image: Data, at: int = 0) -> None:
@@ -80,60 +124,22 @@ class Ram(Writable):
         Raises:
             UsageError: it does not fit.
         """
-        check_text(self.name, image)
-        data = as_bytes(self.name, image)
-        self.fits(at, data)
+        data = self.core.checked(image, at)
         self.input("load", data, at)
-        self.loaded(at, data)
+        self.core.bytes[at : at + len(data)] = data
 
-    def loaded(self, at: int, data: bytes) -> None:
-        """Take bytes that somebody has put at an address."""
-        self._content[at : at + len(data)] = data
+    def _write(self, byte: int) -> None:
+        self.core.bytes[self.core.address] = byte
 
-    # --------------------------------------------------------------------------------------------------------- cycles
-    @property
-    def address(self) -> int:
-        """What is addressed, of a small part without the lines that it does not have."""
-        return (self.upper << 8 | self.low) % self.size
-
-    def _select(self, net: Net) -> None:
-        if net.level == 0:
-            self.upper = self.byte("db")
-        super()._select(net)
-
-    def shown(self) -> int:
-        """Return the byte at the address."""
-        return self._content[self.address]
-
-    def written(self, byte: int) -> None:
-        """Take a byte at the address."""
-        self.take(self.address, byte)
-
-    def take(self, address: int, byte: int) -> None:
-        """Take a byte that is written to an address."""
-        self._content[address] = byte
-
-
-class Eprom(Ram):
-    """An EPROM, or a ROM, of up to 64K bytes on the bus of a chip, which cannot write it.
-
-    Args:
-        size: bytes, a power of two from 2048 to 65536; None: that of the image if there is such a part, else 65536.
-        image: what it holds from address 0 on; the rest is FF.
-    """
-
-    def __init__(self, kernel: Kernel, name: str, *, size: int | None = None, image: Data = b"") -> None:
-        super().__init__(kernel, name, size=size, image=image)
-        self._told = False
-
-    def take(self, address: int, byte: int) -> None:
+    def _refuse(self, byte: int) -> None:
         """Take nothing, and tell so the first time."""
         if not self._told:
             self._told = True
-            self.finding("read-only", f"{byte:02X} is written to address {address:04X} of an EPROM: nothing happens")
+            text = f"{byte:02X} is written to address {self.core.address:04X} of an EPROM: nothing happens"
+            self.finding("read-only", text)
 
 
-class Eeprom(Ram):
+class Eeprom(Part):
     """An EEPROM of up to 64K bytes on the bus of a chip.
 
     It takes `write_time` for a byte, and meanwhile any read shows that byte with bit 7 inverted (data polling).  What
@@ -148,6 +154,7 @@ class Eeprom(Ram):
         store: what keeps it without power.
     """
 
+    wiring = MEMORY_WIRING
     keeps = True
     options = (
         *OF_ALL,
@@ -155,6 +162,7 @@ class Eeprom(Ram):
         Option("flush", "time", "200 ms", "how long a byte that has been written may wait for the store", low=1),
         STORE,
     )
+    rewired = start_bus
 
     def __init__(
         self,
@@ -168,31 +176,43 @@ class Eeprom(Ram):
         store: Store | None = None,
     ) -> None:
         held = b"" if store is None else store.read()
-        super().__init__(kernel, name, size=size or (len(held) if len(held) in SIZES else None), image=image)
+        super().__init__(kernel, name)
+        size = size or (len(held) if len(held) in SIZES else None)
+        self.core = MemoryCore(self, size, image, self._shown, self._write)
+        self.bus, self.size = self.core.bus, self.core.size
         if held and len(held) != self.size:
             raise UsageError(f"{name}: the store holds {len(held)} bytes, the part has {self.size}; give another store")
         self.write_ps, self.flush_ps = picoseconds(write_time), picoseconds(flush)
         self.store = Memory() if store is None else store
-        self._kept = Gathered(self.store, bytes(self._content))
-        self._content = self._kept.content
+        self._kept = Gathered(self.store, self.content)
+        self.core.bytes = self._kept.content
         self.writing: tuple[int, int] | None = None  # address and byte that it is at work on
         self._writes = 0  # how many have begun, or have been given up
         self._flushing = False
 
-    def loaded(self, at: int, data: bytes) -> None:
-        """Take bytes that somebody has put at an address; they are kept at once."""
+    @property
+    def content(self) -> bytes:
+        """What the memory holds, from address 0 on."""
+        return bytes(self.core.bytes)
+
+    @from_outside
+    def load(self, image: Data, at: int = 0) -> None:
+        """Put an image into the memory from an address on, as `Ram.load`; it is kept at once."""
+        data = self.core.checked(image, at)
+        self.input("load", data, at)
         self.writing = None
         self._writes += 1
         for address, byte in enumerate(data, at):
             self._kept.put(address, byte)
         self.flush()
 
-    def shown(self) -> int:
-        """Return the byte at the address; while one is being written that one, with bit 7 inverted."""
-        return super().shown() if self.writing is None else self.writing[1] ^ POLLED
+    def _shown(self) -> int:
+        """The byte at the address; while one is being written that one, with bit 7 inverted."""
+        return self.core.byte if self.writing is None else self.writing[1] ^ POLLED
 
-    def take(self, address: int, byte: int) -> None:
+    def _write(self, byte: int) -> None:
         """Begin to write a byte, unless one is being written."""
+        address = self.core.address
         if self.writing is not None:
             busy = f"address {self.writing[0]:04X} is being written"
             self.finding("memory-busy", f"{byte:02X} for address {address:04X} comes while {busy}: it is lost")
@@ -207,7 +227,7 @@ class Eeprom(Ram):
             return  # a programmer has had the part meanwhile
         self._kept.put(*self.writing)
         self.writing = None
-        self._show(self.pins["rd"].net)
+        self.bus.show()
         if not self._flushing:
             self._flushing = True
             self.kernel.call_at(self.kernel.now + self.flush_ps, self.flush)

@@ -9,7 +9,7 @@ from ...core.datasheet.option import Option
 from ...errors import UsageError
 from ..base.part import Part
 from .sensors import fraction, fraction_or_none
-from .shaft import Geared, Played, Shaft
+from .shaft import Geared, Played, Shaft, forget_shaft, shaft_quantities
 
 if TYPE_CHECKING:
     from ...core.motion.quantity import Quantity
@@ -32,6 +32,7 @@ class Gear(Part):
         Option("wheel", "int", 1, "teeth of the wheel that is driven", low=1),
         Option("reverse", "bool", False, "the shaft behind turns the other way"),
     )
+    quantities, forget = shaft_quantities, forget_shaft
 
     def __init__(
         self, kernel: Kernel, name: str, *, on: Shaft, pinion: int = 1, wheel: int = 1, reverse: bool = False
@@ -43,14 +44,6 @@ class Gear(Part):
     def position(self) -> float:
         """Steps that the shaft behind has turned, a step being that of a motor with as many a turn."""
         return float(self.shaft.place)
-
-    def quantities(self) -> tuple[Quantity, ...]:
-        """Return what the part has over time, to be drawn, written and asked."""
-        return (self.shaft.quantity("position"),)
-
-    def forget(self, before: int) -> None:
-        """Drop what the part keeps of the time before an instant (ps) for its quantities."""
-        self.shaft.forget(before)
 
 
 class Carriage(Part):
@@ -77,6 +70,7 @@ class Carriage(Part):
         Option("scale", "float", 1, "how far a step moves it, in `unit`"),
         Option("unit", "text", "steps", "of its place"),
     )
+    forget = forget_shaft
 
     def __init__(
         self,
@@ -129,7 +123,3 @@ class Carriage(Part):
     def quantities(self) -> tuple[Quantity, ...]:
         """Return what the part has over time, to be drawn, written and asked."""
         return (self.shaft.quantity("place", self.unit, float(self.scale)),)
-
-    def forget(self, before: int) -> None:
-        """Drop what the part keeps of the time before an instant (ps) for its quantities."""
-        self.shaft.forget(before)

@@ -10,7 +10,6 @@ All three are promises on top of what turns the shaft (counter.py), so while PUL
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from fractions import Fraction
 from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar, Literal
@@ -22,6 +21,7 @@ from ...core.time.kernel import Kernel
 from ...core.time.timebase import Time, picoseconds
 from ...core.wires.clocking import Even, Still
 from ...errors import UsageError
+from ..base.part import Part
 from .counter import Channel, Code, Scale
 from .motor import Translator
 from .sensors import Sensor
@@ -33,71 +33,76 @@ if TYPE_CHECKING:
 PUSH_PS = 2_000_000  # the counts of a shaft that is turned by hand
 AXIS = Option("axis", "int", 1, "of the chip", low=1, high=4)
 MOTOR = MappingProxyType({"pulse": "pulse", "dir": "direction"})  # its pins, as the encoder calls them
+COUNT_WIRING = MappingProxyType({"a": "encoder_a", "b": "encoder_b"})
 CHANNELS = MappingProxyType({"a": Code(0, 1, 1, 0), "b": Code(0, 0, 1, 1)})  # by the count
 
 
-class Counts(Sensor):
-    """Something that shows the counts of a shaft; `to` wires A and B to the encoder inputs of an axis."""
+class CountOutputs:
+    """Outputs of a part that show the counts of a shaft: A, B, and an index if there is one; a hand turns the shaft.
 
-    wiring: Mapping[str, str] = MappingProxyType({"a": "encoder_a", "b": "encoder_b"})
-    verbs: tuple[str, ...] = ("push",)
+    Args:
+        part: has the pins A and B; it gets that of the index.
+        shaft, scale, lag_ps: as of `Sensor`.
+        index: counts from one index to the next; 1: there is none.
+    """
 
-    def __init__(self, kernel: Kernel, name: str, axis: int) -> None:
-        super().__init__(kernel, name)
-        self.axis = axis
+    def __init__(self, part: Part, shaft: Shaft, scale: Scale, lag_ps: int, index: int = 1) -> None:
+        self.part, self.shaft = part, shaft
         self._codes = dict(CHANNELS)
-        self._hand = 0  # counts that the shaft is still to be turned by hand
+        self.hand = 0  # counts that the shaft is still to be turned by hand
         self._pushing = False
-        for pin in CHANNELS:
-            self.add_pin(pin, "out", f"channel {pin.upper()}", initial=0, role=self.wiring[pin])
+        if index > 1:
+            part.add_pin("index", "out", "low once a turn", initial=0, role="index")
+            self._codes["index"] = Code(0, *(1,) * (index - 1))
+        self.rule = Sensor(part, shaft, scale, lag_ps, show=self._promise)
 
-    @property
-    def counts(self) -> int:
-        """The count that the outputs show; neither A nor B is high at 0."""
-        return self._counter.at(self.kernel.seen)
-
-    @from_outside
-    def push(self, counts: int) -> None:
-        """Turn the shaft by hand, so many counts forward (less than 0: back), one every 2 us."""
-        self._check(counts)
-        self.input("push", counts)
-        self._hand += counts
-        if not self._pushing:
-            self._push()
-        self.kernel.settle()
-
-    def _push(self) -> None:
-        self._pushing = bool(self._hand)
-        if self._hand:
-            way = 1 if self._hand > 0 else -1
-            self._hand -= way
-            self.shaft.push(way / self._counter.scale.per_step)
-            self.kernel.call_at(self.kernel.now + PUSH_PS, self._push)
-
-    def _check(self, counts: int) -> None:
-        if not isinstance(counts, int) or isinstance(counts, bool):
-            raise UsageError(f"{self.name}: {counts!r} counts; expected a whole number")
-
-    def promise(self) -> None:
+    def _promise(self) -> None:
         """Promise what the outputs show from now on."""
         for name, code in self._codes.items():
-            self.drivers[name].play(Channel(self._counter, code))
+            self.part.drivers[name].play(Channel(self.rule.counter, code))
 
     @property
-    def idle(self) -> bool:
-        """Nothing left to do by itself."""
-        return not self._hand
+    def count(self) -> int:
+        """The count that the outputs show; neither A nor B is high at 0."""
+        return self.rule.counter.at(self.rule.kernel.seen)
 
-    @property
-    def waiting(self) -> str:
-        """What the part waits for."""
-        return f"{self.name}: {self._hand} counts by hand" if self._hand else super().waiting
+    def steps(self, counts: int) -> Fraction:
+        """Return how many steps of the shaft some counts are."""
+        return counts / self.rule.counter.scale.per_step
+
+    def push(self, counts: int) -> None:
+        """Turn the shaft by hand, so many counts forward (less than 0: back), one every 2 us."""
+        self.hand += counts
+        if not self._pushing:
+            self._push()
+        self.rule.kernel.settle()
+
+    def _push(self) -> None:
+        self._pushing = bool(self.hand)
+        if self.hand:
+            way = 1 if self.hand > 0 else -1
+            self.hand -= way
+            self.shaft.push(self.steps(way))
+            self.rule.kernel.call_at(self.rule.kernel.now + PUSH_PS, self._push)
 
 
-missing(Counts, **dict.fromkeys(("position", "count", "value", "angle"), "{it}.counts"))
+def add_channels(part: Part) -> None:
+    """Make the pins A and B of a part."""
+    for pin in CHANNELS:
+        part.add_pin(pin, "out", f"channel {pin.upper()}", initial=0, role=COUNT_WIRING[pin])
 
 
-class Encoder(Counts):
+def check_counts(part: Part, counts: object) -> None:
+    """Check that something that a user gives is a number of counts.
+
+    Raises:
+        UsageError: it is no whole number.
+    """
+    if not isinstance(counts, int) or isinstance(counts, bool):
+        raise UsageError(f"{part.name}: {counts!r} counts; expected a whole number")
+
+
+class Encoder(Part):
     """An encoder on the shaft of a step motor that makes every step, at the fall of PULSE; DIR high is forward.
 
     Args:
@@ -109,8 +114,9 @@ class Encoder(Counts):
         lag: from a step to its count, more than 0.
     """
 
+    wiring = COUNT_WIRING
     optional = frozenset({"a", "b", "index"})  # where the neighbour has no inputs for them
-    verbs = ("block", "free", "slip", *Counts.verbs)
+    verbs = ("block", "free", "slip", "push")
     sits: ClassVar[Literal["", "may", "must"]] = "may"
 
     options = (
@@ -133,25 +139,25 @@ class Encoder(Counts):
         reverse: bool = False,
         lag: Time = "1 us",
     ) -> None:
-        super().__init__(kernel, name, axis)
-        self._motor = self._own_motor(steps) if on is None else None
-        shaft = on if self._motor is None else self._motor.shaft
-        assert shaft is not None
-        if counts > 1:
-            self.add_pin("index", "out", "low once a turn", initial=0, role="index")
-            self._codes["index"] = Code(0, *(1,) * (counts - 1))
-        self.sit(
-            Geared(shaft, Fraction(-1)) if reverse else shaft, Scale(Fraction(counts, shaft.per_turn)), picoseconds(lag)
-        )
+        super().__init__(kernel, name)
+        self.axis = axis
+        add_channels(self)
+        self._motor: Translator | None = None
+        if on is None:
+            on = self._own_motor(steps)
+        self.shaft = Geared(on, Fraction(-1)) if reverse else on
+        scale = Scale(Fraction(counts, on.per_turn))
+        self._outputs = CountOutputs(self, self.shaft, scale, picoseconds(lag), counts)
+        self.rule = self._outputs.rule
 
-    def _own_motor(self, steps: int) -> Translator:
-        """A motor whose pins are those of the encoder."""
-        motor = Translator(self.kernel, self.name)
+    def _own_motor(self, steps: int) -> Shaft:
+        """Return the shaft of a motor whose pins are those of the encoder."""
+        motor = self._motor = Translator(self.kernel, self.name)
         motor.shaft.per_turn = steps
         for own, theirs in MOTOR.items():
             self.take_pin(own, motor.pins[theirs])
         self.wiring = MappingProxyType({"pulse": "step", "dir": "direction", **self.wiring})
-        return motor
+        return motor.shaft
 
     def attached(self, own: str, row: Pin) -> None:
         """Tell the motor inside which pin one of its own has been joined with."""
@@ -164,7 +170,29 @@ class Encoder(Counts):
             if not ((net := self.pins["pulse"].net).drivers or net.joined):
                 self.finding("open-pin", "pulse is open, nothing but push() turns the shaft; give to=x, or on=motor")
             self._motor.rewired()
-        super().rewired()
+        self.rule.start()
+
+    @property
+    def counts(self) -> int:
+        """The count that the outputs show; neither A nor B is high at 0."""
+        return self._outputs.count
+
+    @from_outside
+    def push(self, counts: int) -> None:
+        """Turn the shaft by hand, so many counts forward (less than 0: back), one every 2 us."""
+        check_counts(self, counts)
+        self.input("push", counts)
+        self._outputs.push(counts)
+
+    @property
+    def idle(self) -> bool:
+        """Nothing left to do by itself."""
+        return not self._outputs.hand
+
+    @property
+    def waiting(self) -> str:
+        """What the part waits for."""
+        return f"{self.name}: {hand} counts by hand" if (hand := self._outputs.hand) else super().waiting
 
     @from_outside
     def block(self) -> None:
@@ -183,39 +211,66 @@ class Encoder(Counts):
     @from_outside
     def slip(self, counts: int) -> None:
         """Let the shaft slip: it does not follow the next steps, so many counts long, whatever their direction."""
-        self._check(counts)
+        check_counts(self, counts)
         if counts < 0:
             raise UsageError(f"{self.name}: slips {counts} counts; allowed 0 and more (push turns the shaft)")
         self.input("slip", counts)
-        self.shaft.slip(counts / self._counter.scale.per_step)
+        self.shaft.slip(self._outputs.steps(counts))
         self.kernel.settle()
 
 
-class Quadrature(Counts):
+class Quadrature(Part):
     """An encoder on a shaft that another machine turns: the master of an electronic gear.
 
     Args:
         axis: of the chip.
     """
 
-    verbs = ("run", *Counts.verbs)
+    wiring = COUNT_WIRING
+    verbs = ("run", "push")
     options = (AXIS,)
 
     def __init__(self, kernel: Kernel, name: str, *, axis: int = 1) -> None:
-        super().__init__(kernel, name, axis)
-        self.sit(Shaft(kernel, per_turn=1), Scale(Fraction(1)), 0)
-        super().rewired()  # its shaft is its own: there is nothing to wait for
+        super().__init__(kernel, name)
+        self.axis = axis
+        add_channels(self)
+        self.shaft = Shaft(kernel, per_turn=1)
+        self._outputs = CountOutputs(self, self.shaft, Scale(Fraction(1)), 0)
+        self.rule = self._outputs.rule
+        self.rule.start()  # its shaft is its own: there is nothing to wait for
 
-    def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
-        pass
+    @property
+    def counts(self) -> int:
+        """The count that the outputs show; neither A nor B is high at 0."""
+        return self._outputs.count
+
+    @from_outside
+    def push(self, counts: int) -> None:
+        """Turn the shaft by hand, so many counts forward (less than 0: back), one every 2 us."""
+        check_counts(self, counts)
+        self.input("push", counts)
+        self._outputs.push(counts)
+
+    @property
+    def idle(self) -> bool:
+        """Nothing left to do by itself."""
+        return not self._outputs.hand
+
+    @property
+    def waiting(self) -> str:
+        """What the part waits for."""
+        return f"{self.name}: {hand} counts by hand" if (hand := self._outputs.hand) else super().waiting
 
     @from_outside
     def run(self, rate: int) -> None:
         """Turn at so many counts/s from now on, less than 0: backwards; 0: stop."""
-        self._check(rate)
+        check_counts(self, rate)
         self.input("run", rate)
         now = self.kernel.now
         self.shaft.cut(now)  # what comes at this instant is known: nobody else turns the shaft
         self.shaft.turn(Even(now, abs(rate)) if rate else Still(), 1 if rate > 0 else -1, now)
         self.kernel.settle()
+
+
+for _kind in (Encoder, Quadrature):
+    missing(_kind, **dict.fromkeys(("position", "count", "value", "angle"), "{it}.counts"))

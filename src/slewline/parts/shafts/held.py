@@ -6,29 +6,30 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .motor import Translator
+    from ..base.part import Part
+    from .shaft import Shaft
 
 
 class Held:
-    """What the shaft of a motor does as long as it should not, a level of a wire saying so."""
+    """What the shaft of a part does as long as it should not, a level of a wire saying so."""
 
-    def __init__(self, motor: Translator) -> None:
-        self.motor = motor
+    def __init__(self, part: Part, shaft: Shaft) -> None:
+        self.part, self.shaft = part, shaft
         self._since: int | None = None  # steps behind this instant have not been looked at
 
     def hold(self, on: bool) -> None:
-        """Watch from now on that the motor stands; or stop watching."""
+        """Watch from now on that the shaft stands; or stop watching."""
         if on:
-            self._since = self.motor.kernel.now if self._since is None else self._since
+            self._since = self.part.kernel.now if self._since is None else self._since
         elif self._since is not None:
-            self.motor.catch_up()
+            self.part.catch_up()
             self._since = None
 
     def steps(self) -> Iterator[tuple[int, int, int]]:
         """Yield the steps since the last question: instant (ps), place before it and behind it."""
         import numpy as np
 
-        since, seen, shaft = self._since, self.motor.kernel.seen, self.motor.shaft
+        since, seen, shaft = self._since, self.part.kernel.seen, self.shaft
         if since is None or seen <= since:
             return
         self._since = seen

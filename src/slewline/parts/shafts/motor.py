@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from fractions import Fraction
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from ...core.datasheet.option import Option
 from ...core.time.kernel import Kernel
@@ -14,16 +14,15 @@ from ...core.wires.clocking import ClockEdges, Later, Strides
 from ...core.wires.views import Repeated
 from ...errors import UsageError
 from ..base.clocked import Clocked
-from ..base.follower import Follower
-from ..base.part import AXIS
+from ..base.follower import Follower, start_rule
+from ..base.part import AXIS, Part
 from .counter import Channel, Code, Scale, StepCounter
 from .course import Once
-from .shaft import Shaft
+from .shaft import Shaft, forget_shaft, shaft_quantities
 from .steps_made import Limits, Pulsed, StepsMade
 
 if TYPE_CHECKING:
     from ...core.datasheet.table import Pin
-    from ...core.motion.quantity import Quantity
     from ...core.wires.wave import Level
 
 EDGES = {"fall": 0, "rise": 1}
@@ -35,13 +34,81 @@ WINDINGS = MappingProxyType({(-1, -1): 0, (1, -1): 1, (1, 1): 2, (-1, 1): 3})  #
 FIELDS = tuple(  # by the levels of phases 1 to 4, as bits
     WINDINGS.get(((n & 1) - (n >> 1 & 1), (n >> 2 & 1) - (n >> 3 & 1))) for n in range(16)
 )
+STEP_WIRING = MappingProxyType({"pulse": "step", "direction": "direction"})
+STEP_OPTIONS = (AXIS, EDGE)
 DETECTOR = MappingProxyType({"x": Code(0, 1, 1, 0), "y": Code(0, 0, 1, 1)})  # by the position
 
 
-class Translator(Clocked):
-    """A translator and its motor: a step at each fall of PULSE, the way that DIRECTION says (CY525 fig. 10.4).
+class StepDrive:
+    """PULSE and DIRECTION of a part, and the shaft that they turn: an edge of PULSE is a step.
 
     DIRECTION high is clockwise, unless the neighbour's pin that `to` has joined it with means the contrary.
+
+    Args:
+        part: gets the pins.
+        edge: "fall" or "rise", as a user has chosen.
+        default: as long as neither a user nor a neighbour has chosen.
+        advance, step, follow: of the rule, for a motor that does not make each pulse a step.
+    """
+
+    def __init__(
+        self,
+        part: Part,
+        edge: str | None = None,
+        default: str = "fall",
+        *,
+        advance: Callable[[int], None] | None = None,
+        step: Callable[[], None] | None = None,
+        follow: Callable[[ClockEdges], None] | None = None,
+    ) -> None:
+        self.part, self.shaft = part, Shaft(part.kernel)
+        self._chosen = edge is not None
+        self._clockwise = True  # DIRECTION high is clockwise
+        part.add_pin("pulse", "in", f"step at each {edge or default}", pull=1)
+        part.add_pin("direction", "in", "high: clockwise", pull=1)
+        self.rule = Clocked(
+            part, ("pulse", "direction"), clock="pulse", edge=EDGES[edge or default], steers=("direction",),
+            advance=advance or self.shaft.cut, step=step or self._step, follow=follow or self._follow,
+        )  # fmt: skip
+        self.shaft.source = self.rule
+
+    def attached(self, own: str, row: Pin) -> None:
+        """Step with the edge that the neighbour's pin means, unless a user has chosen one, and its way."""
+        if own == "pulse" and row.sense is not None and not self._chosen:
+            self.rule.edge = row.sense
+        if own == "direction" and row.sense is not None:
+            self._clockwise = bool(row.sense)
+
+    @property
+    def position(self) -> int:
+        """Steps clockwise since the beginning."""
+        return self.shaft.place // 1 + (self.sign if self.rule.due else 0)
+
+    @property
+    def sign(self) -> int:
+        """Which way a step goes now: 1 clockwise, -1 back."""
+        return 1 if self.part.high("direction") is self._clockwise else -1
+
+    def _step(self) -> None:
+        self.shaft.step(self.part.kernel.now, self.sign)
+
+    def _follow(self, clock: ClockEdges) -> None:
+        self.shaft.turn(clock, self.sign, self.part.kernel.now)
+
+
+class HasDrive(Protocol):
+    """A part with such a drive."""
+
+    drive: StepDrive
+
+
+def attach_drive(self: HasDrive, own: str, row: Pin) -> None:
+    """Step with the edge that the neighbour's pin means, and its way: `attached` of a part."""
+    self.drive.attached(own, row)
+
+
+class Translator(Part):
+    """A translator and its motor: a step at each fall of PULSE, the way that DIRECTION says (CY525 fig. 10.4).
 
     It knows nothing but these two lines: a PULSE that O 128 to 255 makes for a phase latch is a step to it.  What sits
     on its `shaft` turns with it: an encoder, switches, a gear.
@@ -51,64 +118,25 @@ class Translator(Clocked):
         edge: "fall" or "rise": which edge of the pulse is a step; by default what the neighbour's pin says.
     """
 
-    wiring = MappingProxyType({"pulse": "step", "direction": "direction"})
-    options: tuple[Option, ...] = (AXIS, EDGE)
-    follows = ("pulse", "direction")
-    clock = "pulse"
-    steers = ("direction",)
-    clockwise = True  # DIRECTION high is clockwise
+    wiring = STEP_WIRING
+    options = STEP_OPTIONS
+    attached = attach_drive
+    rewired = start_rule
+    quantities, forget = shaft_quantities, forget_shaft
 
     def __init__(self, kernel: Kernel, name: str, *, axis: int = 1, edge: str | None = None) -> None:
         super().__init__(kernel, name)
         self.axis = axis
-        if edge is not None:
-            self.edge = EDGES[edge]
-        self._chosen = edge is not None
-        self.add_pin("pulse", "in", f"step at each {'rise' if self.edge else 'fall'}", pull=1)
-        self.add_pin("direction", "in", "high: clockwise", pull=1)
-        self.shaft = Shaft(kernel)
-        self.shaft.source = self
-
-    def attached(self, own: str, row: Pin) -> None:
-        """Step with the edge that the neighbour's pin means, unless a user has chosen one, and its way."""
-        if own == "pulse" and row.sense is not None and not self._chosen:
-            self.edge = row.sense
-        if own == "direction" and row.sense is not None:
-            self.clockwise = bool(row.sense)
+        self.drive = StepDrive(self, edge)
+        self.rule, self.shaft = self.drive.rule, self.drive.shaft
 
     @property
     def position(self) -> int:
         """Steps clockwise since the beginning."""
-        return self.shaft.place // 1 + (self.sign if self.due else 0)
-
-    def quantities(self) -> tuple[Quantity, ...]:
-        """Return what the part has over time, to be drawn, written and asked."""
-        return (self.shaft.quantity("position"),)
-
-    def forget(self, before: int) -> None:
-        """Drop what the part keeps of the time before an instant (ps) for its quantities."""
-        self.shaft.forget(before)
-
-    @property
-    def sign(self) -> int:
-        """Which way a step goes now: 1 clockwise, -1 back."""
-        return 1 if self.high("direction") is self.clockwise else -1
-
-    # ------------------------------------------------------------------------------------------------------- changes
-    def advance_to(self, ps: int) -> None:
-        """Take the steps up to an instant (ps)."""
-        self.shaft.cut(ps)
-
-    def stepped(self) -> None:
-        """Take the step whose edge comes at this instant."""
-        self.shaft.step(self.kernel.now, self.sign)
-
-    def follow(self, clock: ClockEdges) -> None:
-        """Follow another clock from now on."""
-        self.shaft.turn(clock, self.sign, self.kernel.now)
+        return self.drive.position
 
 
-class Motor(Translator):
+class Motor(Part):
     """A motor that does not make every step, with its driver and the detector of its steps (GS-C figures 14, 17, 18).
 
     A pulse is lost while the step before is under way, and when it comes too fast: its rate, from the pulse before, may
@@ -127,14 +155,17 @@ class Motor(Translator):
         loses: numbers of pulses that it misses besides, the first one being 1.
     """
 
+    wiring = STEP_WIRING
     options = (
-        *Translator.options,
+        *STEP_OPTIONS,
         Option("lag", "time", 0, "how long a step takes"),
         Option("pull_in", "float", 0, "greatest rate from rest; 0: any rate at any time", low=0, unit="steps/s"),
         Option("acceleration", "float", 0, "how fast it may become faster", low=0, unit="steps/s2"),
         Option("loses", "ints", (), "numbers of pulses that it misses besides", low=1),
     )
-    edge = 1
+    attached = attach_drive
+    rewired = start_rule
+    quantities, forget = shaft_quantities, forget_shaft
 
     def __init__(
         self,
@@ -148,17 +179,21 @@ class Motor(Translator):
         acceleration: float = 0,
         loses: Iterable[int] = (),
     ) -> None:
-        super().__init__(kernel, name, axis=axis, edge=edge)
+        super().__init__(kernel, name)
         if acceleration > pull_in**2 / 2:
             most = f"up to {pull_in**2 / 2:g} with pull_in {pull_in}" if pull_in else "0 without pull_in"
             raise UsageError(f"{name}: acceleration {acceleration}; allowed {most}")
         self.limits = Limits(picoseconds(lag), pull_in, acceleration, frozenset(loses))
-        for pin in "xy":
+        self.axis = axis
+        self.drive = StepDrive(self, edge, "rise", advance=self._advance, step=self._step, follow=self._follow)
+        self.rule, self.shaft = self.drive.rule, self.drive.shaft
+        for pin in DETECTOR:
             self.add_pin(pin, "out", "detector signal", initial=0)
+            self.drivers[pin].source = self.rule
         self._pulsed = Pulsed()
         self._made: StepsMade | None = None  # what comes of the clock
         self._under_way = 0  # the sign of the step that is under way; 0: none is
-        self.shaft.on_cut.add(lambda ps: self.bound_outputs(ps + 1))
+        self.shaft.on_cut.add(lambda ps: self.rule.bound_outputs(ps + 1))
         self.shaft.on_turn.add(self._show)
 
     @property
@@ -181,21 +216,21 @@ class Motor(Translator):
         return self.shaft.place // 1
 
     # ------------------------------------------------------------------------------------------------------- changes
-    def advance_to(self, ps: int) -> None:
+    def _advance(self, ps: int) -> None:
         """Take the steps up to an instant (ps)."""
         if self._made is not None:
             self._pulsed = self._made.onward(ps)
             self._made = None
             if self._pulsed.arrives_ps > ps:
                 self._under_way = self._pulsed.way
-        super().advance_to(ps)
+        self.shaft.cut(ps)
 
-    def stepped(self) -> None:
+    def _step(self) -> None:
         """Take the step whose edge comes at this instant."""
         self._arrive()
-        self._pulsed = self.limits.after(self._pulsed, self.kernel.now, self.sign)
+        self._pulsed = self.limits.after(self._pulsed, self.kernel.now, self.drive.sign)
         if self._pulsed.follows:
-            self._under_way = self.sign
+            self._under_way = self.drive.sign
             self._arrive()
 
     def _arrive(self) -> None:
@@ -204,28 +239,28 @@ class Motor(Translator):
             self.shaft.step(self.kernel.now, self._under_way)
             self._under_way = 0
 
-    def follow(self, clock: ClockEdges) -> None:
+    def _follow(self, clock: ClockEdges) -> None:
         """Follow another clock from now on."""
         now = self.kernel.now
         self._arrive()
-        self._made = StepsMade(clock, self.limits, self._pulsed, self.sign)
+        self._made = StepsMade(clock, self.limits, self._pulsed, self.drive.sign)
         if self._under_way:
             self.shaft.turn(Once(self._pulsed.arrives_ps), self._under_way, now)
-            self.kernel.call_at(self._pulsed.arrives_ps, self.look)
+            self.kernel.call_at(self._pulsed.arrives_ps, self.rule.look)
         elif self.limits.free:
-            self.shaft.turn(clock, self.sign, now)
+            self.shaft.turn(clock, self.drive.sign, now)
         else:
-            self.shaft.turn(Later(self._made, self.limits.lag_ps), self.sign, now)
+            self.shaft.turn(Later(self._made, self.limits.lag_ps), self.drive.sign, now)
 
     def _show(self) -> None:
         """Promise the detector's signals under the present course of the shaft."""
         counter = StepCounter(self.shaft.course, Scale(Fraction(1)), 0)
         for name, code in DETECTOR.items():
             level = code[counter.at(self.kernel.seen)]
-            self.put(self.drivers[name], level if self.edge_driven else Repeated(Channel(counter, code)))
+            self.rule.put(self.drivers[name], level if self.rule.edge_driven else Repeated(Channel(counter, code)))
 
 
-class Rotor(Follower):
+class Rotor(Part):
     """A rotor between two windings, phases 1 and 2 on the ends of one, 3 and 4 on the ends of the other (CY525 s.10).
 
         winding a   -1 +1 +1 -1         the end with the low phase pin is energised
@@ -237,7 +272,7 @@ class Rotor(Follower):
     """
 
     wiring = MappingProxyType({f"phase{n}": f"phase{n}" for n in (1, 2, 3, 4)})
-    follows = ("phase1", "phase2", "phase3", "phase4")
+    rewired = start_rule
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
@@ -248,6 +283,7 @@ class Rotor(Follower):
         self._read_ps: int | None = None  # up to where the phases have been read; None: not yet
         self._levels: list[Level] = []  # of the phases, up to there
         self._strides = Strides()
+        self.rule = Follower(self, tuple(self.pins), lay=self._promise, react=self._look, cut=self._cut)
 
     @property
     def position(self) -> int:
@@ -258,24 +294,24 @@ class Rotor(Follower):
     @property
     def field(self) -> int | None:
         """The direction of the field, 0 to 3; None without current in both windings."""
-        return FIELDS[sum(self.high(name) << n for n, name in enumerate(self.follows))]
+        return FIELDS[sum(self.high(name) << n for n, name in enumerate(self.pins))]
 
     def catch_up(self) -> None:
         """Work off what has happened up to the last committed instant."""
         if self._read_ps is not None:
-            if self._laying:
+            if self.rule.laying:
                 self._look()
             else:
                 self._read(self.kernel.seen)
 
     # ------------------------------------------------------------------------------------------------------- changes
-    def cut(self, ps: int) -> None:
+    def _cut(self, ps: int) -> None:
         """Take notice of what the inputs have shown up to an instant (ps): they cannot be asked again."""
         if self._read_ps is not None:
             self._read(ps)
-            self._levels = [outlook.level(ps) for outlook in self.outlooks.values()]
+            self._levels = [outlook.level(ps) for outlook in self.rule.outlooks.values()]
 
-    def lay(self) -> None:
+    def _promise(self) -> None:
         """Follow the field up to this instant; a rotor has no outputs."""
         if self._read_ps is not None:
             self._look()
@@ -283,7 +319,7 @@ class Rotor(Follower):
 
     def _look(self) -> None:
         """Follow the field, if a phase is now driven otherwise than up to now."""
-        if [self.pins[name].net.level for name in self.follows] != self._levels:
+        if [self.pins[name].net.level for name in self.pins] != self._levels:
             self._follow(self.field, self.kernel.now)
 
     def _read(self, ps: int) -> None:
@@ -291,13 +327,13 @@ class Rotor(Follower):
         assert self._read_ps is not None
         while self._read_ps < ps:
             stop = self._strides.stop(self._read_ps, ps)
-            edges = [outlook.edges(self._read_ps, stop) for outlook in self.outlooks.values()]
+            edges = [outlook.edges(self._read_ps, stop) for outlook in self.rule.outlooks.values()]
             if count := sum(len(times) for times, _ in edges):
                 self._turn(edges)
             self._strides.told(count)
             self._read_ps = stop
             if not count:
-                ahead = [time for outlook in self.outlooks.values() if (time := outlook.after(stop)) is not None]
+                ahead = [time for outlook in self.rule.outlooks.values() if (time := outlook.after(stop)) is not None]
                 self._read_ps = max(stop, min([ps, *(time - 1 for time in ahead)]))
                 self._strides.skipped(self._read_ps - stop)
 
@@ -308,7 +344,7 @@ class Rotor(Follower):
         assert self._read_ps is not None
         times = np.unique(np.concatenate([np.asarray(own, np.int64) for own, _ in edges]))
         number = np.zeros(len(times), np.int64)
-        for n, ((own, shown), outlook) in enumerate(zip(edges, self.outlooks.values(), strict=True)):
+        for n, ((own, shown), outlook) in enumerate(zip(edges, self.rule.outlooks.values(), strict=True)):
             high = np.array([outlook.level(self._read_ps) != 0, *(level != 0 for level in shown)])
             number |= high[np.searchsorted(np.asarray(own, np.int64), times, side="right")].astype(np.int64) << n
         fields = np.array([-1 if field is None else field for field in FIELDS], np.int64)[number]

@@ -1,4 +1,4 @@
-"""What sits on a shaft and shows something of it on a wire: the base of encoders and switches, and a switch.
+"""What sits on a shaft and shows something of it on a wire: the rule of encoders and switches, and a switch.
 
 place        ----[##########]----        closed from `low` to below `high`
              --[--##########--]--        once closed, open again only `hysteresis` farther out
@@ -6,7 +6,7 @@ place        ----[##########]----        closed from `low` to below `high`
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from fractions import Fraction
 from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar, Literal
@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 from ...core.datasheet.option import Option
 from ...core.time.timebase import Time, picoseconds
 from ...errors import UsageError
-from ..base.follower import Follower
+from ..base.follower import Follower, ignored, start_rule
+from ..base.part import Part
 from .counter import Scale, StepCounter, Zone
 
 if TYPE_CHECKING:
@@ -26,51 +27,56 @@ ROLES = ("home", "end", "end_plus", "end_minus", "abort", "input1", "input2", "i
 
 
 class Sensor(Follower):
-    """A part whose outputs follow the counts of a shaft, on a scale, `lag_ps` later."""
+    """The rule of a part that sits on a shaft: its outputs follow the counts of the shaft, on a scale, `lag_ps` later.
 
-    def __init__(self, kernel: Kernel, name: str) -> None:
-        super().__init__(kernel, name)
-        self.shaft: Shaft
-        self._counter: StepCounter
+    Args:
+        part: has its pins already.
+        shaft: what it sits on; it is followed from the instant on at which time is about to pass.
+        show: promises the outputs by `counter`; called with each new course.
+        cut: takes notice of what `counter` has shown up to an instant (ps), before it begins there anew.
+    """
 
-    def sit(self, shaft: Shaft, scale: Scale, lag_ps: int) -> None:
-        """Show what the counts of a shaft are; follow it from the instant on at which time is about to pass."""
+    def __init__(
+        self,
+        part: Part,
+        shaft: Shaft,
+        scale: Scale,
+        lag_ps: int,
+        *,
+        show: Callable[[], None],
+        cut: Callable[[int], None] = ignored,
+    ) -> None:
+        super().__init__(part, (), lay=show, react=_later, cut=cut)
         self.shaft = shaft
-        self._counter = StepCounter(shaft.course, scale, lag_ps)
+        self.counter = StepCounter(shaft.course, scale, lag_ps)
 
-    def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
-        self.sit(self.shaft, self._counter.scale, self._counter.lag_ps)
-        self.shaft.on_cut.add(self.consume)
+    def start(self) -> None:
+        """Follow the shaft from now on."""
+        self.counter = StepCounter(self.shaft.course, self.counter.scale, self.counter.lag_ps)
+        self.shaft.on_cut.add(self._consume)
         self.shaft.on_turn.add(self._turned)
-        self.promise()
+        self.lay()
 
     def sources(self) -> Iterable[Follower]:
-        """Yield the part that turns the shaft, if it runs ahead."""
+        """Yield the rule of the part that turns the shaft, if it runs ahead."""
         source = self.shaft.source
         return [source] if isinstance(source, Follower) else []
 
-    def consume(self, ps: int) -> None:
+    def _consume(self, ps: int) -> None:
         """Follow the course of the shaft up to an instant (ps), up to which alone it holds."""
-        self._counter = self._counter.onward(ps)
+        self.cut(ps)
+        self.counter = self.counter.onward(ps)
 
     def _turned(self) -> None:
-        self._counter = self._counter.on(self.shaft.course, self.kernel.now)
-        self.promise()
-
-    def promise(self) -> None:
-        """Promise the outputs under the present course."""
-        raise NotImplementedError
-
-    def lay(self) -> None:
-        """Promise what the outputs show from now on."""
-        self.promise()
-
-    def react(self) -> None:
-        """Promise what the outputs show, though the shaft is turned edge by edge: it comes later."""
+        self.counter = self.counter.on(self.shaft.course, self.kernel.now)
+        self.lay()
 
 
-class Switch(Sensor):
+def _later() -> None:
+    """Promise nothing else, though the shaft is turned edge by edge: what the outputs show comes later."""
+
+
+class Switch(Part):
     """A switch on a shaft or a carriage, closed between two places.
 
     It is a contact, or an open collector: closed it pulls `out` to its active level, open it lets go, so that several
@@ -98,6 +104,7 @@ class Switch(Sensor):
         Option("lag", "time", "1 us", "from a step to the edge", low=1),
         Option("active", "choice", None, "level while closed; None: that of the input", choices=(0, 1), none=True),
     )
+    rewired = start_rule
 
     def __init__(
         self,
@@ -121,10 +128,10 @@ class Switch(Sensor):
         self._levels: tuple[int | None, int | None] = (None, active or 0)
         scale, self._says = zone(fraction_or_none(low), fraction_or_none(high), fraction(hysteresis))
         self.add_pin("out", "out", "at its active level while closed", pull=1 - (active or 0), role=role, active=active)
-        self.sit(on, scale, picoseconds(lag))
         self._since = on.course.since  # of the counter
         self._closed = False  # as long as the place itself does not say more
-        self.promise()
+        self.rule = Sensor(self, on, scale, picoseconds(lag), show=self._promise, cut=self._cut)
+        self._promise()
 
     def attached(self, own: str, row: Pin) -> None:
         """Take the active level of the input."""
@@ -133,22 +140,21 @@ class Switch(Sensor):
             net = self.pins[own].net
             for one in net.hub.joined or (net,):
                 one.pull = 0
-            self.promise()
+            self._promise()
 
     @property
     def closed(self) -> bool:
         """Is it closed?"""
         return self._zone.closed_at(self.kernel.seen)
 
-    def consume(self, ps: int) -> None:
-        """Follow the course of the shaft up to an instant (ps), up to which alone it holds."""
+    def _cut(self, ps: int) -> None:
+        """Keep whether it is closed at an instant (ps)."""
         self._closed = self._zone.closed_at(ps)
         self._since = ps
-        super().consume(ps)
 
-    def promise(self) -> None:
-        """Promise what the outputs show from now on."""
-        self._zone = Zone(self._counter, self._since, self._closed, self._says, self._levels)
+    def _promise(self) -> None:
+        """Promise what the output shows from now on."""
+        self._zone = Zone(self.rule.counter, self._since, self._closed, self._says, self._levels)
         self.drivers["out"].play(self._zone)
 
 

@@ -19,7 +19,7 @@ from bisect import bisect_right
 from dataclasses import replace
 from fractions import Fraction
 from math import lcm
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from ...core.motion.history import Staircase
 from ...core.time.hook import Hook
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from ...core.motion.quantity import Quantity
     from ...core.time.kernel import Kernel
 
 Place = Fraction | None
@@ -231,6 +232,22 @@ class Shaft:
             self.past.append(course)
         else:
             self.past.append(course)
+
+
+class HasShaft(Protocol):
+    """A part that turns a shaft, or is turned by one."""
+
+    shaft: Shaft
+
+
+def shaft_quantities(self: HasShaft) -> tuple[Quantity, ...]:
+    """Return the position of the shaft over time: `quantities` of a part."""
+    return (self.shaft.quantity("position"),)
+
+
+def forget_shaft(self: HasShaft, before: int) -> None:
+    """Drop the positions of the shaft before an instant (ps): `forget` of a part."""
+    self.shaft.forget(before)
 
 
 class Driven(Shaft):
