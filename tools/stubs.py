@@ -20,7 +20,6 @@ from tempfile import TemporaryDirectory
 from textwrap import dedent
 
 from slewline.bench import Bench
-from slewline.bench.hosting import Hosted
 from slewline.chips import PARTS, chip_class
 from slewline.parts import KINDS, part_class
 
@@ -46,7 +45,7 @@ P = TypeVar("P", bound=Part)
 
 def parameters(method: str) -> list[str]:
     """Return the parameters of a method of a bench, as they stand in its source; the first one left out."""
-    tree = ast.parse(dedent(getsource(getattr(Hosted, method)))).body[0]
+    tree = ast.parse(dedent(getsource(getattr(Bench, method)))).body[0]
     assert isinstance(tree, ast.FunctionDef)
     text = ast.unparse(tree.args)
     text = text.removeprefix("self, /, ").removeprefix("self, ")
@@ -101,9 +100,9 @@ def stub() -> str:
     places = {
         "chips.line": {"LineChip"},
         "core.chip": {"Chip"},
-        "core.timebase": {"Time"},
-        "parts.computer": {"Computer"},
-        "parts.part": {"Part"},
+        "core.time.timebase": {"Time"},
+        "parts.hosts.computer": {"Computer"},
+        "parts.base.part": {"Part"},
     }
     others = several(chips)
     more = [host for found in others.values() for _, host in found]

@@ -33,7 +33,7 @@ ALLOWED = {  # files, and why they name chips
     "cli/demo.py": "the demo: a machine of one manual",
     "cli/commands.py": "the help of an option gives an example, and that of the demo says what it shows",
     "cli/serve.py": "a message gives an example",
-    "bench/furnishing.py": "a message gives an example",
+    "bench/bench.py": "a message gives an example",
     "bench/by_name.pyi": "the generated list of what has which type",
     "testing/plugin.py": "fixtures that are named after their modules",
     "testing/protocol_slewline.py": "a message gives an example",

@@ -113,7 +113,7 @@ def _played(found: Entries, known: Survey, bench: Bench, stop: int, prepare: Cal
     early: dict[int, list[tuple[int, dict[str, Any]]]] = {}  # what is done in the first round of an instant, in order
 
     def do(number: int, entry: dict[str, Any]) -> None:
-        with _told(found, number, entry["do"]):
+        with _located(found, number, entry["do"]):
             apply(bench, entry, known)
 
     def begin(instant: int) -> None:
@@ -135,19 +135,19 @@ def _played(found: Entries, known: Survey, bench: Bench, stop: int, prepare: Cal
             early[at].append((number, entry))
         else:
             if at > bench.now_ps:
-                with _told(found, number, "the run before it"):
+                with _located(found, number, "the run before it"):
                     bench.run_to(f"{at} ps")
             do(number, entry)
     if prepare is not None:
         prepare(bench)
-    with _told(found, number, "the run behind it"):
+    with _located(found, number, "the run behind it"):
         bench.run_to(f"{stop} ps")  # an input that stands last takes effect
         bench.catch_up()
     return bench
 
 
 @contextmanager
-def _told(found: Entries, number: int, what: str) -> Iterator[None]:
+def _located(found: Entries, number: int, what: str) -> Iterator[None]:
     """Tell with file and line what comes of an entry that makes no sense."""
     try:
         yield

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..bench.pictures.recording import STEPS, VCD
+from ..bench.pictures.waveforms import STEPS, VCD
 from ..chips import sheet_of
 from ..core.time.timebase import picoseconds, readable
 from ..errors import ProgramError, Timeout, TornJournal

@@ -23,12 +23,12 @@ from collections.abc import Callable, Iterable
 from time import perf_counter
 from typing import TYPE_CHECKING
 
+from ...bench.runner import Wait
 from ...core.messages.near import hint
 from ...core.time.timebase import moment, picoseconds
 from ...core.wires.pin import Condition
 from ...errors import SlewlineError, UsageError
 from ..lines.line import SerialLine
-from ..lines.pace import Wait
 from ..ports.tcp import Listener, is_loopback, parse_address
 from ..sockets.strangers import Beginning
 from ..sockets.stream import Stream

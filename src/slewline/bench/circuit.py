@@ -1,127 +1,66 @@
-"""Furnishing a bench: chips and parts are put on it, and wired, before time passes or later."""
+"""The circuit of a bench: chips, parts and the wires between them, put there before time passes or later."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from itertools import chain, count
-from os import PathLike
-from random import Random
 from typing import TYPE_CHECKING, Any
 
 from ..chips import CATALOGUE as CHIPS
 from ..chips import chip_class, sheet_of
 from ..core.chip import Chip, Finding
 from ..core.memory.store import Witnessed
-from ..core.messages.calls import answering
 from ..core.messages.near import hint
-from ..core.messages.whole import whole
+from ..core.motion.one_axis import OneAxis
 from ..core.time.hook import Hook
 from ..core.time.kernel import Kernel
-from ..core.time.timebase import Time, hertz, picoseconds, readable
+from ..core.time.timebase import hertz
 from ..core.wires.net import Bus, Net
 from ..core.wires.pin import Terminal
 from ..errors import UnknownName, UsageError, WiringError
 from ..parts import CATALOGUE as PARTS
 from ..parts import make_part, part_class
 from ..parts.base.part import Part
-from .by_name import adds, makes
-from .pictures.drawing import Drawing
 from .wiring import as_needed, joints
 
 if TYPE_CHECKING:
     from ..core.datasheet.table import Sheet
     from ..parts.shafts.shaft import Shaft
-    from .files.journal import Journal
 
 
-SHOWN = 8  # chips and parts in the text of a bench
+class Circuit:
+    """Chips, parts and wires; `Bench` says what its methods take and raise.
 
+    Args:
+        stores: gives the memory of a chip or part that keeps one, by its name.
+        keep_ps: axes forget where they have been before that; None: they keep everything.
+    """
 
-def _check_made_with(journal: object, shuffle: object, stores: object) -> None:
-    """Check what a bench is made with, beside its seed."""
-    for name, given, fits, allowed in (
-        ("journal", journal, isinstance(journal, (str, PathLike)), "the name of a file"),
-        ("shuffle", shuffle, whole(shuffle) is not None, "a whole number, the seed of the order"),
-        ("stores", stores, callable(stores), "a function that is given a name and returns a memory"),
-    ):
-        if given is not None and not fits:
-            raise UsageError(f"Bench({name}={given!r}): allowed {allowed}, None")
-
-
-class Furnished(Drawing):
-    """A bench with things on it; `Bench` lets time pass."""
-
-    @answering("Bench()", '; a chip is put on it by add("cy525")')
-    def __init__(
-        self,
-        seed: int = 0,
-        journal: str | PathLike[str] | None = None,
-        shuffle: int | None = None,
-        stores: Callable[[str], Any] | None = None,
-        keep: Time | None = None,
-    ) -> None:
-        _check_made_with(journal, shuffle, stores)
-        super().__init__(Kernel(None if shuffle is None else Random(shuffle)))
-        self.stores = stores
-        self.keep_ps = None if keep is None else picoseconds(keep)
-        number = whole(seed)
-        if number is None:
-            raise UsageError(
-                f"Bench({seed!r}): allowed a whole number, the seed of chance; add() puts a chip on a bench"
-            )
-        self.seed = seed = number
-        self.random = Random(seed)
-        self.chips = {}
-        self.parts = {}
-        self.outside = self.kernel.outside
-        self.outside.let_pass = self._wait_for
-        self.journal: Journal | None = None
-        if journal is not None:
-            from .files.journal import Journal
-
-            self.journal = Journal(journal, self.kernel, seed)
-            self.outside.write = self.journal.write
-        self._fresh: list[Chip | Part] = []  # what has been put on the bench since time passed last
+    def __init__(self, kernel: Kernel, stores: Callable[[str], Any] | None, keep_ps: int | None) -> None:
+        self.kernel, self.stores, self.keep_ps = kernel, stores, keep_ps
+        self.outside = kernel.outside
+        self.chips: dict[str, Chip] = {}
+        self.parts: dict[str, Part] = {}
         self.on_finding: Hook[[Finding]] = Hook()  # of any chip or part
-        self.on_input, self.on_commit = self.outside.on_input, self.kernel.on_commit
+        self._new: list[Chip | Part] = []  # what has been put on the bench since time passed last
 
-    # ---------------------------------------------------------------------------------------------------- furnishing
-    @adds
     def add(
         self,
-        /,
         part: str | type[Chip],
-        name: str | None = None,
-        crystal: str | int | None = None,
-        straps: Mapping[str, int] | None = None,
-        bare: bool = False,
-        **options: Any,
+        name: str | None,
+        crystal: str | int | None,
+        straps: Mapping[str, int] | None,
+        bare: bool,
+        options: dict[str, Any],
     ) -> Chip:
-        """Put a chip on the bench, at any time; it powers up at once.
-
-        Open strap pins read as the sheet says: a GS-C module listens at 110 baud, with checksums.  `slewline run`,
-        `serve`, slewline:// and the pytest plugin strap it for 9600 baud (a table in docs/reference/api.md).
-
-        Args:
-            part: part number in lower case, for example "cy525"; a chip of one's own by the name of its entry point
-                (slewline.chips), as "my_lab.mx10:Mx10", which imports the module, or the class itself.
-            name: defaults to the part number, numbered when there are several.
-            crystal: "11 MHz", or hertz; the sheet's own by default.
-            straps: fixed levels of input pins.
-            bare: leave out the standard wiring (ABORT high, STEP INHIBIT low ...).
-            options: of the part, for example rate=80 or stepwise=True.
-
-        Raises:
-            UnknownName: no such part, or a strap that is no pin of it; the message lists those there are.
-            UsageError: a name that is taken, a crystal, strap or option out of range, a module that cannot be imported.
-        """
+        """Put a chip on the bench."""
         if not isinstance(bare, bool):
             raise UsageError(f"add({part!r}): bare {bare!r}; allowed True, False")
         cls = chip_class(part) if isinstance(part, str) else part
         if not (isinstance(cls, type) and issubclass(cls, Chip)):
             raise UsageError(f"add({part!r}): expected a part number such as 'cy525', or the class of a chip")
         sheet_of(cls)  # which it must have
-        name = self._new_name(name, cls.sheet.part.replace("-", "_"))
+        name = self.new_name(name, cls.sheet.part.replace("-", "_"))
         hz = None if crystal is None else crystal_for(cls.sheet, crystal)
         if self.stores is not None and cls.sheet.keeps:
             options.setdefault("store", self.stores(name))
@@ -147,37 +86,20 @@ class Furnished(Drawing):
         self.kernel.settle()
         return chip
 
-    @makes
     def part(
         self,
-        /,
         kind: str | type[Part],
-        name: str | None = None,
-        to: Chip | Part | str | None = None,
-        on: Part | str | None = None,
-        **options: Any,
+        name: str | None,
+        to: Chip | Part | str | None,
+        on: Part | str | None,
+        options: dict[str, Any],
     ) -> Part:
-        """Make a part and put it on the bench, at any time; it works from this instant on.
-
-        Args:
-            kind: for example "uart"; slewline.parts.KINDS lists ours.  A part of one's own by the name of its entry
-                point (slewline.parts), as "my_lab.lamp:Lamp", which imports the module, or the class itself.
-            name: defaults to the kind, or the class in lower case; numbered when there are several.
-            to: chip or part to whose pins those of the new part are wired in the standard way: by their roles.
-            on: part on whose shaft the new part sits: a motor, a gear, a carriage.
-            options: of the part.
-
-        Raises:
-            UnknownName: no such kind or neighbour.
-            UsageError: a name that is taken, an option that the kind does not have or allow; it does not sit there; a
-                module that cannot be imported.
-            WiringError: the neighbour lacks a pin that the part needs; nothing has been put on the bench then.
-        """
+        """Make a part and put it on the bench."""
         cls = kind if isinstance(kind, type) else part_class(kind)
         if not issubclass(cls, Part):
             raise UsageError(f"part({kind!r}): expected a kind such as 'uart', or the class of a part")
         kind = PARTS.name_of(cls)
-        name = self._new_name(name, cls.__name__.lower() if ":" in kind else kind.replace("-", "_"))
+        name = self.new_name(name, cls.__name__.lower() if ":" in kind else kind.replace("-", "_"))
         neighbour = None if to is None else self._there(to)
         if self.stores is not None and cls.keeps:
             options.setdefault("store", self.stores(name))
@@ -216,9 +138,8 @@ class Furnished(Drawing):
         store = options.get("store")
         if store is None or not (self.outside.on_input or self.outside.write):
             return dict
-        if self.journal is not None:
-            journal = self.journal
-            options["store"] = store = Witnessed(store, lambda **what: journal.write("store", {"of": name} | what))
+        if (write := self.outside.write) is not None:
+            options["store"] = store = Witnessed(store, lambda **what: write("store", {"of": name} | what))
             return lambda: {"store": list(store.begin())}
         return lambda: {"store": list(store.read())}
 
@@ -246,40 +167,37 @@ class Furnished(Drawing):
         """A chip or part of this bench, which is named or given itself."""
         if isinstance(neighbour, str):
             return self[neighbour]
-        if not any(neighbour is owner for owner in self._owners()):
+        if not any(neighbour is owner for owner in self.owners()):
             raise UnknownName(f"{getattr(neighbour, 'name', neighbour)!r} is no chip and no part of this bench")
         return neighbour
 
     def place(self, part: Part) -> Part:
         """Put a part on the bench; its pins can be wired from now on."""
-        self._new_name(part.name, part.name)
+        self.new_name(part.name, part.name)
         self.parts[part.name] = part
         self._adopt(part)
         return part
 
     def _adopt(self, owner: Chip | Part) -> None:
         owner.on_finding.add(self.on_finding)
-        if not self._fresh and self.kernel.running:  # furnished in mid-run: it counts from the next round on
-            self.kernel.call_at(self.kernel.now, self._begin)
-        self._fresh.append(owner)
+        if not self._new and self.kernel.running:  # put there in mid-run: it counts from the next round on
+            self.kernel.call_at(self.kernel.now, self.finish_wiring)
+        self._new.append(owner)
 
-    def _begin(self) -> None:
-        """Time is about to pass: what is new on the bench is wired."""
-        if not self._fresh:
+    def finish_wiring(self) -> None:
+        """Let what is new on the bench see how it is wired, before time passes."""
+        if not self._new:
             return
-        fresh, self._fresh = self._fresh, []
-        for owner in fresh:
+        new, self._new = self._new, []
+        for owner in new:
             if isinstance(owner, Part):
                 owner.rewired()
-        for owner in fresh:
+        for owner in new:
             if isinstance(owner, Chip):
                 owner.check_wiring()
 
-    def _owners(self) -> list[Chip | Part]:
-        """Everything that stands on the bench."""
-        return [*self.parts.values(), *self.chips.values()]
-
-    def _new_name(self, name: str | None, stem: str) -> str:
+    def new_name(self, name: str | None, stem: str) -> str:
+        """Return a name that is free, by default the stem, numbered if need be."""
         taken = {**self.chips, **self.parts}
         if name is None:
             name = next(n for n in chain((stem,), (f"{stem}_{i}" for i in count(2))) if n not in taken)
@@ -288,19 +206,6 @@ class Furnished(Drawing):
         if name in taken:
             raise UsageError(f"the bench has a {name!r} already; names are unique")
         return name
-
-    def __contains__(self, name: object) -> bool:
-        return any(name in owners for owners in (self.chips, self.parts))
-
-    def __iter__(self) -> Iterator[str]:
-        """The names of chips and parts, in the order in which they came."""
-        return iter([*self.chips, *self.parts])
-
-    def __repr__(self) -> str:
-        names = [f"{chip.name} ({chip.sheet.part})" for chip in self.chips.values()] + [*self.parts]
-        if len(names) > SHOWN:
-            names[SHOWN:] = [f"{len(names) - SHOWN} more"]
-        return f"<Bench: {', '.join(names) or 'empty'}; {readable(self.kernel.now)}>"
 
     def __getitem__(self, name: str) -> Chip | Part:
         """A chip or part by name."""
@@ -311,11 +216,7 @@ class Furnished(Drawing):
         raise UnknownName(f"the bench has no {name!r}; there are: {', '.join(names) or 'none yet'}{hint(name, names)}")
 
     def pin(self, name: str) -> Terminal:
-        """Return a pin by its full name, for example "x.slew".
-
-        Raises:
-            UnknownName: no such chip, part or pin; the message lists those there are.
-        """
+        """Return a pin by its full name, for example "x.slew"."""
         owner, dot, pin = name.partition(".") if isinstance(name, str) else (repr(name), "", "")
         if not dot:
             raise UnknownName(f"pin {name!r}: give owner and pin, such as {self._pin_like(name)!r}")
@@ -323,22 +224,14 @@ class Furnished(Drawing):
 
     def _pin_like(self, name: str) -> str:
         """The full name of a pin of this bench that is called so, or of any."""
-        pins = [f"{owner.name}.{pin}" for owner in self._owners() for pin in owner.pins]
+        pins = [f"{owner.name}.{pin}" for owner in self.owners() for pin in owner.pins]
         return next((full for full in pins if full.endswith(f".{name}")), next(iter(pins), "x.slew"))
 
-    # ------------------------------------------------------------------------------------------------------- wiring
-    def wire(self, a: str, b: str, invert: bool = False) -> None:
-        """Connect two pins, at any time; with `invert` an inverter drives the second from the first.
-
-        "x.db" and "y.db" are whole buses ("x.hostdata", where the chip calls it so).
-
-        Raises:
-            UnknownName: no such pin.
-            WiringError: a bus and a single pin, or a pin that carries no signal.
-        """
+    def wire(self, a: str, b: str, invert: bool) -> None:
+        """Connect two pins, or two buses; with `invert` an inverter drives the second from the first."""
         if not isinstance(invert, bool):
             raise UsageError(f"wire {a} to {b}: invert {invert!r}; allowed True, False")
-        one, two = self._net(a), self._net(b)
+        one, two = self.net(a), self.net(b)
         if one is two:
             raise WiringError(f"wire {a} to {b}: that is one and the same; give two pins")
         if isinstance(one, Bus) != isinstance(two, Bus):
@@ -353,7 +246,8 @@ class Furnished(Drawing):
             one.join(two)
         self.kernel.settle()
 
-    def _net(self, name: str) -> Net:
+    def net(self, name: str) -> Net:
+        """Return the net of a pin, or the bus, by its full name."""
         for chip in self.chips.values():
             if name == f"{chip.name}.{chip.sheet.bus}":
                 return chip.bus
@@ -364,15 +258,31 @@ class Furnished(Drawing):
             )
         return terminal.net
 
-    def _wait_for(self, met: Callable[[], bool], what: str, timeout: Time) -> None:
-        """Let time pass until something is met."""
-        raise NotImplementedError
-
-    # ------------------------------------------------------------------------------------------------------ findings
     @property
     def findings(self) -> list[Finding]:
-        """What hosts did wrong, of all chips and parts, in order of time; parts that are lazy catch up first."""
-        return sorted((found for owner in self._owners() for found in owner.findings), key=lambda found: found.time_ps)
+        """Of all chips and parts, in order of time; parts that are lazy catch up first."""
+        return sorted((found for owner in self.owners() for found in owner.findings), key=lambda found: found.time_ps)
+
+    @property
+    def title(self) -> str:
+        """The chips and their part numbers: the title of a picture that has none of its own."""
+        parts = [(chip.name, chip.sheet.part.upper()) for chip in self.chips.values()]
+        return parts[0][1] if len(parts) == 1 else ", ".join(f"{name}: {part}" for name, part in parts)
+
+    def owners(self) -> list[Chip | Part]:
+        """Return all parts and chips."""
+        return [*self.parts.values(), *self.chips.values()]
+
+    def axes(self) -> Iterator[tuple[Chip, int, OneAxis]]:
+        """Yield every axis of every chip, with its number."""
+        for chip in self.chips.values():
+            for number in range(1, chip.sheet.axes + 1):
+                yield chip, number, chip.axis(number)
+
+    def catch_up(self) -> None:
+        """Let parts that compute only on demand do so, up to now."""
+        for part in self.parts.values():
+            part.be_caught_up()
 
 
 def crystal_for(sheet: Sheet, crystal: str | int) -> int:
