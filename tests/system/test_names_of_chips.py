@@ -34,6 +34,7 @@ ALLOWED = {  # files, and why they name chips
     "cli/commands.py": "the help of an option gives an example, and that of the demo says what it shows",
     "cli/serve.py": "a message gives an example",
     "bench/bench.py": "a message gives an example",
+    "bench/circuit.py": "a message gives an example",
     "bench/by_name.pyi": "the generated list of what has which type",
     "testing/plugin.py": "fixtures that are named after their modules",
     "testing/protocol_slewline.py": "a message gives an example",

@@ -91,7 +91,7 @@ def replay(
         until: the instant at which to stop: everything that the run did at it is done, and all inputs at it are put in,
             those of its first round and those behind it.  To leave them out, stop a picosecond earlier.  Behind the end
             of the journal time passes without inputs.  The bench runs on by hand from there.
-        prepare: called with the furnished bench, before time passes: to record pins, for example.
+        prepare: called with the bench, before time passes: to record pins, for example.
         other_laws: replay it also if its parts have another behaviour now; the run may then be another one, which the
             warning OtherLaws says.
         allow_code: it may name chips and parts as module:Class, whose import runs the code of the module.

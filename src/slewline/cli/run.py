@@ -96,7 +96,7 @@ class Run:
             outputs.claim(self.plot, SUFFIXES)
             say_replaced(self.journal)
             try:
-                bench = self.replayed() if self.replay else self.furnished(outputs.partial(self.journal))
+                bench = self.replayed() if self.replay else self.new_bench(outputs.partial(self.journal))
                 ended = self.ended(bench)
             except ProgramError as error:  # a line of a script that cannot be played
                 raise Refused(str(error)) from error
@@ -144,8 +144,8 @@ class Run:
         """The files beside the waveform."""
         return [str(path) for path in layout_paths(self.vcd)] if self.vcd is not None and self.layout else []
 
-    # ------------------------------------------------------------------------------------------------------ furnishing
-    def furnished(self, journal: str | None) -> Bench:
+    # ------------------------------------------------------------------------------------------------------ the bench
+    def new_bench(self, journal: str | None) -> Bench:
         """Return the bench, ready to run."""
         assert self.file is not None
         if not self.is_bench:
