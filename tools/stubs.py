@@ -48,7 +48,7 @@ def parameters(method: str) -> list[str]:
     tree = ast.parse(dedent(getsource(getattr(Bench, method)))).body[0]
     assert isinstance(tree, ast.FunctionDef)
     text = ast.unparse(tree.args)
-    text = text.removeprefix("self, /, ").removeprefix("self, ")
+    text = text.partition(", ")[2].removeprefix("/, ")
     return re.split(r", (?=[*\w])(?![^\[]*\])", text)
 
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 class Circuit:
-    """Chips, parts and wires; `Bench` says what its methods take and raise.
+    """Chips, parts and wires.
 
     Args:
         stores: gives the memory of a chip or part that keeps one, by its name.
@@ -46,14 +46,32 @@ class Circuit:
 
     def add(
         self,
+        /,
         part: str | type[Chip],
-        name: str | None,
-        crystal: str | int | None,
-        straps: Mapping[str, int] | None,
-        bare: bool,
-        options: dict[str, Any],
+        name: str | None = None,
+        crystal: str | int | None = None,
+        straps: Mapping[str, int] | None = None,
+        bare: bool = False,
+        **options: Any,
     ) -> Chip:
-        """Put a chip on the bench."""
+        """Put a chip on the bench, at any time; it powers up at once.
+
+        Open strap pins read as the sheet says: a GS-C module listens at 110 baud, with checksums.  `slewline run`,
+        `serve`, slewline:// and the pytest plugin strap it for 9600 baud (a table in docs/reference/api.md).
+
+        Args:
+            part: part number in lower case, for example "cy525"; a chip of one's own by the name of its entry point
+                (slewline.chips), as "my_lab.mx10:Mx10", which imports the module, or the class itself.
+            name: defaults to the part number, numbered when there are several.
+            crystal: "11 MHz", or hertz; the sheet's own by default.
+            straps: fixed levels of input pins.
+            bare: leave out the standard wiring (ABORT high, STEP INHIBIT low ...).
+            options: of the part, for example rate=80 or stepwise=True.
+
+        Raises:
+            UnknownName: no such part, or a strap that is no pin of it; the message lists those there are.
+            UsageError: a name that is taken, a crystal, strap or option out of range, a module that cannot be imported.
+        """
         if not isinstance(bare, bool):
             raise UsageError(f"add({part!r}): bare {bare!r}; allowed True, False")
         cls = chip_class(part) if isinstance(part, str) else part
@@ -88,13 +106,29 @@ class Circuit:
 
     def part(
         self,
+        /,
         kind: str | type[Part],
-        name: str | None,
-        to: Chip | Part | str | None,
-        on: Part | str | None,
-        options: dict[str, Any],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
     ) -> Part:
-        """Make a part and put it on the bench."""
+        """Make a part and put it on the bench, at any time; it works from this instant on.
+
+        Args:
+            kind: for example "uart"; slewline.parts.KINDS lists ours.  A part of one's own by the name of its entry
+                point (slewline.parts), as "my_lab.lamp:Lamp", which imports the module, or the class itself.
+            name: defaults to the kind, or the class in lower case; numbered when there are several.
+            to: chip or part to whose pins those of the new part are wired in the standard way: by their roles.
+            on: part on whose shaft the new part sits: a motor, a gear, a carriage.
+            options: of the part.
+
+        Raises:
+            UnknownName: no such kind or neighbour.
+            UsageError: a name that is taken, an option that the kind does not have or allow; it does not sit there; a
+                module that cannot be imported.
+            WiringError: the neighbour lacks a pin that the part needs; nothing has been put on the bench then.
+        """
         cls = kind if isinstance(kind, type) else part_class(kind)
         if not issubclass(cls, Part):
             raise UsageError(f"part({kind!r}): expected a kind such as 'uart', or the class of a part")
@@ -216,7 +250,11 @@ class Circuit:
         raise UnknownName(f"the bench has no {name!r}; there are: {', '.join(names) or 'none yet'}{hint(name, names)}")
 
     def pin(self, name: str) -> Terminal:
-        """Return a pin by its full name, for example "x.slew"."""
+        """Return a pin by its full name, for example "x.slew".
+
+        Raises:
+            UnknownName: no such chip, part or pin; the message lists those there are.
+        """
         owner, dot, pin = name.partition(".") if isinstance(name, str) else (repr(name), "", "")
         if not dot:
             raise UnknownName(f"pin {name!r}: give owner and pin, such as {self._pin_like(name)!r}")
@@ -227,8 +265,15 @@ class Circuit:
         pins = [f"{owner.name}.{pin}" for owner in self.owners() for pin in owner.pins]
         return next((full for full in pins if full.endswith(f".{name}")), next(iter(pins), "x.slew"))
 
-    def wire(self, a: str, b: str, invert: bool) -> None:
-        """Connect two pins, or two buses; with `invert` an inverter drives the second from the first."""
+    def wire(self, a: str, b: str, invert: bool = False) -> None:
+        """Connect two pins, at any time; with `invert` an inverter drives the second from the first.
+
+        "x.db" and "y.db" are whole buses ("x.hostdata", where the chip calls it so).
+
+        Raises:
+            UnknownName: no such pin.
+            WiringError: a bus and a single pin, or a pin that carries no signal.
+        """
         if not isinstance(invert, bool):
             raise UsageError(f"wire {a} to {b}: invert {invert!r}; allowed True, False")
         one, two = self.net(a), self.net(b)
@@ -280,7 +325,10 @@ class Circuit:
                 yield chip, number, chip.axis(number)
 
     def catch_up(self) -> None:
-        """Let parts that compute only on demand do so, up to now."""
+        """Let parts that compute only on demand do so, up to now: listeners hear of the findings made on the way.
+
+        `findings`, pictures, files and the end of a replay do so by themselves.
+        """
         for part in self.parts.values():
             part.be_caught_up()
 

@@ -86,14 +86,26 @@ class HostRequest(NamedTuple):
 
 def make_host(
     circuit: Circuit,
-    chips: Sequence[Chip],
-    name: str | None,
-    delay: Time,
-    baud: int | None,
-    line: Part | None,
-    over: str | None,
+    *chips: Chip,
+    name: str | None = None,
+    delay: Time = 0,
+    baud: int | None = None,
+    line: Part | None = None,
+    over: str | None = None,
 ) -> Computer:
-    """Put a host computer on the command port of a chip, or of several that share its bus or its line."""
+    """Put a host computer on the command port of a chip, or of several that share its bus or its line, at any time.
+
+    Args:
+        delay: what the host's own program takes before each byte (on a bus).
+        baud: another rate than the chip is strapped for (on a serial line).
+        line: a part of kind rs232_line between the host and the chips.
+        over: "bus", "serial", "port" or "parallel", of a chip that has several channels; its first one by default.
+
+    Raises:
+        UsageError: no chip, a channel that one of them does not have, chips that are spoken to in different ways,
+            or an argument that does not fit them.
+        WiringError: a chip's serial line has a host already, or a chip of one's own has no pins for one.
+    """
     if not chips:
         raise UsageError("host: which chip? bench.host(x)")
     for chip in chips:
@@ -201,7 +213,11 @@ HOSTS: Mapping[type[Channel], Callable[[HostRequest], Computer]] = {  # what mak
 
 
 def connect(circuit: Circuit, connector: Part, chips: Sequence[Chip]) -> None:
-    """Wire a serial connector to modules on one line."""
+    """Wire a serial connector to modules on one line; several need the pull-down of the last one.
+
+    Raises:
+        UsageError: no part, or no list of chips.
+    """
     if not isinstance(connector, Part) or not all(isinstance(chip, Chip) for chip in chips):
         pins = f"; pins are joined by bench.wire({connector!r}, {chips!r})" if isinstance(connector, str) else ""
         raise UsageError(f"connect({connector!r}, {chips!r}): expected a part and a list of chips, [x, y]{pins}")

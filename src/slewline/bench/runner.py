@@ -78,7 +78,7 @@ def virtual_loop(verb: str) -> VirtualLoop:
 
 
 class Runner:
-    """What lets time pass on a circuit; `Bench` says what its methods take and raise."""
+    """What lets time pass on a circuit."""
 
     def __init__(self, circuit: Circuit) -> None:
         self.circuit, self.kernel, self.outside = circuit, circuit.kernel, circuit.outside
@@ -88,7 +88,16 @@ class Runner:
         self._busy: Chip | Part | None = None  # who was busy when all were asked last
 
     def at(self, time: Time, function: Callable[[], object]) -> None:
-        """Call a function at an instant, in its first round."""
+        """Call a function at an instant, in its first round: everything still reads as it was before.
+
+        Args:
+            time: since the beginning, not before now: "12 ms", or picoseconds (0, or at least 1000).
+            function: takes nothing; what it returns is ignored. It must not let time pass.
+
+        Raises:
+            TimeError: not a time.
+            UsageError: the instant is over, or `function` is none.
+        """
         ps = picoseconds(time)
         if not callable(function):
             raise UsageError(f"at {readable(ps)}: {function!r}; expected a function")
@@ -100,11 +109,27 @@ class Runner:
 
     # ------------------------------------------------------------------------------------------------------- durations
     def run(self, duration: Time) -> None:
-        """Let time pass."""
+        """Let virtual time pass.
+
+        Args:
+            duration: "12 ms", or picoseconds (0, or at least 1000).
+
+        Raises:
+            TimeError: not a duration.
+            UsageError: the call comes from within a run.
+        """
         self._run_to(self.kernel.now + picoseconds(duration))
 
     def run_to(self, time: Time) -> None:
-        """Let time pass up to an instant, that instant included."""
+        """Let virtual time pass up to an instant, that instant included.
+
+        Args:
+            time: since the beginning: "12 ms", or picoseconds (0, or at least 1000).
+
+        Raises:
+            TimeError: not a time.
+            UsageError: the instant is over, or the call comes from within a run.
+        """
         ps = picoseconds(time)
         if ps < self.kernel.now:
             raise UsageError(
@@ -130,13 +155,33 @@ class Runner:
         self.kernel.run(ps)
 
     # ------------------------------------------------------------------------------------------------------ conditions
-    def run_until_idle(self, timeout: Time) -> None:
-        """Run until every host queue is empty and every chip idle."""
+    def run_until_idle(self, timeout: Time = "60 s") -> None:
+        """Run until every host queue is empty and every chip idle.
+
+        Args:
+            timeout: of virtual time, from now on.
+
+        Raises:
+            Timeout: something still waits; the message says what for.
+            TimeError: `timeout` is no duration.
+            UsageError: the call comes from within a run.
+        """
         self._until(self._idle, timeout)
         self.conclude()
 
-    def run_until(self, condition: Condition | Callable[[], bool], timeout: Time) -> None:
-        """Run until a condition is met."""
+    def run_until(self, condition: Condition | Callable[[], bool], timeout: Time = "60 s") -> None:
+        """Run until a condition is met: x.reaches(40), pin.is_(0), pin.edges(3), host.got(b"Y"), or one of two (`|`).
+
+        Args:
+            condition: or a function that returns true then. It is called after every instant, every step of every motor
+                being one meanwhile: exact, and slow.
+            timeout: of virtual time, from now on.
+
+        Raises:
+            Timeout: it is not met in time; the message says what everybody waits for.
+            TimeError: `timeout` is no duration.
+            UsageError: neither a condition nor a function, or the call comes from within a run.
+        """
         self._until(self._condition("run_until", condition), timeout)
 
     def let_pass(self, met: Callable[[], bool], what: str, timeout: Time) -> None:
@@ -144,7 +189,11 @@ class Runner:
         self._until(FunctionCondition(met, what), timeout)
 
     def conclude(self) -> None:
-        """Let chips tell, as findings, what their hosts have begun and not gone on with."""
+        """Let chips tell, as findings, what their hosts have begun and not gone on with: a setting without its update.
+
+        `run_until_idle`, the fixtures of tests, `slewline run` and a server that a host leaves do so by themselves.  Of
+        a host that has more to say nothing is told yet.
+        """
         from ..parts.base.caller import Caller  # an empty bench has no host, and does not load any
 
         if all(part.idle for part in self.parts.values() if isinstance(part, Caller)) and any(
@@ -215,18 +264,38 @@ class Runner:
         return Timeout("\n".join(lines))
 
     # --------------------------------------------------------------------------------------------------------- asyncio
-    async def until(self, condition: Condition | Callable[[], bool], timeout: Time) -> None:
-        """Wait until a condition is met."""
+    async def until(self, condition: Condition | Callable[[], bool], timeout: Time = "60 s") -> None:
+        """Wait until a condition is met, in a task of asyncio: `run_until` for a host that does several things at once.
+
+        The loop must be one of virtual time: `slewline.testing.aio.run(main())`.
+
+        Args:
+            condition: as `run_until` takes it.
+            timeout: of virtual time, from now on.
+
+        Raises:
+            Timeout: it is not met in time; the message says what everybody waits for.
+            TimeError: `timeout` is no duration.
+            UsageError: neither a condition nor a function, or the loop goes by the wall clock.
+        """
         loop = virtual_loop("until")
         await self._awaited(loop, self._condition("until", condition), timeout)
 
-    async def until_idle(self, timeout: Time) -> None:
-        """Wait until every host queue is empty and every chip idle."""
+    async def until_idle(self, timeout: Time = "60 s") -> None:
+        """Wait until every host queue is empty and every chip idle, in a task of asyncio; raises as `until`."""
         await self._awaited(virtual_loop("until_idle"), self._idle, timeout)
         self.conclude()
 
     async def wait(self, duration: Time) -> None:
-        """Wait for a time."""
+        """Wait for a time, in a task of asyncio; others go on meanwhile.
+
+        Args:
+            duration: "12 ms", or picoseconds (0, or at least 1000).
+
+        Raises:
+            TimeError: not a duration.
+            UsageError: the loop goes by the wall clock.
+        """
         loop = virtual_loop("wait")
         self._start()
         await loop.passed(self, FunctionCondition(lambda: False, ""), picoseconds(duration))

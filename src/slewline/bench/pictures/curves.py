@@ -18,28 +18,6 @@ def axes_of(chip: Chip) -> Iterator[tuple[str, OneAxis]]:
         yield chip.name if chip.sheet.axes == 1 else f"{chip.name}.axis{number}", chip.axis(number)
 
 
-def quantity_of(chips: Mapping[str, Chip], parts: Mapping[str, Part], name: str) -> Quantity:
-    """Return a quantity by its full name; without the number of an axis, that of axis 1.
-
-    Raises:
-        UnknownName: there is none; the message lists those of that chip or part, or those there are.
-    """
-    known = {
-        f"{scope}.{quantity.name}": quantity
-        for scope, quantities in [
-            *((scope, axis.quantities()) for chip in chips.values() for scope, axis in axes_of(chip)),
-            *((part.name, part.quantities()) for part in parts.values()),
-        ]
-        for quantity in quantities
-    }
-    owner, _, what = name.partition(".") if isinstance(name, str) else ("", "", "")
-    full = f"{owner}.axis1.{what}" if owner in chips and chips[owner].sheet.axes > 1 and "." not in what else name
-    if full not in known:
-        own = [each for each in known if each.partition(".")[0] == owner] or list(known)
-        raise UnknownName(f"no quantity {name!r}; there are: {', '.join(own) or 'none yet'}{hint(name, own)}")
-    return known[full]
-
-
 Chosen = tuple[Part, tuple[Quantity, ...]]  # a part, and what is shown of it
 
 

@@ -56,7 +56,7 @@ class PictureOptions:
 
 
 class Pictures:
-    """What draws a circuit and its recorded signals; `Bench` says what its methods take and raise."""
+    """What draws a circuit and its recorded signals."""
 
     def __init__(self, signals: Signals) -> None:
         self.signals, self.circuit, self.kernel = signals, signals.circuit, signals.circuit.kernel
@@ -81,12 +81,23 @@ class Pictures:
     def readings(
         self,
         at: Time | Iterable[Time],
-        pins: Sequence[str] | None,
-        axes: AxisNames,
-        over: Mapping[str, Trace] | None,
-        parts: Sequence[str] | str | None,
+        pins: Sequence[str] | None = None,
+        axes: Sequence[int | str] | int | str | None = None,
+        over: Mapping[str, Trace] | None = None,
+        parts: Sequence[str] | str | None = None,
     ) -> Readings:
-        """Return the value of every axis, quantity of a part and recorded pin at some instants."""
+        """Return the value of every axis, quantity of a part and recorded pin at some instants, and their differences.
+
+        Print it for a table; its `rows` are the same as data.
+
+        Args:
+            at: one instant or several, "3 ms" or picoseconds.
+            pins, axes, over: as for `figure`; what was measured of a pin has a row below all others.
+            parts: whose quantities are listed, as for `figure`; by default those of all parts around the chips.
+
+        Raises:
+            UsageError: an instant is still to come, or there is none.
+        """
         from ...record.measuring.overlay import checked
         from ...record.pictures.cursors import measured, readings
 

@@ -5,21 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
+from ...core.messages.near import hint
 from ...core.time.timebase import Time, picoseconds, window
 from ...core.wires.net import Bus, Net
 from ...core.wires.pin import Terminal
 from ...errors import NotRecorded, UnknownName, UsageError
 from ..circuit import Circuit
+from .curves import axes_of
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from ...core.motion.quantity import Quantity
     from ...record.recording.recorder import Recorder, TextLog
 
 
 class Signals:
-    """What is recorded of a circuit; `Bench` says what `record` and `edges` take and raise."""
+    """What is recorded of a circuit."""
 
     def __init__(self, circuit: Circuit) -> None:
         self.circuit = circuit
@@ -36,8 +39,20 @@ class Signals:
             self._recorder = Recorder()
         return self._recorder
 
-    def record(self, pins: Iterable[str], keep: Time | None) -> None:
-        """Record pins from now on, all signal pins and buses of all chips when none is named."""
+    def record(self, *pins: str, keep: Time | None = None) -> None:
+        """Record pins from now on, all signal pins and buses of all chips when none is named.
+
+        Clock outputs (CLK/15 of the CY525, CLKOUT of the MC1451A family) are recorded only when named: they never rest,
+        and would be most of every file.
+
+        Args:
+            pins: full names, such as "x.slew".
+            keep: forget what is older than this, for endless runs; None keeps everything.
+
+        Raises:
+            UnknownName: no such pin, chip or part.
+            TimeError: `keep` is no duration.
+        """
         keep_ps = None if keep is None else picoseconds(keep)
         for name in pins or self._all_pins():
             probe = self._probe(name)
@@ -124,7 +139,43 @@ class Signals:
             self.chosen([full])  # says what is wrong
         return found[0]
 
-    def edges(self, pin: str, start: Time | None, stop: Time | None) -> tuple[NDArray[np.int64], NDArray[np.int8]]:
-        """Return the changes of a recorded pin."""
+    def edges(
+        self, pin: str, start: Time | None = None, stop: Time | None = None
+    ) -> tuple[NDArray[np.int64], NDArray[np.int8]]:
+        """Return the changes of a recorded pin at start <= t <= stop; by default as far as recorded, up to now.
+
+        Returns:
+            times: (n,) int64, picoseconds, ascending; levels: (n,) int8, the level from that instant on, -1 floating.
+
+        Raises:
+            UnknownName: no such pin.
+            NotRecorded: it is not recorded, or no longer that far back.
+            TimeError: `start` or `stop` is no time.
+        """
         nets = self.chosen([pin])
         return self.recorder.edges(nets[pin], *self.window_of(nets, start, stop))  # type: ignore[return-value]
+
+    def quantity(self, name: str) -> Quantity:
+        """Return a quantity, which has a value at every instant: `bench.quantity("driver.current").at("3 ms")`.
+
+        Args:
+            name: of an axis ("x.velocity", "m.axis2.position") or of a part ("driver.current").
+
+        Raises:
+            UnknownName: there is none; the message lists those there are.
+        """
+        chips = self.circuit.chips
+        known = {
+            f"{scope}.{quantity.name}": quantity
+            for scope, quantities in [
+                *((scope, axis.quantities()) for chip in chips.values() for scope, axis in axes_of(chip)),
+                *((part.name, part.quantities()) for part in self.circuit.parts.values()),
+            ]
+            for quantity in quantities
+        }
+        owner, _, what = name.partition(".") if isinstance(name, str) else ("", "", "")
+        full = f"{owner}.axis1.{what}" if owner in chips and chips[owner].sheet.axes > 1 and "." not in what else name
+        if full not in known:
+            own = [each for each in known if each.partition(".")[0] == owner] or list(known)
+            raise UnknownName(f"no quantity {name!r}; there are: {', '.join(own) or 'none yet'}{hint(name, own)}")
+        return known[full]

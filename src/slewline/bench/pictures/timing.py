@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class DiagramOptions:
-    """What a timing diagram is to show, and how: the arguments of `bench.timing_figure`."""
+    """What a timing diagram is to show: arguments of `bench.timing`."""
 
     pins: Sequence[str] | None
     start: Time | None
@@ -36,42 +36,112 @@ class DiagramOptions:
     names: Mapping[str, str] | None
     decode: bool
     quiet: Time | None
-    width: str | float
-    dark: bool
 
 
 class TimingDiagrams:
-    """What draws and measures recorded signals; `Bench` says what its methods take and raise."""
+    """What draws and measures recorded signals."""
 
     def __init__(self, signals: Signals) -> None:
         self.signals, self.circuit = signals, signals.circuit
 
-    def save(self, path: FilePath, options: DiagramOptions) -> list[Interval]:
-        """Draw recorded pins into a file, and return the times of its arrows."""
+    def timing(
+        self,
+        path: FilePath,
+        pins: Sequence[str] | None = None,
+        start: Time | None = None,
+        stop: Time | None = None,
+        *,
+        between: Iterable[Between] = (),
+        causes: Iterable[tuple[str, str]] = (),
+        title: str | None = None,
+        over: Mapping[str, Trace] | None = None,
+        names: Mapping[str, str] | None = None,
+        decode: bool = False,
+        quiet: Time | None = None,
+        width: str | float = "page",
+        dark: bool = False,
+    ) -> list[Interval]:
+        """Draw recorded pins as a timing diagram (SVG, PNG or PDF), and return the times of its arrows.
+
+        Args:
+            pins: from top to bottom, "x.ready"; the owner may be left out where only one chip has such a pin.
+            start: of the window; and its `stop`.
+            between: what to measure: pairs of edges, ("io_request falls", "ready falls 2"), or the symbol of a time of
+                the data sheet, "t14".  The second edge of a pair is the first such one behind the first; a number asks
+                for a later one.  A time that the sheet prints limits of is checked against them.
+            causes: pairs of edges, the second brought about by the first: curved arrows.
+            over: what was measured of pins, such as {"x.slew": measured.trace("slew", shift="-3 ms")}: it is drawn over
+                them, stretches in which the two differ are marked, and how late it comes at most is told.
+            names: what to write beside pins instead of their names.
+            decode: write the characters over serial lines.
+            quiet: cut stretches without any edge short from this length on; "0 s": none; by default as it fits.
+            width: "page", "phone", or inches.
+
+        Raises:
+            UsageError: an unknown suffix, an edge that is none or is not in the window, an empty window, a path that
+                cannot be written.
+            NotRecorded: nothing is recorded, or not this pin.
+        """
         from ...record.pictures.pictures import SUFFIXES, save
         from ...record.pictures.timing import draw
         from ...record.whole_file import check_suffix
 
         check_suffix(path, SUFFIXES)
-        diagram = self._diagram(options)
-        picture = draw(diagram, options.width, options.dark)
-        save(picture, path, diagram.title, diagram.description, options.dark)
+        diagram = self._diagram(DiagramOptions(pins, start, stop, between, causes, title, over, names, decode, quiet))
+        save(draw(diagram, width, dark), path, diagram.title, diagram.description, dark)
         return list(diagram.measured)
 
-    def figure(self, options: DiagramOptions) -> Figure:
-        """Draw recorded pins."""
+    def timing_figure(
+        self,
+        pins: Sequence[str] | None = None,
+        start: Time | None = None,
+        stop: Time | None = None,
+        *,
+        between: Iterable[Between] = (),
+        causes: Iterable[tuple[str, str]] = (),
+        title: str | None = None,
+        over: Mapping[str, Trace] | None = None,
+        names: Mapping[str, str] | None = None,
+        decode: bool = False,
+        quiet: Time | None = None,
+        width: str | float = "page",
+        dark: bool = False,
+    ) -> Figure:
+        """Return the picture that `timing` writes as a matplotlib Figure.
+
+        Raises:
+            UsageError, NotRecorded: as `timing`.
+        """
         from ...record.pictures.timing import draw
 
-        return draw(self._diagram(options), options.width, options.dark)
+        options = DiagramOptions(pins, start, stop, between, causes, title, over, names, decode, quiet)
+        return draw(self._diagram(options), width, dark)
 
-    def intervals(self, between: Iterable[Between], start: Time | None, stop: Time | None) -> list[Interval]:
-        """Measure times between edges of recorded pins."""
+    def intervals(
+        self, between: Iterable[Between], start: Time | None = None, stop: Time | None = None
+    ) -> list[Interval]:
+        """Measure times between edges of recorded pins, as the arrows of `timing` do, without a picture.
+
+        Raises:
+            UsageError: an edge that is none, or is not in the window.
+            NotRecorded: a pin is not recorded.
+        """
         from .window import Window
 
         return Window(self.signals, *self.signals.window_of(self.signals.chosen(None), start, stop)).measure(between)
 
-    def check_timing(self, chips: Iterable[str] | None, start: Time | None, stop: Time | None) -> TimingTable:
-        """Check every time that the data sheets print on what was recorded."""
+    def check_timing(
+        self, chips: Iterable[str] | None = None, start: Time | None = None, stop: Time | None = None
+    ) -> TimingTable:
+        """Check every time that the data sheets print on what was recorded; `print` shows it as a table.
+
+        Args:
+            chips: names; all chips by default.
+            start: of the window, by default as far back as the pins were recorded; and its `stop`.
+
+        Raises:
+            NotRecorded: nothing is recorded.
+        """
         from ...record.measuring.intervals import TimingTable
         from .window import Window
 

@@ -38,7 +38,7 @@ APART = 30  # marks are so far apart that their names can be read: a thirtieth o
 
 
 class WaveformFiles:
-    """What writes recorded signals, and steps, into files; `Bench` says what its methods take and raise."""
+    """What writes recorded signals, and steps, into files."""
 
     def __init__(self, signals: Signals, streams: list[VcdStream]) -> None:
         self.signals, self.circuit, self.streams = signals, signals.circuit, streams
@@ -46,15 +46,37 @@ class WaveformFiles:
     def save_vcd(
         self,
         path: FilePath,
-        pins: Sequence[str] | None,
-        start: Time | None,
-        stop: Time | None,
-        timescale: str,
-        buses: Buses,
-        values: bool,
-        layout: bool,
+        pins: Sequence[str] | None = None,
+        start: Time | None = None,
+        stop: Time | None = None,
+        timescale: str = "1 ns",
+        *,
+        buses: Buses = "bits",
+        values: bool = False,
+        layout: bool = False,
     ) -> int:
-        """Write recorded pins as a VCD file; return how many changes its timescale hides."""
+        """Write recorded pins as a VCD file; an existing file is replaced whole or not at all.
+
+        Args:
+            path: the file.
+            pins: names such as "x.slew"; all that are recorded by default.
+            start, stop: the window; by default as far as all of them are recorded, up to now.
+            timescale: the unit of its times, 1, 10 or 100 ps to s; they are rounded down.
+            buses: "bits": a bus is written as its wires, which every viewer reads; "whole", as PulseView does not;
+                "both".
+            values: with velocity and position of the axes (acceleration and jerk where the chip has them) and with the
+                quantities of the parts around them as reals; with the commands in work, what began the motions under
+                way, and the findings as strings.
+            layout: write layouts for GTKWave and Surfer beside the file, with its name and .gtkw, .sucl.
+
+        Returns:
+            How many changes of level are not in the file, because the level changed again within the same unit.
+
+        Raises:
+            UsageError: an unknown timescale or kind of buses, nothing to write, or a path that cannot be written.
+            NotRecorded: a pin is not recorded, or not that far back.
+            UnknownName: there is no such pin.
+        """
         from ...record.waveforms.vcd import write_vcd
 
         nets = self.signals.chosen(pins)
@@ -94,8 +116,16 @@ class WaveformFiles:
         chips = chips_of(self.circuit.chips, stream.nets)
         save_layouts(stream.path, stream.variables, view_of(chips, *stream.window, stream.unit))
 
-    def save_csv(self, path: FilePath, pins: Sequence[str] | None, start: Time | None, stop: Time | None) -> None:
-        """Write the changes of recorded pins as CSV."""
+    def save_csv(
+        self, path: FilePath, pins: Sequence[str] | None = None, start: Time | None = None, stop: Time | None = None
+    ) -> None:
+        """Write the changes of recorded pins as CSV: time_ps, net, level.
+
+        Raises:
+            UnknownName: no such pin.
+            NotRecorded: a pin is not recorded, or no longer that far back.
+            UsageError: the path cannot be written.
+        """
         from ...record.recording.export_csv import save_edges
         from ...record.whole_file import check_suffix
 
@@ -104,8 +134,13 @@ class WaveformFiles:
         nets = self.signals.chosen(pins)
         save_edges(path, nets, self.signals.recorder, *self.signals.window_of(nets, start, stop))
 
-    def save_steps(self, path: FilePath, start: Time | None, stop: Time | None) -> None:
-        """Write the steps of all chips as CSV, or as arrays."""
+    def save_steps(self, path: FilePath, start: Time | None = None, stop: Time | None = None) -> None:
+        """Write the steps of all chips as CSV (time_ps, chip, axis, direction, position), or as arrays: .npz.
+
+        Raises:
+            UsageError: a name with another ending, or a path that cannot be written.
+            NotRecorded: the past of an axis is no longer kept that far back.
+        """
         from ...record.whole_file import check_suffix
 
         check_suffix(path, STEPS, bare=True)
@@ -120,8 +155,16 @@ class WaveformFiles:
 
             save_steps(path, steps)
 
-    def save_npz(self, path: FilePath, pins: Sequence[str] | None, start: Time | None, stop: Time | None) -> None:
-        """Write the changes of recorded pins, and all steps, as arrays."""
+    def save_npz(
+        self, path: FilePath, pins: Sequence[str] | None = None, start: Time | None = None, stop: Time | None = None
+    ) -> None:
+        """Write the changes of recorded pins, and all steps, as arrays: `numpy.load(path)["x.slew.times_ps"]`.
+
+        Raises:
+            UnknownName: no such pin.
+            NotRecorded: a pin is not recorded, or no longer that far back.
+            UsageError: a name that does not end in .npz, or a path that cannot be written.
+        """
         from ...record.recording.export_npz import edge_columns, save_npz, step_columns
         from ...record.whole_file import check_suffix
 
@@ -139,13 +182,20 @@ class WaveformFiles:
     def stream_vcd(
         self,
         path: FilePath,
-        pins: Sequence[str] | None,
-        timescale: str,
-        buses: Buses,
-        values: bool,
-        layout: bool,
+        pins: Sequence[str] | None = None,
+        timescale: str = "1 ns",
+        *,
+        buses: Buses = "bits",
+        values: bool = False,
+        layout: bool = False,
     ) -> Iterator[VcdStream]:
-        """Write recorded pins to a VCD file while time passes."""
+        """Write recorded pins to a VCD file while time passes, so that a long window needs no memory.
+
+        The arguments are those of `save_vcd`.  What the `with` statement gives has `lost`, what `save_vcd` returns.
+
+        Raises:
+            UsageError, NotRecorded, UnknownName: as `save_vcd`.
+        """
         from ...record.waveforms.vcd import VcdStream
 
         nets = self.signals.chosen(pins)
