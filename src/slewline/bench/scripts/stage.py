@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Iterable, Mapping
+from collections.abc import Awaitable, Callable, Iterable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from ...core.wires.bell import Bell
 from ...core.wires.waits import edge
@@ -22,11 +22,9 @@ from ...parts.hosts.serial_host import SerialHost
 if TYPE_CHECKING:
     from ...core.chip import Chip
     from ...core.motion.axis import Axis
-    from ...core.time.kernel import Kernel
-    from ...core.time.timebase import Time
     from ...core.wires.pin import Terminal
-    from ...parts.base.part import Part
     from ...parts.hosts.packet_port import PacketPort
+    from ..bench import Bench
 
 SHOWN = 160  # characters of a line in a message
 US_PS = 1_000_000
@@ -35,28 +33,6 @@ TAKEN_US = 1000  # a command that keeps the chip busy for longer has begun a mot
 Act = Callable[["Stage", "Chip"], Awaitable[None]]
 Queue = Callable[["Stage"], None]
 Fits = Callable[["Stage", "Chip"], object]
-
-
-class Scene(Protocol):
-    """What a script needs of the bench on which it is played."""
-
-    @property
-    def kernel(self) -> Kernel:
-        """The time of the bench."""
-
-    @property
-    def chips(self) -> Mapping[str, Chip]:
-        """The chips, by name."""
-
-    @property
-    def parts(self) -> Mapping[str, Part]:
-        """The parts, by name."""
-
-    def pin(self, name: str) -> Terminal:
-        """Return a pin by its full name; UnknownName if there is none."""
-
-    def at(self, time: Time, function: Callable[[], object]) -> None:
-        """Call a function at an instant; UsageError if it is over."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,9 +90,9 @@ class Stage:
     `step` is the line that is being queued, `directed` says whether a directive follows it.
     """
 
-    def __init__(self, scene: Scene, host: Computer, script: Script, speech: Speech) -> None:
-        self.scene, self.host, self.script, self.speech = scene, host, script, speech
-        self.kernel = scene.kernel
+    def __init__(self, bench: Bench, host: Computer, script: Script, speech: Speech) -> None:
+        self.bench, self.host, self.script, self.speech = bench, host, script, speech
+        self.kernel = bench.kernel
         self.step: Step | None = None
         self.directed = False
         self.bell = Bell(self.kernel, f"{host.name}.(bell)")
@@ -124,7 +100,7 @@ class Stage:
     def do(self, act: Act) -> None:
         """Queue an action of the host for the present line; what goes wrong in it is told with the line."""
         step, script, host = self.step, self.script, self.host
-        chip = self.scene.chips[host.chip.name]
+        chip = self.bench.chips[host.chip.name]
         assert step is not None
         text = f"at {step.text[:60]!r} ({script.where}, line {step.line})"
 
@@ -196,12 +172,12 @@ class Stage:
 
     def terminal(self, name: str, chip: Chip) -> Terminal:
         """Return a pin by its short or full name."""
-        return self.scene.pin(name if "." in name else f"{chip.name}.{name}")
+        return self.bench.pin(name if "." in name else f"{chip.name}.{name}")
 
     def put(self, terminal: Terminal, value: int | None, at: int | None = None) -> None:
         """Drive a pin or let go of it, now or at an instant."""
         if at is not None:
-            self.scene.at(f"{at} ps", lambda: self.put(terminal, value))
+            self.bench.at(f"{at} ps", lambda: self.put(terminal, value))
             return
         with self.nested():
             if value is None:
