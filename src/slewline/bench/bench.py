@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Concatenate, ParamSpec, TypeVar
 
 from ..chips import CATALOGUE as CHIPS
 from ..core.messages.calls import answering
-from ..core.messages.instead import Face, missing
+from ..core.messages.instead import face, missing
 from ..core.messages.near import hint
 from ..core.messages.whole import whole
 from ..core.time.kernel import Kernel
@@ -37,7 +37,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from ..core.chip import Chip, Finding
+    from ..core.chip import Chip
+    from ..core.component import Finding
     from ..core.motion.axis import Steps
     from ..parts.base.part import Part
     from ..record.recording.recorder import Recorder
@@ -89,7 +90,8 @@ def _pictures(runs: Mapping[str, Bench | Steps] | None) -> Mapping[str, Pictures
     return {name: run._pictures if isinstance(run, Bench) else run for name, run in runs.items()}
 
 
-class Bench(Face):
+@face
+class Bench:
     """Chips and the parts around them, in virtual time from 0 on.
 
     Args:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from ..chips import CATALOGUE as CHIPS
 from ..chips import chip_class, sheet_of
-from ..core.chip import Chip, Finding
+from ..core.chip import Chip
+from ..core.component import Finding
 from ..core.memory.store import Witnessed
 from ..core.messages.near import hint
 from ..core.motion.one_axis import OneAxis

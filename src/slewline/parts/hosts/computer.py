@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar, Self
 
-from ...core.messages.instead import Face, missing
+from ...core.messages.instead import missing
 from ...core.time.hook import Hook
 from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from .connection import Connection
 
 
-class Computer(Caller, Face):
+class Computer(Caller):
     """A host computer of one chip, or of several that share a bus or a line."""
 
     for_users: ClassVar[tuple[str, ...]] = (
