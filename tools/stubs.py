@@ -33,7 +33,7 @@ UNTOLD = {  # by what a block has: what it does not tell a type checker
 HEAD = """\
 # Written by tools/stubs.py from the lists of chips and parts; change those, not this file.
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, Literal, Protocol, TypeVar, overload
 
 {imports}
@@ -119,10 +119,7 @@ def stub() -> str:
         "\nclass Hosts(Protocol):" + hosting_over(others, parameters("host")[1:]),
         protocol("Hosts", hosting, parameters("host")[1:], "*chips").removeprefix("\nclass Hosts(Protocol):\n"),
     ]
-    functions = [
-        f"def {name.lower()}(function: Callable[..., Any]) -> {name}: ..." for name in ("Adds", "Makes", "Hosts")
-    ]
-    return "\n".join([HEAD.format(imports=imports), *classes, "", *functions, ""])
+    return "\n".join([HEAD.format(imports=imports), *classes, ""])
 
 
 def formatted(text: str) -> str:

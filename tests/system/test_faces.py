@@ -41,7 +41,7 @@ def test_an_empty_bench_loads_no_chip_no_language_no_host_and_nothing_that_draws
         "slewline.parts.base",
         "slewline.parts.base.part",
     }
-    asked = {"bench", "by_name", "circuit", "hosting", "pictures", "runner", "wiring"}
+    asked = {"bench", "circuit", "hosting", "pictures", "runner", "wiring"}
     drawn = {"curves", "drawing", "signals", "timing", "waveforms"}
     asked |= {f"pictures.{name}" for name in drawn}
     assert within(empty, "bench") == {f"slewline.bench.{name}" for name in asked}

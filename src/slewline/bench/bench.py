@@ -14,7 +14,7 @@ from functools import wraps
 from operator import attrgetter
 from os import PathLike
 from random import Random
-from typing import TYPE_CHECKING, Any, ClassVar, Concatenate, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Concatenate, ParamSpec, TypeVar, cast
 
 from ..chips import CATALOGUE as CHIPS
 from ..core.messages.calls import answering
@@ -24,7 +24,6 @@ from ..core.messages.whole import whole
 from ..core.time.kernel import Kernel
 from ..core.time.timebase import Seconds, Time, picoseconds, readable
 from ..errors import NoSuchAttribute, UsageError
-from .by_name import adds, hosts, makes
 from .circuit import Circuit
 from .hosting import connect, make_host
 from .pictures.drawing import PictureOptions, Pictures
@@ -43,6 +42,7 @@ if TYPE_CHECKING:
     from ..parts.base.part import Part
     from ..record.recording.recorder import Recorder
     from ..record.recording.traces import Trace
+    from .by_name import Adds, Hosts, Makes
     from .files.journal import Journal
     from .pictures.waveforms import FilePath
 
@@ -168,12 +168,12 @@ class Bench:
         return self._signals.recorder
 
     # ------------------------------------------------------------------------------------------------------ the circuit
-    add = adds(delegate("_circuit", Circuit.add))
-    part = makes(delegate("_circuit", Circuit.part))
+    add = cast("Adds", delegate("_circuit", Circuit.add))
+    part = cast("Makes", delegate("_circuit", Circuit.part))
     place = delegate("_circuit", Circuit.place)
     wire = delegate("_circuit", Circuit.wire)
     pin = delegate("_circuit", Circuit.pin)
-    host = hosts(delegate("_circuit", make_host))
+    host = cast("Hosts", delegate("_circuit", make_host))
     connect = delegate("_circuit", connect)
 
     @property

@@ -53,6 +53,9 @@ class FunctionCondition(Condition):
         self.met, self.text, self.nets = met, text, tuple(nets)  # type: ignore[method-assign]
 
 
+NEVER = FunctionCondition(lambda: False, "")  # only time ends a wait for it
+
+
 class VirtualLoop(Protocol):
     """A loop of asyncio in which virtual time passes while all tasks wait (testing/aio.py has such a loop)."""
 
@@ -298,7 +301,7 @@ class Runner:
         """
         loop = virtual_loop("wait")
         self._start()
-        await loop.passed(self, FunctionCondition(lambda: False, ""), picoseconds(duration))
+        await loop.passed(self, NEVER, picoseconds(duration))
 
     async def _awaited(self, loop: VirtualLoop, condition: Condition, timeout: Time) -> None:
         self._start()

@@ -138,10 +138,8 @@ class Pictures:
             if not first <= ps <= last:
                 within = f"{readable(first)} to {readable(last)}"
                 raise UsageError(f"cursors: {readable(ps)} lies outside the picture, {within}; give start or stop, too")
-        tracks: list[Track] = []
-        for name, bench in benches:
-            tracks += bench._tracks(options, name, begins[name], first, last)
-        tracks = [*without_rest([*tracks, *measured], TimeAxis(first, last))]
+        moved = [each for name, bench in benches for each in bench._tracks(options, name, begins[name], first, last)]
+        tracks = [*without_rest([*moved, *measured], TimeAxis(first, last))]
         return Contents(
             options.title or self.circuit.title,
             tracks,
@@ -210,7 +208,7 @@ class Pictures:
     def _activity(self, pins: Sequence[str | Trace] | None) -> tuple[int, int] | None:
         """From the first to the last edge of the pins that are shown, command or finding; None: there is none."""
         now = self.kernel.now
-        traces = self._traces(pins, 0, now, 0)
+        traces = self._traces(pins, 0, now, 0, None)
         found = [int(ps) for trace in traces if len(trace.times_ps) for ps in trace.times_ps[[0, -1]]]
         found += [each.time_ps for chip in self.circuit.chips.values() for each in chip.findings]
         found += [ps for log in self.signals.commands.values() for ps, text in log.between(0, now) if text]
@@ -313,12 +311,7 @@ class Pictures:
             yield track(name, steps, first - zero)
 
     def _traces(
-        self,
-        pins: Sequence[str | Trace] | None,
-        first: int,
-        last: int,
-        zero: int,
-        over: Mapping[str, Trace] | None = None,
+        self, pins: Sequence[str | Trace] | None, first: int, last: int, zero: int, over: Mapping[str, Trace] | None
     ) -> list[Trace]:
         """What the pins did in a window of the picture; names without their chip, if there is but one."""
         from ...record.measuring.overlay import checked, fitting

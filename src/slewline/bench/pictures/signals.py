@@ -83,11 +83,8 @@ class Signals:
     def _all_pins(self) -> Iterator[str]:
         for chip in self.circuit.chips.values():
             for row in chip.sheet.pins:
-                if (
-                    row.way in ("in", "out", "both")
-                    and row.role != "clock"
-                    and not isinstance(chip.pins[row.name].net, Bus)
-                ):
+                signal = row.way in ("in", "out", "both") and row.role != "clock"
+                if signal and not isinstance(chip.pins[row.name].net, Bus):
                     yield f"{chip.name}.{row.name}"
             if chip.has_bus:
                 yield f"{chip.name}.{chip.sheet.bus}"

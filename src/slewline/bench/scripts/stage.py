@@ -5,25 +5,25 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable, Iterable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from ...core.wires.bell import Bell
 from ...core.wires.waits import edge
 from ...errors import SlewlineError
 from ...language.assemble import RefusedProgram
 from ...language.problems import Problem
-from ...parts.hosts.adaptive_host import AdaptiveHost
-from ...parts.hosts.computer import Computer
-from ...parts.hosts.flow_host import FlowHost
-from ...parts.hosts.host import Host, Port
-from ...parts.hosts.packet_host import PacketHost
-from ...parts.hosts.serial_host import SerialHost
 
 if TYPE_CHECKING:
     from ...core.chip import Chip
     from ...core.motion.axis import Axis
     from ...core.wires.pin import Terminal
+    from ...parts.hosts.adaptive_host import AdaptiveHost
+    from ...parts.hosts.computer import Computer
+    from ...parts.hosts.flow_host import FlowHost
+    from ...parts.hosts.host import Host, Port
+    from ...parts.hosts.packet_host import PacketHost
     from ...parts.hosts.packet_port import PacketPort
+    from ...parts.hosts.serial_host import SerialHost
     from ..bench import Bench
 
 SHOWN = 160  # characters of a line in a message
@@ -96,6 +96,10 @@ class Stage:
         self.step: Step | None = None
         self.directed = False
         self.bell = Bell(self.kernel, f"{host.name}.(bell)")
+        # the host by its class, of which it is one: `Step.fits` has seen to that
+        self.bus_host, self.line_host = cast("Host", host), cast("SerialHost", host)
+        self.packet_host, self.flow_host = cast("PacketHost", host), cast("FlowHost", host)
+        self.adaptive_host = cast("AdaptiveHost", host)
 
     def do(self, act: Act) -> None:
         """Queue an action of the host for the present line; what goes wrong in it is told with the line."""
@@ -111,36 +115,6 @@ class Stage:
                 script.refuse([step.problem("refused", str(error))])
 
         host.work(text, action)
-
-    @property
-    def bus_host(self) -> Host:
-        """The host, which has a bus; `Step.fits` has seen to that."""
-        assert isinstance(self.host, Host)
-        return self.host
-
-    @property
-    def line_host(self) -> SerialHost:
-        """The host, which has a serial line."""
-        assert isinstance(self.host, SerialHost)
-        return self.host
-
-    @property
-    def packet_host(self) -> PacketHost:
-        """The host, which sends packets."""
-        assert isinstance(self.host, PacketHost)
-        return self.host
-
-    @property
-    def flow_host(self) -> FlowHost:
-        """The host, on a bus that works both ways."""
-        assert isinstance(self.host, FlowHost)
-        return self.host
-
-    @property
-    def adaptive_host(self) -> AdaptiveHost:
-        """The host, on a serial line that finds its rate."""
-        assert isinstance(self.host, AdaptiveHost)
-        return self.host
 
     def port(self, chip: Chip) -> Port:
         """Return what the host has on the bus of a chip."""
