@@ -25,7 +25,7 @@ from ..core.time.kernel import Kernel
 from ..core.time.timebase import Seconds, Time, picoseconds, readable
 from ..errors import NoSuchAttribute, UsageError
 from .circuit import Circuit
-from .hosting import connect, make_host
+from .hosting import connect, host
 from .pictures.drawing import PictureOptions, Pictures
 from .pictures.signals import Signals
 from .pictures.timing import TimingDiagrams
@@ -173,7 +173,7 @@ class Bench:
     place = delegate("_circuit", Circuit.place)
     wire = delegate("_circuit", Circuit.wire)
     pin = delegate("_circuit", Circuit.pin)
-    host = cast("Hosts", delegate("_circuit", make_host))
+    host = cast("Hosts", delegate("_circuit", host))
     connect = delegate("_circuit", connect)
 
     @property

@@ -84,7 +84,7 @@ class HostRequest(NamedTuple):
             chip.on_power.add(lambda _chip, on: host.switched_on() if on else None)
 
 
-def make_host(
+def host(
     circuit: Circuit,
     *chips: Chip,
     name: str | None = None,
