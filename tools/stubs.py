@@ -20,7 +20,6 @@ from tempfile import TemporaryDirectory
 from textwrap import dedent
 
 from slewline.bench import Bench
-from slewline.bench.hosting import Hosted
 from slewline.chips import PARTS, chip_class
 from slewline.parts import KINDS, part_class
 
@@ -34,7 +33,7 @@ UNTOLD = {  # by what a block has: what it does not tell a type checker
 HEAD = """\
 # Written by tools/stubs.py from the lists of chips and parts; change those, not this file.
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, Literal, Protocol, TypeVar, overload
 
 {imports}
@@ -46,10 +45,10 @@ P = TypeVar("P", bound=Part)
 
 def parameters(method: str) -> list[str]:
     """Return the parameters of a method of a bench, as they stand in its source; the first one left out."""
-    tree = ast.parse(dedent(getsource(getattr(Hosted, method)))).body[0]
+    tree = ast.parse(dedent(getsource(getattr(Bench, method)))).body[0]
     assert isinstance(tree, ast.FunctionDef)
     text = ast.unparse(tree.args)
-    text = text.removeprefix("self, /, ").removeprefix("self, ")
+    text = text.partition(", ")[2].removeprefix("/, ")
     return re.split(r", (?=[*\w])(?![^\[]*\])", text)
 
 
@@ -120,10 +119,7 @@ def stub() -> str:
         "\nclass Hosts(Protocol):" + hosting_over(others, parameters("host")[1:]),
         protocol("Hosts", hosting, parameters("host")[1:], "*chips").removeprefix("\nclass Hosts(Protocol):\n"),
     ]
-    functions = [
-        f"def {name.lower()}(function: Callable[..., Any]) -> {name}: ..." for name in ("Adds", "Makes", "Hosts")
-    ]
-    return "\n".join([HEAD.format(imports=imports), *classes, "", *functions, ""])
+    return "\n".join([HEAD.format(imports=imports), *classes, ""])
 
 
 def formatted(text: str) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import slewline
-from slewline.bench.pictures.told import differences
+from slewline.bench.pictures.drawing import PictureOptions, differences
 from slewline.cli.main import invoke
 from slewline.core.chip import Chip
 from slewline.core.motion.deviation import Deviation
@@ -85,9 +85,9 @@ def check_truth(bench, instants=1000) -> int:
     picture = bench.figure(pins=[], start=0)
     unit, drawn = unit_of(picture), lines(picture)
     whole = np.linspace(0, bench.now_ps, instants).astype(np.int64)
-    for _, _, axis in bench._chip_axes():
+    for _, _, axis in bench._circuit.axes():
         for quantity in axis.quantities():
-            line = drawn.get(f"{quantity.name} of {bench._name_of(axis)}")
+            line = drawn.get(f"{quantity.name} of {bench._pictures.name_of(axis)}")
             if line is None:
                 assert not axis.motor.count(0, bench.now_ps)
                 continue
@@ -131,7 +131,7 @@ def made(monkeypatch, tmp_path) -> list[slewline.Bench]:
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
 def test_the_lines_of_every_example_are_what_its_axes_did(script, capsys, made):
     runpy.run_path(str(script), run_name="__main__")
-    moved = any(len(axis.steps()) for bench in made for *_, axis in bench._chip_axes())
+    moved = any(len(axis.steps()) for bench in made for *_, axis in bench._circuit.axes())
     assert sum(check_truth(bench) for bench in made if bench.chips and bench.now_ps) >= 1 + moved
 
 
@@ -367,7 +367,8 @@ def test_the_greatest_distance_from_the_ideals_is_told_in_numbers_and_words_that
 def test_cursors_and_readings_take_the_same_instants(instants):
     bench = move()
     assert bench.readings(instants).instants_ps[-1] == 20 * MS
-    drawn = bench._contents(None, [], 0, None, None, None, None, None, False, instants, True).cursors
+    shown = PictureOptions(None, [], 0, None, None, None, None, None, False, instants, False, "page", True)
+    drawn = bench._pictures.contents(shown).cursors
     assert tuple(drawn) == bench.readings(instants).instants_ps
 
 

@@ -119,7 +119,7 @@ def test_commands_are_kept_as_long_as_the_pins(tmp_path):
     bench.record("x.run", keep="50 ms")
     bench.host(x).send("E\rB\rD 1\rJ 0\rQX\r")
     bench.run("5 s")
-    assert len(bench.commands["x"].log) < 3000
+    assert len(bench._signals.commands["x"].log) < 3000
     bench.save_vcd(tmp_path / "a.vcd", timescale="1 us", values=True)
     _, texts = read(tmp_path / "a.vcd")["x.command"]
     assert 20 < len(texts) < 200 and set(texts) == {"B", "D\\x201", "J\\x200"}

@@ -264,7 +264,7 @@ def test_whatever_run_refuses_lint_calls_an_error_of_the_same_line(data):
     path.write_text("\n".join(lines))
     none = dict.fromkeys(field.name for field in fields(Run)) | {"strap": (), "drive": (), "quiet": True}
     try:
-        Run(**none | {"file": str(path)}).furnished(None).run("1 us")
+        Run(**none | {"file": str(path)}).new_bench(None).run("1 us")
         refused = set()
     except ProgramError as error:
         refused = {problem.line for problem in error.problems}

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 import slewline
+from slewline.bench.runner import Wait
 from slewline.errors import UsageError
-from slewline.links.lines.pace import LOST_NS, SLICE_NS, Lockstep, Paced, Wait
+from slewline.links.lines.pace import LOST_NS, SLICE_NS, Lockstep, Paced
 from slewline.parts.lines.rs232 import POWER_UP_PS
 
 MS = 10**9  # ps

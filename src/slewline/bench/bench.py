@@ -9,25 +9,44 @@ bench.run_until_idle()
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import wraps
+from operator import attrgetter
+from os import PathLike
+from random import Random
+from typing import TYPE_CHECKING, Any, ClassVar, Concatenate, ParamSpec, TypeVar, cast
 
 from ..chips import CATALOGUE as CHIPS
-from ..core.messages.calls import answering, misfit
+from ..core.messages.calls import answering
 from ..core.messages.instead import face, missing
 from ..core.messages.near import hint
+from ..core.messages.whole import whole
+from ..core.time.kernel import Kernel
 from ..core.time.timebase import Seconds, Time, picoseconds, readable
-from ..core.wires.net import Net
-from ..core.wires.pin import Condition
-from ..errors import NoSuchAttribute, Timeout, UsageError
-from .hosting import Hosted
+from ..errors import NoSuchAttribute, UsageError
+from .circuit import Circuit
+from .hosting import connect, host
+from .pictures.drawing import PictureOptions, Pictures
+from .pictures.signals import Signals
 from .pictures.timing import TimingDiagrams
+from .pictures.waveforms import WaveformFiles
+from .runner import Runner
 
 if TYPE_CHECKING:
-    from ..core.chip import Chip
-    from ..parts.base.part import Part
-    from .awaiting import VirtualLoop
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
+    from ..core.chip import Chip
+    from ..core.component import Finding
+    from ..core.motion.axis import Steps
+    from ..parts.base.part import Part
+    from ..record.recording.recorder import Recorder
+    from ..record.recording.traces import Trace
+    from .by_name import Adds, Hosts, Makes
+    from .files.journal import Journal
+    from .pictures.waveforms import FilePath
+
+SHOWN = 8  # chips and parts in the text of a bench
 
 FIXED = {  # what a bench is made with, or has of itself, and what to do instead of setting it
     "seed": "it is given where the bench is made: slewline.Bench(seed=...)",
@@ -38,12 +57,41 @@ FIXED = {  # what a bench is made with, or has of itself, and what to do instead
 }
 
 
-def _seen(_net: Net) -> None:
-    """An observer that only makes promised edges instants."""
+def _check_made_with(journal: object, shuffle: object, stores: object) -> None:
+    """Check what a bench is made with, beside its seed."""
+    for name, given, fits, allowed in (
+        ("journal", journal, isinstance(journal, (str, PathLike)), "the name of a file"),
+        ("shuffle", shuffle, whole(shuffle) is not None, "a whole number, the seed of the order"),
+        ("stores", stores, callable(stores), "a function that is given a name and returns a memory"),
+    ):
+        if given is not None and not fits:
+            raise UsageError(f"Bench({name}={given!r}): allowed {allowed}, None")
+
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def delegate(to: str, method: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
+    """Return a method of a bench that calls one of an object it has; signature and docstring are those of that."""
+    owner = attrgetter(to)
+
+    @wraps(method)
+    def delegated(bench: Bench, /, *args: P.args, **options: P.kwargs) -> R:
+        return method(owner(bench), *args, **options)
+
+    return delegated
+
+
+def _pictures(runs: Mapping[str, Bench | Steps] | None) -> Mapping[str, Pictures | Steps] | None:
+    """What draws each of some benches."""
+    if not isinstance(runs, Mapping):
+        return runs
+    return {name: run._pictures if isinstance(run, Bench) else run for name, run in runs.items()}
 
 
 @face
-class Bench(Hosted, TimingDiagrams):
+class Bench:
     """Chips and the parts around them, in virtual time from 0 on.
 
     Args:
@@ -69,7 +117,41 @@ class Bench(Hosted, TimingDiagrams):
     to_set: ClassVar[Mapping[str, str]] = dict.fromkeys(
         ("now", "now_ps"), 'time passes: bench.run("1 ms"), or bench.run_to("5 ms")'
     )
-    _busy: Chip | Part | None = None  # who was busy when all were asked last
+
+    @answering("Bench()", '; a chip is put on it by add("cy525")')
+    def __init__(
+        self,
+        seed: int = 0,
+        journal: str | PathLike[str] | None = None,
+        shuffle: int | None = None,
+        stores: Callable[[str], Any] | None = None,
+        keep: Time | None = None,
+    ) -> None:
+        _check_made_with(journal, shuffle, stores)
+        self.kernel = kernel = Kernel(None if shuffle is None else Random(shuffle))
+        self._circuit = Circuit(kernel, stores, None if keep is None else picoseconds(keep))
+        number = whole(seed)
+        if number is None:
+            raise UsageError(
+                f"Bench({seed!r}): allowed a whole number, the seed of chance; add() puts a chip on a bench"
+            )
+        self.seed, self.chips, self.parts = number, self._circuit.chips, self._circuit.parts
+        self._runner = Runner(self._circuit)
+        self._signals = Signals(self._circuit)
+        self._files = WaveformFiles(self._signals, self._runner.streams)
+        self._pictures = Pictures(self._signals)
+        self._diagrams = TimingDiagrams(self._signals)
+        self.recorded = self._signals.recorded
+        self.outside = kernel.outside
+        self.outside.let_pass = self._runner.let_pass
+        self.journal: Journal | None = None
+        if journal is not None:
+            from .files.journal import Journal
+
+            self.journal = Journal(journal, kernel, number)
+            self.outside.write = self.journal.write
+        self.on_finding, self.on_input = self._circuit.on_finding, self.outside.on_input
+        self.on_commit = kernel.on_commit
 
     def __setattr__(self, name: str, value: object) -> None:
         if name[0] != "_" and "on_commit" in vars(self):  # which is the last that it is given when it is made
@@ -80,7 +162,54 @@ class Bench(Hosted, TimingDiagrams):
                 raise NoSuchAttribute(f"bench has no {name!r} that could be set{meant}")
         super().__setattr__(name, value)
 
-    # ------------------------------------------------------------------------------------------------------ running
+    @property
+    def recorder(self) -> Recorder:
+        """What keeps the recorded pins."""
+        return self._signals.recorder
+
+    # ------------------------------------------------------------------------------------------------------ the circuit
+    add = cast("Adds", delegate("_circuit", Circuit.add))
+    part = cast("Makes", delegate("_circuit", Circuit.part))
+    place = delegate("_circuit", Circuit.place)
+    wire = delegate("_circuit", Circuit.wire)
+    pin = delegate("_circuit", Circuit.pin)
+    host = cast("Hosts", delegate("_circuit", host))
+    connect = delegate("_circuit", connect)
+
+    @property
+    def stores(self) -> Callable[[str], Any] | None:
+        """What returns the non-volatile memory of a chip, by its name; None: it is lost with the bench."""
+        return self._circuit.stores
+
+    @stores.setter
+    def stores(self, stores: Callable[[str], Any] | None) -> None:
+        self._circuit.stores = stores
+
+    @property
+    def findings(self) -> list[Finding]:
+        """What hosts did wrong, of all chips and parts, in order of time; parts that are lazy catch up first."""
+        return self._circuit.findings
+
+    catch_up = delegate("_circuit", Circuit.catch_up)
+
+    def __contains__(self, name: object) -> bool:
+        return any(name in owners for owners in (self.chips, self.parts))
+
+    def __iter__(self) -> Iterator[str]:
+        """The names of chips and parts, in the order in which they came."""
+        return iter([*self.chips, *self.parts])
+
+    def __repr__(self) -> str:
+        names = [f"{chip.name} ({chip.sheet.part})" for chip in self.chips.values()] + [*self.parts]
+        if len(names) > SHOWN:
+            names[SHOWN:] = [f"{len(names) - SHOWN} more"]
+        return f"<Bench: {', '.join(names) or 'empty'}; {readable(self.kernel.now)}>"
+
+    def __getitem__(self, name: str) -> Chip | Part:
+        """A chip or part by name."""
+        return self._circuit[name]
+
+    # ------------------------------------------------------------------------------------------------------------- time
     @property
     def now_ps(self) -> int:
         """Virtual time now, in picoseconds since the beginning."""
@@ -91,246 +220,125 @@ class Bench(Hosted, TimingDiagrams):
         """Virtual time now, in seconds: a float that prints as "0.170768 s" and may be given wherever a time is."""
         return Seconds(self.kernel.now)
 
-    def at(self, time: Time, function: Callable[[], object]) -> None:
-        """Call a function at an instant, in its first round: everything still reads as it was before.
+    at = delegate("_runner", Runner.at)
+    run = delegate("_runner", Runner.run)
+    run_to = delegate("_runner", Runner.run_to)
+    run_until = delegate("_runner", Runner.run_until)
+    run_until_idle = delegate("_runner", Runner.run_until_idle)
+    conclude = delegate("_runner", Runner.conclude)
+    until = delegate("_runner", Runner.until)
+    until_idle = delegate("_runner", Runner.until_idle)
+    wait = delegate("_runner", Runner.wait)
 
-        Args:
-            time: since the beginning, not before now: "12 ms", or picoseconds (0, or at least 1000).
-            function: takes nothing; what it returns is ignored. It must not let time pass.
+    # ------------------------------------------------------------------------------------------------ signals and files
+    record = delegate("_signals", Signals.record)
+    edges = delegate("_signals", Signals.edges)
+    quantity = delegate("_signals", Signals.quantity)
+    save_vcd = delegate("_files", WaveformFiles.save_vcd)
+    save_csv = delegate("_files", WaveformFiles.save_csv)
+    save_steps = delegate("_files", WaveformFiles.save_steps)
+    save_npz = delegate("_files", WaveformFiles.save_npz)
+    stream_vcd = delegate("_files", WaveformFiles.stream_vcd)
 
-        Raises:
-            TimeError: not a time.
-            UsageError: the instant is over, or `function` is none.
-        """
-        ps = picoseconds(time)
-        if not callable(function):
-            raise UsageError(f"at {readable(ps)}: {function!r}; expected a function")
-        if wrong := misfit(function):
-            raise UsageError(f"at {readable(ps)}: {wrong}; the function takes nothing: lambda: x.pin('abort').drive(0)")
-        if ps < self.kernel.now:
-            raise UsageError(f"at {readable(ps)}: that is over; it is {readable(self.kernel.now)}")
-        self.kernel.call_at(ps, function)
-
-    def _begin(self) -> None:
-        if self._streaming is not None:
-            self._check_entered()
-        super()._begin()
-
-    def _start(self) -> None:
-        self._begin()
-        self.kernel.settle()
-
-    @answering("run()", "; run_to(time) goes to an instant, run_until(condition) waits for one")
-    def run(self, duration: Time) -> None:
-        """Let virtual time pass.
-
-        Args:
-            duration: "12 ms", or picoseconds (0, or at least 1000).
-
-        Raises:
-            TimeError: not a duration.
-            UsageError: the call comes from within a run.
-        """
-        self._run_to(self.kernel.now + picoseconds(duration))
-
-    def run_to(self, time: Time) -> None:
-        """Let virtual time pass up to an instant, that instant included.
-
-        Args:
-            time: since the beginning: "12 ms", or picoseconds (0, or at least 1000).
-
-        Raises:
-            TimeError: not a time.
-            UsageError: the instant is over, or the call comes from within a run.
-        """
-        ps = picoseconds(time)
-        if ps < self.kernel.now:
-            raise UsageError(
-                f"run_to {readable(ps)}: that is over; it is {readable(self.kernel.now)}, and run() takes a duration"
-            )
-        self._run_to(ps)
-
-    def _run_to(self, ps: int) -> None:
-        self._begin()
-        self._advance(ps)
-        self.outside.tell("run", to=self.kernel.now)
-
-    def run_until_idle(self, timeout: Time = "60 s") -> None:
-        """Run until every host queue is empty and every chip idle.
-
-        Args:
-            timeout: of virtual time, from now on.
-
-        Raises:
-            Timeout: something still waits; the message says what for.
-            TimeError: `timeout` is no duration.
-            UsageError: the call comes from within a run.
-        """
-        self._until(self._all_idle, None, "every queue empty and every chip idle", timeout)
-        self.conclude()
-
-    def conclude(self) -> None:
-        """Let chips tell, as findings, what their hosts have begun and not gone on with: a setting without its update.
-
-        `run_until_idle`, the fixtures of tests, `slewline run` and a server that a host leaves do so by themselves.  Of
-        a host that has more to say nothing is told yet.
-        """
-        from ..parts.base.caller import Caller  # an empty bench has no host, and does not load any
-
-        if all(part.idle for part in self.parts.values() if isinstance(part, Caller)) and any(
-            [chip.conclude() for chip in self.chips.values()]  # of every one
-        ):
-            self.outside.tell("conclude")
-
-    def _all_idle(self) -> bool:
-        if self._busy is not None and not self._busy.idle:  # ask first who was busy last time
-            return False
-        for owner in self._owners():
-            if not owner.idle:
-                self._busy = owner
-                return False
-        return True
-
-    def run_until(self, condition: Condition | Callable[[], bool], timeout: Time = "60 s") -> None:
-        """Run until a condition is met: x.reaches(40), pin.is_(0), pin.edges(3), host.got(b"Y"), or one of two (`|`).
-
-        Args:
-            condition: or a function that returns true then. It is called after every instant, every step of every motor
-                being one meanwhile: exact, and slow.
-            timeout: of virtual time, from now on.
-
-        Raises:
-            Timeout: it is not met in time; the message says what everybody waits for.
-            TimeError: `timeout` is no duration.
-            UsageError: neither a condition nor a function, or the call comes from within a run.
-        """
-        self._until(*self._meant("run_until", condition, timeout))
-
-    def _meant(self, verb: str, condition: Condition | Callable[[], bool], timeout: Time) -> tuple[Any, ...]:
-        """Return what a wait for a condition needs to know: met, foreseen, in words, the timeout, its nets."""
-        if isinstance(condition, Condition):
-            if not condition.belongs(self.kernel):
-                raise UsageError(f"{verb}({condition}): that is on another bench, whose time does not pass here")
-            condition.begin()
-            return condition.met, condition.foreseen, condition, timeout, condition.nets
-        if callable(condition):
-            what = getattr(condition, "__name__", "the condition")
-            if wrong := misfit(condition):
-                raise UsageError(f"{verb}({what}): {wrong}; the function takes nothing: lambda: x.position > 40")
-            nets = [net for chip in self.chips.values() for net in chip.step_nets()]
-            return condition, None, what, timeout, nets
-        raise UsageError(f"{verb}({condition!r}): expected a condition such as x.reaches(40), or a function")
-
-    def _wait_for(self, met: Callable[[], bool], what: str, timeout: Time) -> None:
-        self._until(met, None, what, timeout)
-
-    def _until(
+    # --------------------------------------------------------------------------------------------------------- pictures
+    def figure(
         self,
-        met: Callable[[], bool],
-        when: Callable[[], int | None] | None,
-        what: object,
-        timeout: Time,
-        nets: Iterable[Net] = (),
-    ) -> None:
-        """Instant after instant until `met`; `when` may say that it will come about between two events.
+        title: str | None = None,
+        pins: Sequence[str | Trace] | None = None,
+        start: Time | None = None,
+        stop: Time | None = None,
+        *,
+        axes: Sequence[int | str] | int | str | None = None,
+        parts: Sequence[str] | str | None = None,
+        runs: Mapping[str, Bench | Steps] | None = None,
+        over: Mapping[str, Trace] | None = None,
+        ideal: bool = False,
+        cursors: Time | Iterable[Time] = (),
+        dark: bool = False,
+        width: str | float = "page",
+        ax: Axes | Sequence[Axes] | None = None,
+        marks: bool = True,
+    ) -> Figure:
+        """Draw the motions of the axes, and recorded pins below; return a matplotlib Figure.
 
-        The promised edges of `nets` are instants meanwhile.
-        """
-        self._start()
-        kernel = self.kernel
-        limit = kernel.now + picoseconds(timeout)
-        for net in nets:
-            net.watch(_seen)
-        try:
-            reached = self._predicted(met, when, limit) if when is not None else not kernel.run_while(met, limit)
-        finally:
-            for net in nets:
-                net.unwatch(_seen)
-        if not reached:
-            dead = kernel.next_time() is None
-            self._advance(limit)
-            reached = met()
-        self.outside.tell("run", to=kernel.now)
-        if not reached:
-            raise Timeout(self._explain(what, timeout, dead))
-
-    # ------------------------------------------------------------------------------------------------------- asyncio
-    async def until(self, condition: Condition | Callable[[], bool], timeout: Time = "60 s") -> None:
-        """Wait until a condition is met, in a task of asyncio: `run_until` for a host that does several things at once.
-
-        The loop must be one of virtual time: `slewline.testing.aio.run(main())`.
+        Velocity and position share one column of panels, whatever the number of axes; of parts that have them,
+        acceleration and jerk as well.  An axis that does not move is left out when others do.
 
         Args:
-            condition: as `run_until` takes it.
-            timeout: of virtual time, from now on.
+            title: by default the chips and their parts.
+            pins: recorded pins, or traces of a file; all that are recorded by default, [] for none.
+            start, stop: the window; by default the motion, and a twentieth of it before and after.
+            axes: which axes: numbers from 1 on, names of chips, or names such as "x axis 2"; by default all.
+            parts: whose quantities are drawn, too: names of parts, or of single quantities such as "driver.current"; by
+                default those of all parts around the chips, as far as they change; [] for none.
+            runs: further benches by the name that the picture gives them, each laid over this one, its motion
+                beginning with this one's; `start` and `stop` then count from there.  Measured steps as well, such as
+                `read_vcd(path).steps("pulse")`, their first one at the instant of this bench's first one.
+            over: what was measured of pins, such as {"x.slew": measured.trace("slew", shift="-3 ms")}: it is drawn over
+                them, stretches in which the two differ are marked, and how late it comes at most is told.
+            ideal: lay the ideal of each motion over it, as far as the part defines one, and tell the difference.
+            cursors: instants that are marked by numbered lines; `readings` has the values there.
+            dark: light on dark.
+            width: "page", "phone", or inches.
+            ax: draw into these axes of matplotlib, one for each panel, or into a single one for the first panel.
+            marks: flag commands, findings, limits and home above the panels.
 
         Raises:
-            Timeout: it is not met in time; the message says what everybody waits for.
-            TimeError: `timeout` is no duration.
-            UsageError: neither a condition nor a function, or the loop goes by the wall clock.
+            UsageError: nothing to draw, an unknown width, too few axes for the panels, or no matplotlib.
+            UnknownName: no such axis or part, or no chip on the bench.
+            NotRecorded: a pin that is not recorded.
         """
-        from .awaiting import virtual_loop
+        shown = PictureOptions(
+            title, pins, start, stop, axes, parts, _pictures(runs), over, ideal, cursors, dark, width, marks
+        )
+        return self._pictures.figure(shown, ax)
 
-        loop = virtual_loop("until")
-        await self._awaited(loop, *self._meant("until", condition, timeout))
-
-    async def until_idle(self, timeout: Time = "60 s") -> None:
-        """Wait until every host queue is empty and every chip idle, in a task of asyncio; raises as `until`."""
-        from .awaiting import virtual_loop
-
-        loop = virtual_loop("until_idle")
-        await self._awaited(loop, self._all_idle, None, "every queue empty and every chip idle", timeout, ())
-        self.conclude()
-
-    async def wait(self, duration: Time) -> None:
-        """Wait for a time, in a task of asyncio; others go on meanwhile.
-
-        Args:
-            duration: "12 ms", or picoseconds (0, or at least 1000).
-
-        Raises:
-            TimeError: not a duration.
-            UsageError: the loop goes by the wall clock.
-        """
-        from .awaiting import virtual_loop
-
-        loop = virtual_loop("wait")
-        self._start()
-        await loop.passed(self, lambda: False, None, (), picoseconds(duration))
-
-    async def _awaited(
+    @answering("plot()", '; width is "page", "phone" or inches')
+    def plot(
         self,
-        loop: VirtualLoop,
-        met: Callable[[], bool],
-        when: Callable[[], int | None] | None,
-        what: object,
-        timeout: Time,
-        nets: Iterable[Net],
+        path: FilePath,
+        title: str | None = None,
+        pins: Sequence[str | Trace] | None = None,
+        start: Time | None = None,
+        stop: Time | None = None,
+        *,
+        axes: Sequence[int | str] | int | str | None = None,
+        parts: Sequence[str] | str | None = None,
+        runs: Mapping[str, Bench | Steps] | None = None,
+        over: Mapping[str, Trace] | None = None,
+        ideal: bool = False,
+        cursors: Time | Iterable[Time] = (),
+        dark: bool = False,
+        width: str | float = "page",
+        marks: bool = True,
     ) -> None:
-        self._start()
-        if not await loop.passed(self, met, when, nets, picoseconds(timeout)):
-            raise Timeout(self._explain(what, timeout, self.kernel.next_time() is None))
+        """Draw as `figure` does, into a file: SVG, PNG or PDF, as its suffix says.  The same run gives the same bytes.
 
-    def _predicted(self, met: Callable[[], bool], when: Callable[[], int | None], limit: int) -> bool:
-        """Like Kernel.run_while, for a condition that may come about between two events: `when` tells."""
-        kernel = self.kernel
-        while not met():
-            following, early = kernel.next_time(), when()
-            if early is not None and early <= limit and (following is None or early <= following):
-                kernel.run(early)
-            elif following is None or following > limit:
-                return False
-            else:
-                kernel.run(following)
-        return True
+        Raises:
+            UsageError: an unknown suffix, a path that cannot be written, or as `figure`.
+            UnknownName, NotRecorded: as `figure`.
+        """
+        shown = PictureOptions(
+            title, pins, start, stop, axes, parts, _pictures(runs), over, ideal, cursors, dark, width, marks
+        )
+        self._pictures.plot(path, shown)
 
-    def _explain(self, what: object, timeout: Time, dead: bool) -> str:
-        lines = [f"waited {readable(picoseconds(timeout))} for {what}; it is {readable(self.kernel.now)}"]
-        if dead and not any(chip.moving for chip in self.chips.values()):
-            lines.append("nothing is going to happen any more")
-        lines += [f"  {chip.waiting}" for chip in self.chips.values() if not chip.idle or chip.unfinished]
-        lines += [f"  {part.waiting}" for part in self.parts.values() if not part.idle]
-        return "\n".join(lines)
+    def show(self, *args: Any, **options: Any) -> None:
+        """Show what `figure` draws, with its arguments: in a window, or in the notebook; returns when that is closed.
+
+        Raises:
+            UsageError: there is no screen, or as `figure`.
+            UnknownName, NotRecorded: as `figure`.
+        """
+        from ..record.pictures.pictures import show
+
+        show(self.figure(*args, **options))
+
+    readings = delegate("_pictures", Pictures.readings)
+    timing = delegate("_diagrams", TimingDiagrams.timing)
+    timing_figure = delegate("_diagrams", TimingDiagrams.timing_figure)
+    intervals = delegate("_diagrams", TimingDiagrams.intervals)
+    check_timing = delegate("_diagrams", TimingDiagrams.check_timing)
 
 
 missing(

@@ -1,6 +1,6 @@
 # Written by tools/stubs.py from the lists of chips and parts; change those, not this file.
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, Literal, Protocol, TypeVar, overload
 
 from ..chips.cy500.firmware import Cy500
@@ -881,7 +881,3 @@ class Hosts(Protocol):
         line: Part | None = None,
         over: str | None = None,
     ) -> Computer: ...
-
-def adds(function: Callable[..., Any]) -> Adds: ...
-def makes(function: Callable[..., Any]) -> Makes: ...
-def hosts(function: Callable[..., Any]) -> Hosts: ...

@@ -108,7 +108,7 @@ class Served(NamedTuple):
 
 # -------------------------------------------------------------------------------------------------------------- reading
 def load_bench(path: str | PathLike[str], *, anywhere: bool = False, allow_code: bool = False, **options: Any) -> Bench:
-    """Return the bench of a bench file, furnished, its scripts queued.
+    """Return the bench of a bench file, its scripts queued.
 
     Args:
         anywhere: the file may name files outside its own folder.
@@ -221,12 +221,12 @@ class BenchFile:
         except (SlewlineError, TypeError, ValueError) as error:
             raise self.error(place, str(error)) from error
 
-    # ------------------------------------------------------------------------------------------------------- furnishing
+    # ------------------------------------------------------------------------------------------------------- the bench
     def load(self, prepare: Callable[[Bench], object] | None = None, **options: Any) -> Bench:
-        """Return a bench furnished as the file says, its scripts queued.
+        """Return a bench as the file says, its scripts queued.
 
         Args:
-            prepare: called with the furnished bench, before the scripts are queued.
+            prepare: called with the bench, before the scripts are queued.
         """
         bench, scripts = self.staged(**options)
         for host, script in scripts:
@@ -238,11 +238,11 @@ class BenchFile:
         return bench
 
     def staged(self, **options: Any) -> tuple[Bench, list[tuple[Computer, Script]]]:
-        """Return a bench furnished as the file says, and its hosts with the scripts that they are to play."""
+        """Return a bench as the file says, and its hosts with the scripts that they are to play."""
         self.check_times()
         scripts = self.scripts()
         bench = Bench(seed=self.tables.bench.seed, **options)
-        self.furnish(bench)
+        self.put_parts(bench)
         hosts = self.hosts(bench)
         self.wire(bench)
         return bench, list(zip(hosts, scripts, strict=True))
@@ -280,7 +280,7 @@ class BenchFile:
             )
         return path
 
-    def furnish(self, bench: Bench) -> None:
+    def put_parts(self, bench: Bench) -> None:
         """Put chips and parts on the bench."""
         for number, chip in enumerate(self.tables.chip):
             for key in sorted(chip.options.keys() & {*keys_of(["chip"])}):

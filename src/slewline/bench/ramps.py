@@ -15,7 +15,7 @@ from ..core.messages.whole import whole
 from ..core.time.timebase import Time, picoseconds
 from ..errors import UsageError
 from ..language.ramps import Goal, Ramp, Search, Value, Wanted, nearest, read
-from .furnishing import crystal_for
+from .circuit import crystal_for
 
 
 def ramp(

@@ -89,7 +89,7 @@ def replay(
         until: the instant at which to stop: everything that the run did at it is done, and all inputs at it are put in,
             those of its first round and those behind it.  To leave them out, stop a picosecond earlier.  Behind the end
             of the journal time passes without inputs.  The bench runs on by hand from there.
-        prepare: called with the furnished bench, before time passes: to record pins, for example.
+        prepare: called with the bench, before time passes: to record pins, for example.
         other_laws: replay it also if its parts have another behaviour now; the run may then be another one, which the
             warning OtherLaws says.
         allow_code: it may name chips and parts as module:Class, whose import runs the code of the module.
@@ -111,7 +111,7 @@ def _played(found: Entries, known: Survey, bench: Bench, stop: int, prepare: Cal
     early: dict[int, list[tuple[int, dict[str, Any]]]] = {}  # what is done in the first round of an instant, in order
 
     def do(number: int, entry: dict[str, Any]) -> None:
-        with _told(found, number, entry["do"]):
+        with _located(found, number, entry["do"]):
             apply(bench, entry, known)
 
     def begin(instant: int) -> None:
@@ -133,19 +133,19 @@ def _played(found: Entries, known: Survey, bench: Bench, stop: int, prepare: Cal
             early[at].append((number, entry))
         else:
             if at > bench.now_ps:
-                with _told(found, number, "the run before it"):
+                with _located(found, number, "the run before it"):
                     bench.run_to(f"{at} ps")
             do(number, entry)
     if prepare is not None:
         prepare(bench)
-    with _told(found, number, "the run behind it"):
+    with _located(found, number, "the run behind it"):
         bench.run_to(f"{stop} ps")  # an input that stands last takes effect
         bench.catch_up()
     return bench
 
 
 @contextmanager
-def _told(found: Entries, number: int, what: str) -> Iterator[None]:
+def _located(found: Entries, number: int, what: str) -> Iterator[None]:
     """Tell with file and line what comes of an entry that makes no sense."""
     try:
         yield

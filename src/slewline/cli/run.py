@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..bench.pictures.recording import STEPS, VCD
+from ..bench.pictures.waveforms import STEPS, VCD
 from ..chips import sheet_of
 from ..core.time.timebase import picoseconds, readable
 from ..errors import ProgramError, Timeout, TornJournal
@@ -97,7 +97,7 @@ class Run:
             outputs.claim(self.plot, SUFFIXES)
             say_replaced(self.journal)
             try:
-                bench = self.replayed() if self.replay else self.furnished(outputs.partial(self.journal))
+                bench = self.replayed() if self.replay else self.new_bench(outputs.partial(self.journal))
                 ended = self.ended(bench)
             except ProgramError as error:  # a line of a script that cannot be played
                 raise Refused(str(error)) from error
@@ -145,8 +145,8 @@ class Run:
         """The files beside the waveform."""
         return [str(path) for path in layout_paths(self.vcd)] if self.vcd is not None and self.layout else []
 
-    # ------------------------------------------------------------------------------------------------------ furnishing
-    def furnished(self, journal: str | None) -> Bench:
+    # ------------------------------------------------------------------------------------------------------ the bench
+    def new_bench(self, journal: str | None) -> Bench:
         """Return the bench, ready to run."""
         assert self.file is not None
         if not self.is_bench:

@@ -70,7 +70,7 @@ class Serve:
         ports = self.check_options()
         say_replaced(self.journal)
         with state_directory(self.state) as stores:
-            bench = self.furnished(stores)
+            bench = self.new_bench(stores)
             server = self.server(bench)
             with signals(server):
                 self.open_ports(server, ports)
@@ -131,8 +131,8 @@ class Serve:
             raise click.UsageError(f"--state keeps EEPROMs, and a {self.chip} has none; leave it out")
         return ports
 
-    # ---------------------------------------------------------------------------------------------------- furnishing
-    def furnished(self, stores: Stores | None) -> Bench:
+    # ---------------------------------------------------------------------------------------------------- the bench
+    def new_bench(self, stores: Stores | None) -> Bench:
         """Return the bench, of one chip or from a file."""
         if self.bench is not None:
             from ..bench.file import BenchFile

@@ -35,7 +35,7 @@ def seconds(ps: int) -> str:
 
 
 class Transcript:
-    """Tells `say` what happens on a bench; attach it when the bench is furnished, before time passes."""
+    """Tells `say` what happens on a bench; attach it when everything is on the bench, before time passes."""
 
     def __init__(self, bench: Bench, say: Say) -> None:
         self.bench, self.say = bench, say

@@ -23,19 +23,22 @@ from __future__ import annotations
 
 import asyncio
 import selectors
-from collections.abc import Callable, Coroutine, Iterable
+from collections.abc import Callable, Coroutine
 from concurrent.futures import Executor
 from contextvars import Context
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, TypeVarTuple
 
+from ..bench.runner import Wait
 from ..core.time.timebase import PS_PER_S, readable
-from ..core.wires.net import Net
 from ..errors import Timeout, UsageError
 from ..links.lines.line import PATIENCE_PS
-from ..links.lines.pace import Pace, Wait
+from ..links.lines.pace import Pace
 
 if TYPE_CHECKING:
     from ..bench import Bench
+    from ..bench.runner import Runner
+    from ..core.time.kernel import Kernel
+    from ..core.wires.pin import Condition
     from .rig import Rig
 
 Result = TypeVar("Result")
@@ -82,7 +85,7 @@ def time_of(loop: asyncio.AbstractEventLoop, rig: Rig) -> Passing:
 class Joined(Pace):
     """A bench in a loop; `ahead_ps` is what the clock of the loop has more than its own."""
 
-    def __init__(self, bench: Bench, loop: VirtualLoop) -> None:
+    def __init__(self, bench: Bench | Runner, loop: VirtualLoop) -> None:
         super().__init__(bench)
         self.loop = loop
         self.users: list[object] = []
@@ -102,7 +105,7 @@ class Joined(Pace):
         """Let its time stand still, unless somebody else uses it."""
         self.users.remove(user)
         if not self.users:
-            del self.loop.paces[self.bench]
+            del self.loop.paces[self.kernel]
 
     def answer(self, quiet: Callable[[], bool]) -> None:
         """Do nothing: time passes as soon as all tasks wait."""
@@ -162,7 +165,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         self.now_ps = self.target_ps = 0
         self.stirred = self.alone = False  # something is to be done at this instant; there is one bench
         self.elsewhere = 0  # jobs in threads
-        self.paces: dict[Bench, Joined] = {}
+        self.paces: dict[Kernel, Joined] = {}
         selector = Idle()
         selector.loop = self
         super().__init__(selector)
@@ -171,22 +174,15 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         """Return virtual seconds since the loop was made."""
         return self.now_ps / PS_PER_S
 
-    def joined(self, bench: Bench) -> Joined:
+    def joined(self, bench: Bench | Runner) -> Joined:
         """Return the pace of a bench in this loop."""
-        if bench not in self.paces:
+        if bench.kernel not in self.paces:
             bench.run(0)
-            self.paces[bench] = Joined(bench, self)
-        return self.paces[bench]
+            self.paces[bench.kernel] = Joined(bench, self)
+        return self.paces[bench.kernel]
 
-    async def passed(
-        self, bench: Bench, met: Callable[[], bool], when: Callable[[], int | None] | None, nets: Iterable[Net], ps: int
-    ) -> bool:
-        """Wait until a condition is met, for so much of the bench's time; return whether it was.
-
-        Args:
-            when: the instant that the present promises say.
-            nets: every edge of these is an instant meanwhile.
-        """
+    async def passed(self, bench: Runner, condition: Condition, ps: int) -> bool:
+        """Wait until a condition is met, for so much of the bench's time; return whether it was."""
         pace = self.joined(bench)
         if not any(user is bench for user in pace.users):
             pace.join(bench)
@@ -196,13 +192,13 @@ class VirtualLoop(asyncio.SelectorEventLoop):
             if not over.done():
                 over.set_result(found)
 
-        wait = Wait(met, bench.now_ps + ps, done, when, tuple(nets))
+        wait = Wait(condition.met, bench.kernel.now + ps, done, condition.foreseen, condition.nets)
         pace.wait(wait)
         try:
             return await over
         finally:
             pace.forget(wait)
-            bench.outside.tell("run", to=bench.now_ps)
+            bench.outside.tell("run", to=bench.kernel.now)
 
     # ---------------------------------------------------------------------------------------------------------- time
     def pass_time(self, timeout: float | None) -> bool:
@@ -227,7 +223,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
     def stuck(self) -> str:
         """Return who waits for what, in words."""
         waiting = [
-            f"\n  {owner.waiting}" for bench, pace in self.paces.items() if pace.users for owner in bench.chips.values()
+            f"\n  {owner.waiting}" for pace in self.paces.values() if pace.users for owner in pace.bench.chips.values()
         ]
         return f"it is {readable(self.now_ps)}; every task waits, and nothing is going to happen{''.join(waiting)}"
 

@@ -15,6 +15,7 @@ from tempfile import mkdtemp
 from threading import Condition, Event, Thread
 from typing import Any
 
+from ..bench.runner import Wait
 from ..chips import sheet_of
 from ..core.chip import Chip
 from ..core.datasheet.channel import Channel
@@ -23,7 +24,7 @@ from ..core.messages.near import hint
 from ..core.motion.motions import MotionEnd, MotionStart
 from ..core.wires.net import Net
 from ..errors import SlewlineError, UsageError
-from ..links.lines.pace import Lockstep, Pace, Paced, Wait
+from ..links.lines.pace import Lockstep, Pace, Paced
 from ..links.server import Server
 from ..parts.hosts.computer import Computer
 from .controller import Controller

@@ -28,8 +28,8 @@ from serialx import (
 )
 
 from ..bench import Bench
+from ..bench.runner import Wait
 from ..core.chip import Chip
-from ..links.lines.pace import Wait
 from .aio import time_of
 from .end import SILENCE_PS, End, word_of
 from .rig import SCHEME, Rig, from_url

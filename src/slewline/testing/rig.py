@@ -18,6 +18,7 @@ from urllib.parse import parse_qsl, urlsplit
 
 from ..bench import Bench
 from ..bench.memories import is_outside, put_memory
+from ..bench.runner import Wait
 from ..chips import CATALOGUE, sheet_of
 from ..core.chip import Chip
 from ..core.datasheet import channel
@@ -28,7 +29,7 @@ from ..core.wires.net import Net
 from ..errors import UnknownName, UsageError
 from ..links.lines.line import SerialLine
 from ..links.lines.log import Log
-from ..links.lines.pace import Lockstep, Pace, Paced, Wait
+from ..links.lines.pace import Lockstep, Pace, Paced
 from ..links.lines.store import FileStore
 from ..parts.hosts.adaptive_host import AdaptiveHost
 from ..parts.hosts.serial_host import SerialHost

@@ -18,28 +18,6 @@ def axes_of(chip: Chip) -> Iterator[tuple[str, OneAxis]]:
         yield chip.name if chip.sheet.axes == 1 else f"{chip.name}.axis{number}", chip.axis(number)
 
 
-def quantity_of(chips: Mapping[str, Chip], parts: Mapping[str, Part], name: str) -> Quantity:
-    """Return a quantity by its full name; without the number of an axis, that of axis 1.
-
-    Raises:
-        UnknownName: there is none; the message lists those of that chip or part, or those there are.
-    """
-    known = {
-        f"{scope}.{quantity.name}": quantity
-        for scope, quantities in [
-            *((scope, axis.quantities()) for chip in chips.values() for scope, axis in axes_of(chip)),
-            *((part.name, part.quantities()) for part in parts.values()),
-        ]
-        for quantity in quantities
-    }
-    owner, _, what = name.partition(".") if isinstance(name, str) else ("", "", "")
-    full = f"{owner}.axis1.{what}" if owner in chips and chips[owner].sheet.axes > 1 and "." not in what else name
-    if full not in known:
-        own = [each for each in known if each.partition(".")[0] == owner] or list(known)
-        raise UnknownName(f"no quantity {name!r}; there are: {', '.join(own) or 'none yet'}{hint(name, own)}")
-    return known[full]
-
-
 Chosen = tuple[Part, tuple[Quantity, ...]]  # a part, and what is shown of it
 
 
@@ -86,3 +64,22 @@ def joints_of(part: Part) -> set[object]:
     """Return what joins a part to others: the wires on its pins, and what turns its shaft."""
     source = getattr(getattr(part, "shaft", None), "source", None)
     return {*(pin.net.hub for pin in part.pins.values()), *([source] if source is not None else [])}
+
+
+def moving_from_to(axis: OneAxis, start: int, stop: int) -> tuple[int, int] | None:
+    """Return the first and the last instant of a window at which an axis moves; None: it makes no step there."""
+    played = [(train, a, b) for _, train, a, b in axis.motor.played(start, stop)]
+    if not played:
+        return None
+    train, a, _ = played[0]
+    begin = max(train.clock.ps(train.begin(a) if a else train.origin), start)
+    train, _, b = played[-1]
+    last = train.clock.ps(train.begin(b - 1))
+    times, values = axis.quantities()[0].outline(last, stop, 100)
+    rests = times[values == 0]
+    return begin, int(rests[0]) if len(rests) else stop
+
+
+def first_step(axis: OneAxis, stop: int) -> int | None:
+    """Return the instant (ps) of the first step of an axis; None: it makes no step."""
+    return next((train.clock.ps(train.begin(a)) for _, train, a, _ in axis.motor.played(0, stop)), None)

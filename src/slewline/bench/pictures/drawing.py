@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from ...core.chip import Chip
-from ...core.messages.calls import answering
 from ...core.messages.near import hint
 from ...core.motion.axis import Steps
 from ...core.motion.motions import Mark
@@ -15,10 +14,8 @@ from ...core.motion.one_axis import OneAxis
 from ...core.time.timebase import Time, moment, readable
 from ...errors import UnknownName, UsageError
 from ...parts.base.part import Part
-from .curves import Chosen, chosen
-from .motions import first_step, moving_from_to
-from .recording import Recording
-from .told import differences, moments_of, told, without_rest, words_of
+from .curves import Chosen, chosen, first_step, moving_from_to
+from .signals import Signals
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,112 +25,58 @@ if TYPE_CHECKING:
     from ...record.pictures.figures import Contents
     from ...record.pictures.tracks import Track
     from ...record.recording.traces import Trace
-    from .recording import FilePath
+    from ...record.style import TimeAxis
+    from .waveforms import FilePath
 
 AROUND = 20  # so much of the motion is shown before and after it: 1/20
 MOST_PHASED = 100  # motions, above which their phases would be narrower than their names
 MOST_NOTES = 4  # lines of parameters
+MOST_VALUES = 3  # of a parameter that are written, of motions in which it differs
+
+AxisNames = Sequence[int | str] | int | str | None
 
 
-class Drawing(Recording):
-    """The drawing half of a bench."""
+@dataclass(frozen=True, slots=True)
+class PictureOptions:
+    """What a picture is to show: the arguments of `bench.figure`."""
 
-    def figure(
-        self,
-        title: str | None = None,
-        pins: Sequence[str | Trace] | None = None,
-        start: Time | None = None,
-        stop: Time | None = None,
-        *,
-        axes: Sequence[int | str] | int | str | None = None,
-        parts: Sequence[str] | str | None = None,
-        runs: Mapping[str, Drawing | Steps] | None = None,
-        over: Mapping[str, Trace] | None = None,
-        ideal: bool = False,
-        cursors: Time | Iterable[Time] = (),
-        dark: bool = False,
-        width: str | float = "page",
-        ax: Axes | Sequence[Axes] | None = None,
-        marks: bool = True,
-    ) -> Figure:
-        """Draw the motions of the axes, and recorded pins below; return a matplotlib Figure.
+    title: str | None
+    pins: Sequence[str | Trace] | None
+    start: Time | None
+    stop: Time | None
+    axes: AxisNames
+    parts: Sequence[str] | str | None
+    runs: Mapping[str, Pictures | Steps] | None
+    over: Mapping[str, Trace] | None
+    ideal: bool
+    cursors: Time | Iterable[Time]
+    dark: bool
+    width: str | float
+    marks: bool
 
-        Velocity and position share one column of panels, whatever the number of axes; of parts that have them,
-        acceleration and jerk as well.  An axis that does not move is left out when others do.
 
-        Args:
-            title: by default the chips and their parts.
-            pins: recorded pins, or traces of a file; all that are recorded by default, [] for none.
-            start, stop: the window; by default the motion, and a twentieth of it before and after.
-            axes: which axes: numbers from 1 on, names of chips, or names such as "x axis 2"; by default all.
-            parts: whose quantities are drawn, too: names of parts, or of single quantities such as "driver.current"; by
-                default those of all parts around the chips, as far as they change; [] for none.
-            runs: further benches by the name that the picture gives them, each laid over this one, its motion
-                beginning with this one's; `start` and `stop` then count from there.  Measured steps as well, such as
-                `read_vcd(path).steps("pulse")`, their first one at the instant of this bench's first one.
-            over: what was measured of pins, such as {"x.slew": measured.trace("slew", shift="-3 ms")}: it is drawn over
-                them, stretches in which the two differ are marked, and how late it comes at most is told.
-            ideal: lay the ideal of each motion over it, as far as the part defines one, and tell the difference.
-            cursors: instants that are marked by numbered lines; `readings` has the values there.
-            dark: light on dark.
-            width: "page", "phone", or inches.
-            ax: draw into these axes of matplotlib, one for each panel, or into a single one for the first panel.
-            marks: flag commands, findings, limits and home above the panels.
+class Pictures:
+    """What draws a circuit and its recorded signals."""
 
-        Raises:
-            UsageError: nothing to draw, an unknown width, too few axes for the panels, or no matplotlib.
-            UnknownName: no such axis or part, or no chip on the bench.
-            NotRecorded: a pin that is not recorded.
-        """
+    def __init__(self, signals: Signals) -> None:
+        self.signals, self.circuit, self.kernel = signals, signals.circuit, signals.circuit.kernel
+
+    def figure(self, options: PictureOptions, ax: Axes | Sequence[Axes] | None) -> Figure:
+        """Draw the motions of the axes, and recorded pins below."""
         from ...record.pictures.figures import figure
 
-        contents = self._contents(title, pins, start, stop, axes, parts, runs, over, ideal, cursors, marks)
-        return figure(contents, width=width, dark=dark, ax=ax)
+        return figure(self.contents(options), width=options.width, dark=options.dark, ax=ax)
 
-    @answering("plot()", '; width is "page", "phone" or inches')
-    def plot(
-        self,
-        path: FilePath,
-        title: str | None = None,
-        pins: Sequence[str | Trace] | None = None,
-        start: Time | None = None,
-        stop: Time | None = None,
-        *,
-        axes: Sequence[int | str] | int | str | None = None,
-        parts: Sequence[str] | str | None = None,
-        runs: Mapping[str, Drawing | Steps] | None = None,
-        over: Mapping[str, Trace] | None = None,
-        ideal: bool = False,
-        cursors: Time | Iterable[Time] = (),
-        dark: bool = False,
-        width: str | float = "page",
-        marks: bool = True,
-    ) -> None:
-        """Draw as `figure` does, into a file: SVG, PNG or PDF, as its suffix says.  The same run gives the same bytes.
-
-        Raises:
-            UsageError: an unknown suffix, a path that cannot be written, or as `figure`.
-            UnknownName, NotRecorded: as `figure`.
-        """
+    def plot(self, path: FilePath, options: PictureOptions) -> None:
+        """Draw into a file."""
         from ...record.pictures.figures import description_of, figure
         from ...record.pictures.pictures import SUFFIXES, save
         from ...record.whole_file import check_suffix
 
         check_suffix(path, SUFFIXES)
-        contents = self._contents(title, pins, start, stop, axes, parts, runs, over, ideal, cursors, marks)
-        picture = figure(contents, width=width, dark=dark)
-        save(picture, path, contents.title, description_of(picture), dark)
-
-    def show(self, *args: Any, **options: Any) -> None:
-        """Show what `figure` draws, with its arguments: in a window, or in the notebook; returns when that is closed.
-
-        Raises:
-            UsageError: there is no screen, or as `figure`.
-            UnknownName, NotRecorded: as `figure`.
-        """
-        from ...record.pictures.pictures import show
-
-        show(self.figure(*args, **options))
+        contents = self.contents(options)
+        picture = figure(contents, width=options.width, dark=options.dark)
+        save(picture, path, contents.title, description_of(picture), options.dark)
 
     def readings(
         self,
@@ -163,74 +106,56 @@ class Drawing(Recording):
             raise UsageError('readings: no instant; give some, such as bench.readings(["10 ms", "20 ms"])')
         if max(instants) > self.kernel.now:
             raise UsageError(f"{readable(max(instants))} is still to come; it is {readable(self.kernel.now)}")
-        nets = dict(self.recorded) if pins is None else self._chosen(pins)
+        nets = dict(self.signals.recorded) if pins is None else self.signals.chosen(pins)
         shown = self._axes(axes)
-        tracks = [(self._name_of(axis), axis.quantities()) for axis in shown]
+        tracks = [(self.name_of(axis), axis.quantities()) for axis in shown]
         tracks += [(part.name, quantities) for part, quantities in self._parts(parts, shown)]
-        found = readings(instants, tracks, [(name, net, self.recorder) for name, net in nets.items()])
+        found = readings(instants, tracks, [(name, net, self.signals.recorder) for name, net in nets.items()])
         rows = [measured(name, trace, instants) for name, trace in checked(over).items()]
         return replace(found, rows=(*found.rows, *rows))
 
     # ------------------------------------------------------------------------------------------------- what is shown
-    def _contents(
-        self,
-        title: str | None,
-        pins: Sequence[str | Trace] | None,
-        start: Time | None,
-        stop: Time | None,
-        axes: Sequence[int | str] | int | str | None,
-        parts: Sequence[str] | str | None,
-        runs: Mapping[str, Drawing | Steps] | None,
-        over: Mapping[str, Trace] | None,
-        ideal: bool,
-        cursors: Time | Iterable[Time],
-        marks: bool,
-    ) -> Contents:
+    def contents(self, options: PictureOptions) -> Contents:
+        """Return what a picture shows, to be drawn."""
         from ...record.pictures.figures import Contents
+        from ...record.style import TimeAxis
 
-        self.catch_up()
+        self.circuit.catch_up()
+        runs, axes = options.runs, options.axes
         if runs is not None and not isinstance(runs, Mapping):
             raise UsageError(f"runs: {runs!r}; expected benches by name, such as {{'fast': other}}")
-        if not self.chips:
+        if not self.circuit.chips:
             raise UnknownName("the bench has no chip to plot")
-        benches = [("", self)] if not runs else [(n, run) for n, run in runs.items() if isinstance(run, Drawing)]
+        benches = [("", self)] if not runs else [(n, run) for n, run in runs.items() if isinstance(run, Pictures)]
         if runs and not any(bench is self for _, bench in benches):
             benches.insert(0, ("this run", self))
         begins = {name: (bench._motion(bench._axes(axes)) or (0, 0))[0] if runs else 0 for name, bench in benches}
         zero = next(begins[name] for name, bench in benches if bench is self)
-        measured = [*self._measured(runs or {}, axes, zero)]
-        first, last = self._picture(axes, pins, start, stop, benches, begins, measured)
-        shown = moments_of(cursors)
+        measured = [*self._measured(options, zero)]
+        first, last = self._window(options, benches, begins, measured)
+        shown = moments_of(options.cursors)
         for ps in shown:
             if not first <= ps <= last:
                 within = f"{readable(first)} to {readable(last)}"
                 raise UsageError(f"cursors: {readable(ps)} lies outside the picture, {within}; give start or stop, too")
-        tracks: list[Track] = []
-        for name, bench in benches:
-            tracks += bench._tracks(axes, parts, name, begins[name], first, last, ideal)
-        tracks += measured
-        from ...record.style import TimeAxis
-
-        tracks = [*without_rest(tracks, TimeAxis(first, last))]
+        moved = [each for name, bench in benches for each in bench._tracks(options, name, begins[name], first, last)]
+        tracks = [*without_rest([*moved, *measured], TimeAxis(first, last))]
         return Contents(
-            title or self._named(),
+            options.title or self.circuit.title,
             tracks,
-            self._traces(pins, first, last, zero, over),
+            self._traces(options.pins, first, last, zero, options.over),
             first,
             last,
             notes=[*self._notes(tracks), *differences(tracks)],
             cursors=shown,
             zero_is="from the begin of the motion on" if runs else "",
-            marks=marks,
+            marks=options.marks,
         )
 
-    def _picture(
+    def _window(
         self,
-        axes: Any,
-        pins: Sequence[str | Trace] | None,
-        start: Time | None,
-        stop: Time | None,
-        benches: Sequence[tuple[str, Drawing]],
+        options: PictureOptions,
+        benches: Sequence[tuple[str, Pictures]],
         begins: Mapping[str, int],
         measured: Sequence[Track],
     ) -> tuple[int, int]:
@@ -240,21 +165,19 @@ class Drawing(Recording):
         """
         ends = [bench.kernel.now - begins[name] for name, bench in benches]
         longest = max(ends + [track.until - track.zero for track in measured])
-        first = None if start is None else moment(start)
-        last = None if stop is None else min(moment(stop), longest)
+        first = None if options.start is None else moment(options.start)
+        last = None if options.stop is None else min(moment(options.stop), longest)
         if first is None or last is None:
-            moved = [(bench._motion(bench._axes(axes)), begins[name]) for name, bench in benches]
+            moved = [(bench._motion(bench._axes(options.axes)), begins[name]) for name, bench in benches]
             spans = [(span[0] - zero, span[1] - zero) for span, zero in moved if span is not None]
             spans += [(t.since - t.zero, t.until - t.zero) for t in measured]
-            if not spans and (edges := self._activity(pins)) is not None:
+            if not spans and (edges := self._activity(options.pins)) is not None:
                 spans = [edges]
             begin = min((span[0] for span in spans), default=0)
             end = max((span[1] for span in spans), default=longest)
             around = max((end - begin) // AROUND, 1)
             earliest = -min(begins.values())
-            loaded = max(
-                (bench._loaded(axes, begin + begins[name]) - begins[name] for name, bench in benches), default=0
-            )
+            loaded = max(bench._loaded(options.axes, begin + begins[name]) - begins[name] for name, bench in benches)
             if first is None:
                 first = max(begin - around, earliest, loaded)
                 first = first if last is None or first < last else earliest
@@ -273,7 +196,7 @@ class Drawing(Recording):
         spans = [span for axis in axes if (span := moving_from_to(axis, axis.motor.since, self.kernel.now)) is not None]
         return (min(begin for begin, _ in spans), max(end for _, end in spans)) if spans else None
 
-    def _loaded(self, axes: Any, before: int) -> int:
+    def _loaded(self, axes: AxisNames, before: int) -> int:
         """When a position register was loaded last before an instant (ps): what it held until then is not shown.
 
         Nor is what is no longer kept.
@@ -285,15 +208,15 @@ class Drawing(Recording):
     def _activity(self, pins: Sequence[str | Trace] | None) -> tuple[int, int] | None:
         """From the first to the last edge of the pins that are shown, command or finding; None: there is none."""
         now = self.kernel.now
-        traces = self._traces(pins, 0, now, 0)
+        traces = self._traces(pins, 0, now, 0, None)
         found = [int(ps) for trace in traces if len(trace.times_ps) for ps in trace.times_ps[[0, -1]]]
-        found += [each.time_ps for chip in self.chips.values() for each in chip.findings]
-        found += [ps for log in self.commands.values() for ps, text in log.between(0, now) if text]
+        found += [each.time_ps for chip in self.circuit.chips.values() for each in chip.findings]
+        found += [ps for log in self.signals.commands.values() for ps, text in log.between(0, now) if text]
         return (min(found), max(found)) if found else None
 
-    def _axes(self, axes: Sequence[int | str] | int | str | None) -> list[OneAxis]:
+    def _axes(self, axes: AxisNames) -> list[OneAxis]:
         """The axes that are asked for; all of them by default."""
-        all_of_them = [*self._chip_axes()]
+        all_of_them = [*self.circuit.axes()]
         if axes is None:
             return [axis for _, _, axis in all_of_them]
         wanted = [axes] if isinstance(axes, int | str) else list(axes)
@@ -309,33 +232,31 @@ class Drawing(Recording):
 
     def _owner(self, axis: OneAxis) -> tuple[Chip, int]:
         """The chip of an axis, and its number there."""
-        return next((chip, n) for chip, n, one in self._chip_axes() if one.motor is axis.motor)
+        return next((chip, n) for chip, n, one in self.circuit.axes() if one.motor is axis.motor)
 
-    def _name_of(self, axis: OneAxis) -> str:
+    def name_of(self, axis: OneAxis) -> str:
         """An axis as the legend names it: with its chip, if there are several."""
         chip, number = self._owner(axis)
         if chip.sheet.axes == 1:
             return chip.name
-        return f"axis {number}" if len(self.chips) == 1 else f"{chip.name} axis {number}"
+        return f"axis {number}" if len(self.circuit.chips) == 1 else f"{chip.name} axis {number}"
 
-    def _tracks(self, axes: Any, parts: Any, run: str, zero: int, start: int, stop: int, ideal: bool) -> list[Track]:
+    def _tracks(self, options: PictureOptions, run: str, zero: int, start: int, stop: int) -> list[Track]:
         """What the axes did in a window of the picture, those that move; one, if none does.  Below, what parts did."""
         first, last = max(start + zero, 0), min(stop + zero, self.kernel.now)
-        chosen = self._axes(axes)
-        around = self._parts(parts, chosen)
-        if axes is None:
+        chosen = self._axes(options.axes)
+        around = self._parts(options.parts, chosen)
+        if options.axes is None:
             chosen = [axis for axis in chosen if any(axis.motor.played(first, last))] or chosen[:1]
-        tracks = [self._track(axis, zero, first, last, ideal) for axis in chosen]
-        tracks += self._tracks_of_parts(around, zero, first, last, parts is None)
+        tracks = [self._track(axis, zero, first, last, options.ideal) for axis in chosen]
+        tracks += self._tracks_of_parts(around, zero, first, last, options.parts is None)
         if not run:
             return tracks
         return [replace(track, name=f"{run}, {track.name}" if len(tracks) > 1 else run) for track in tracks]
 
     def _parts(self, parts: Sequence[str] | str | None, axes: Sequence[OneAxis]) -> list[Chosen]:
         """The parts whose quantities are shown, beside some axes."""
-        return chosen(
-            self.parts, parts, [*{id(chip): chip for axis in axes for chip in [self._owner(axis)[0]]}.values()]
-        )
+        return chosen(self.circuit.parts, parts, list(dict.fromkeys(self._owner(axis)[0] for axis in axes)))
 
     def _tracks_of_parts(
         self, around: Sequence[Chosen], zero: int, first: int, last: int, moving: bool
@@ -348,14 +269,8 @@ class Drawing(Recording):
         for part, quantities in around:
             shown = [each for each in quantities if not moving or np.ptp(each.outline(first, last, 1).values)]
             if shown:
-                yield Track(
-                    part.name,
-                    shown,
-                    marks=self._findings(part, first, last),
-                    zero=zero,
-                    until=self.kernel.now,
-                    part=True,
-                )
+                marks = self._findings(part, first, last)
+                yield Track(part.name, shown, marks=marks, zero=zero, until=self.kernel.now, part=True)
 
     def _track(self, axis: OneAxis, zero: int, first: int, last: int, ideal: bool) -> Track:
         from ...record.pictures.tracks import Track
@@ -365,7 +280,7 @@ class Drawing(Recording):
             motions = [motion for motion in axis.motions(None, first) if motion.time_ps < first][-1:] + motions
         ideals = ((motion, motion.ideal) for motion in motions) if ideal else ()
         return Track(
-            self._name_of(axis),
+            self.name_of(axis),
             axis.quantities(),
             motions,
             [*axis.marks(first, last), *self._findings(self._owner(axis)[0], first, last)],
@@ -379,14 +294,14 @@ class Drawing(Recording):
     def _findings(self, owner: Chip | Part, first: int, last: int) -> list[Mark]:
         return [Mark(f.time_ps, "finding", f.code) for f in owner.findings if first <= f.time_ps <= last]
 
-    def _measured(self, runs: Mapping[str, Any], axes: Any, zero: int) -> Iterator[Track]:
+    def _measured(self, options: PictureOptions, zero: int) -> Iterator[Track]:
         """Measured steps among some runs, their first one at that of this bench (ps; `zero` of it is 0)."""
         from ...record.pictures.measured import track
 
-        found = {name: run for name, run in runs.items() if not isinstance(run, Drawing)}
+        found = {name: run for name, run in (options.runs or {}).items() if not isinstance(run, Pictures)}
         if not found:
             return
-        steps_of = (first_step(axis, self.kernel.now) for axis in self._axes(axes))
+        steps_of = (first_step(axis, self.kernel.now) for axis in self._axes(options.axes))
         first = min((step for step in steps_of if step is not None), default=zero)
         for name, steps in found.items():
             if not isinstance(steps, Steps):
@@ -396,12 +311,7 @@ class Drawing(Recording):
             yield track(name, steps, first - zero)
 
     def _traces(
-        self,
-        pins: Sequence[str | Trace] | None,
-        first: int,
-        last: int,
-        zero: int,
-        over: Mapping[str, Trace] | None = None,
+        self, pins: Sequence[str | Trace] | None, first: int, last: int, zero: int, over: Mapping[str, Trace] | None
     ) -> list[Trace]:
         """What the pins did in a window of the picture; names without their chip, if there is but one."""
         from ...record.measuring.overlay import checked, fitting
@@ -410,25 +320,80 @@ class Drawing(Recording):
 
         laid = checked(over)
         found: list[Trace] = []
-        shown = list(self.recorded if pins is None else [pins] if isinstance(pins, str) else pins)
+        shown = list(self.signals.recorded if pins is None else [pins] if isinstance(pins, str) else pins)
         for pin in [*shown, *(name for name in laid if name not in shown)]:
             if isinstance(pin, Trace):
                 found.append(pin.shifted(-zero).within(first, last))
                 continue
-            net = self._chosen([pin])[pin]
-            name = pin.partition(".")[2] if len(self.chips) == 1 else pin
+            net = self.signals.chosen([pin])[pin]
+            name = pin.partition(".")[2] if len(self.circuit.chips) == 1 else pin
             measured = fitting(pin, width_of(net) > 1, laid.get(pin))
-            trace = Trace.of(name or pin, net, self.recorder, first + zero, last + zero, measured)
+            trace = Trace.of(name or pin, net, self.signals.recorder, first + zero, last + zero, measured)
             found.append(trace.shifted(-zero))
         return found
 
-    # --------------------------------------------------------------------------------------------------- what is told
     def _notes(self, tracks: Sequence[Track]) -> Iterator[str]:
         """Lines that tell with which parameters the axes moved."""
-        words = {name: word for chip in self.chips.values() for name, word in words_of(chip).items()}
-        lines = {track.name: told(track, words) for track in tracks if not track.part}
+        words = {name: word for chip in self.circuit.chips.values() for name, word in words_of(chip).items()}
+        lines = {track.name: parameters_of(track, words) for track in tracks if not track.part}
         if len({*lines.values()}) == 1:
             lines = {"": next(iter(lines.values()))}
         for name, line in [*lines.items()][:MOST_NOTES]:
             if line:
                 yield f"{name}: {line}" if name else line
+
+
+def words_of(chip: Chip) -> dict[str, str]:
+    """Return what the commands of a chip are called, by their letters: {"R": "rate"}."""
+    return {row.form: row.name.lower().replace("_", " ") for row in chip.sheet.commands}
+
+
+def moments_of(times: Time | Iterable[Time]) -> list[int]:
+    """Return the picoseconds of an instant, or of several."""
+    return [moment(time) for time in ([times] if isinstance(times, Time) else times)]
+
+
+def without_rest(tracks: Sequence[Track], axis: TimeAxis) -> Iterator[Track]:
+    """Yield tracks without their positions, if none of these changes: of an axis at rest, or on its way home."""
+    import numpy as np
+
+    still = not any(
+        np.ptp(np.nan_to_num(quantity.outline(*track.window(axis), 1).values))
+        for track in tracks
+        for quantity in track.quantities
+        if quantity.name == "position"
+    )
+    for track in tracks:
+        yield replace(track, quantities=[q for q in track.quantities if not still or q.name != "position"])
+
+
+def differences(tracks: Sequence[Track]) -> Iterator[str]:
+    """Yield how far the motions of a track leave their ideals at most, in words."""
+    from ...record.style import few
+
+    for track in tracks:
+        if track.ideals:
+            position = few(max(abs(deviation.position) for _, deviation in track.ideals))
+            velocity = max(abs(deviation.velocity) for _, deviation in track.ideals)
+            whose = f"{track.name}: d" if len(tracks) > 1 else "D"
+            steps = f"{position} step{'s' * (position != '1')}"
+            yield f"{whose}otted: the ideal; position within {steps}, velocity within {few(velocity)} steps/s"
+
+
+def parameters_of(track: Track, words: Mapping[str, str]) -> str:
+    """Return the parameters of the motions of a track: "slope S = 240, number N = 300, 500"."""
+    from ...record.style import grouped
+
+    values: dict[str, list[str]] = {}
+    for notes in {id(motion.notes): motion.notes for motion in track.motions}.values():  # motions may share them
+        for name, value in notes.items():
+            text = grouped(value)
+            if text not in values.setdefault(name, []):
+                values[name].append(text)
+    parts = []
+    for name, texts in values.items():
+        word = words.get(name, name.lower())
+        called = f"{word} {name}" if word != name.lower() else name
+        shown = ", ".join(texts[:MOST_VALUES]) + (" …" if len(texts) > MOST_VALUES else "")
+        parts.append(f"{called} = {shown}")
+    return "; ".join(parts) if any("," in part for part in parts) else ", ".join(parts)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ...core.messages.near import hint
-from ...core.time.timebase import Time, picoseconds
+from ...core.time.timebase import Time, picoseconds, window
 from ...errors import UnknownName, UsageError
-from .recording import Recording
+from .signals import Signals
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -17,12 +18,31 @@ if TYPE_CHECKING:
     from ...record.measuring.intervals import Interval, TimingTable
     from ...record.pictures.diagram import Diagram
     from ...record.recording.traces import Trace
-    from .recording import FilePath
+    from .waveforms import FilePath
     from .window import Between
 
 
-class TimingDiagrams(Recording):
-    """The timing half of a bench."""
+@dataclass(frozen=True, slots=True)
+class DiagramOptions:
+    """What a timing diagram is to show: arguments of `bench.timing`."""
+
+    pins: Sequence[str] | None
+    start: Time | None
+    stop: Time | None
+    between: Iterable[Between]
+    causes: Iterable[tuple[str, str]]
+    title: str | None
+    over: Mapping[str, Trace] | None
+    names: Mapping[str, str] | None
+    decode: bool
+    quiet: Time | None
+
+
+class TimingDiagrams:
+    """What draws and measures recorded signals."""
+
+    def __init__(self, signals: Signals) -> None:
+        self.signals, self.circuit = signals, signals.circuit
 
     def timing(
         self,
@@ -67,7 +87,7 @@ class TimingDiagrams(Recording):
         from ...record.whole_file import check_suffix
 
         check_suffix(path, SUFFIXES)
-        diagram = self._diagram(pins, start, stop, between, causes, title, over, names, decode, quiet)
+        diagram = self._diagram(DiagramOptions(pins, start, stop, between, causes, title, over, names, decode, quiet))
         save(draw(diagram, width, dark), path, diagram.title, diagram.description, dark)
         return list(diagram.measured)
 
@@ -94,7 +114,8 @@ class TimingDiagrams(Recording):
         """
         from ...record.pictures.timing import draw
 
-        return draw(self._diagram(pins, start, stop, between, causes, title, over, names, decode, quiet), width, dark)
+        options = DiagramOptions(pins, start, stop, between, causes, title, over, names, decode, quiet)
+        return draw(self._diagram(options), width, dark)
 
     def intervals(
         self, between: Iterable[Between], start: Time | None = None, stop: Time | None = None
@@ -107,8 +128,7 @@ class TimingDiagrams(Recording):
         """
         from .window import Window
 
-        window = Window(self, *self._window_of(self._chosen(None), start, stop))
-        return window.measure(between)
+        return Window(self.signals, *self.signals.window_of(self.signals.chosen(None), start, stop)).measure(between)
 
     def check_timing(
         self, chips: Iterable[str] | None = None, start: Time | None = None, stop: Time | None = None
@@ -125,46 +145,37 @@ class TimingDiagrams(Recording):
         from ...record.measuring.intervals import TimingTable
         from .window import Window
 
-        self._chosen(None)
+        self.signals.chosen(None)
         if chips is not None and (isinstance(chips, str) or not isinstance(chips, Iterable)):
-            raise UsageError(f"check_timing({chips!r}): expected a list of names of chips, such as {list(self.chips)}")
-        window = Window(self, *self._window(start, stop), reach=start is None)
-        found = [self._chip(name) for name in chips] if chips is not None else list(self.chips.values())
-        return TimingTable(window.check(chip, limit) for chip in found for limit in chip.sheet.limits)
+            known = list(self.circuit.chips)
+            raise UsageError(f"check_timing({chips!r}): expected a list of names of chips, such as {known}")
+        recorded = Window(self.signals, *window(start, stop, self.circuit.kernel.now), reach=start is None)
+        found = [self._chip(name) for name in chips] if chips is not None else list(self.circuit.chips.values())
+        return TimingTable(recorded.check(chip, limit) for chip in found for limit in chip.sheet.limits)
 
     def _chip(self, name: str) -> Chip:
-        if not isinstance(name, str) or name not in self.chips:
-            raise UnknownName(f"chip {name!r}: allowed {', '.join(self.chips)}{hint(name, self.chips)}")
-        return self.chips[name]
+        if not isinstance(name, str) or name not in self.circuit.chips:
+            raise UnknownName(f"chip {name!r}: allowed {', '.join(self.circuit.chips)}{hint(name, self.circuit.chips)}")
+        return self.circuit.chips[name]
 
-    def _diagram(
-        self,
-        pins: Sequence[str] | None,
-        start: Time | None,
-        stop: Time | None,
-        between: Iterable[Between],
-        causes: Iterable[tuple[str, str]],
-        title: str | None,
-        over: Mapping[str, Trace] | None,
-        names: Mapping[str, str] | None,
-        decode: bool,
-        quiet: Time | None,
-    ) -> Diagram:
+    def _diagram(self, options: DiagramOptions) -> Diagram:
         from ...record.measuring.overlay import checked
         from ...record.pictures.diagram import Diagram
         from .window import Window
 
-        if isinstance(pins, str):
-            raise UsageError(f"pins={pins!r}: expected a list of pins, such as [{pins!r}]")
-        chosen = [self._full_name(name) for name in pins] if pins is not None else list(self._chosen(None))
-        laid = {self._full_name(name): trace for name, trace in checked(over).items()}
+        if isinstance(options.pins, str):
+            raise UsageError(f"pins={options.pins!r}: expected a list of pins, such as [{options.pins!r}]")
+        signals, full_name = self.signals, self.signals.full_name
+        chosen = list(signals.chosen(None)) if options.pins is None else [full_name(name) for name in options.pins]
+        laid = {full_name(name): trace for name, trace in checked(options.over).items()}
         chosen += [name for name in laid if name not in chosen]
-        window = Window(self, *self._window_of(self._chosen(chosen), start, stop))
-        labels = {self._full_name(name): label for name, label in (names or {}).items()}
-        measured, causing = window.measure(between), window.measure(causes)
+        window = Window(signals, *signals.window_of(signals.chosen(chosen), options.start, options.stop))
+        labels = {full_name(name): label for name, label in (options.names or {}).items()}
+        measured, causing = window.measure(options.between), window.measure(options.causes)
         missing = [edge.split()[0] for each in (*measured, *causing) for edge in (each.start, each.end)]
         chosen += [name for name in dict.fromkeys(missing) if name not in chosen]
         owners = {name.partition(".")[0] for name in chosen}
-        lanes = [window.lane(name, labels.get(name), len(owners) > 1, decode, laid.get(name)) for name in chosen]
-        cut = None if quiet is None else picoseconds(quiet)
-        return Diagram(title or self._named(), window.start, window.stop, lanes, measured, causing, cut)
+        several, decode = len(owners) > 1, options.decode
+        lanes = [window.lane(name, labels.get(name), several, decode, laid.get(name)) for name in chosen]
+        cut = None if options.quiet is None else picoseconds(options.quiet)
+        return Diagram(options.title or self.circuit.title, window.start, window.stop, lanes, measured, causing, cut)

@@ -1,26 +1,264 @@
-"""What a waveform file of a bench has beside the pins: what the axes do, what is said of it, and how it is laid out."""
+"""Files of a bench: waveforms, and edges and steps as CSV or arrays.
+
+What a waveform file has beside the pins is gathered here: what the axes do, what is said of it, and how it is laid out.
+"""
 
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from operator import attrgetter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ...core.chip import Chip
+from ...core.messages.instead import missing
+from ...core.motion.axis import Steps
+from ...core.time.kernel import Kernel
+from ...core.time.timebase import Time
+from ...errors import UsageError
 from ...parts.base.part import Part
-from .curves import axes_of
+from .curves import attached, axes_of, moving_from_to
+from .signals import Signals
 
 if TYPE_CHECKING:
-    from ...record.recording.recorder import TextLog
-    from ...record.waveforms.layouts import View
-    from ...record.waveforms.vcd_sources import Source
+    from pathlib import Path
 
+    from ...record.recording.recorder import Probe, TextLog
+    from ...record.waveforms.layouts import View
+    from ...record.waveforms.vcd import VcdStream
+    from ...record.waveforms.vcd_sources import Buses, Source
+
+    FilePath = str | Path
+
+VCD, CSV, NPZ = (".vcd",), (".csv",), (".npz",)  # endings of files
+STEPS = (*CSV, *NPZ)
+NOT_ENTERED = 'it goes in a with statement: with bench.stream_vcd("run.vcd"):'
 _time = attrgetter("time_ps")
 MOST_MARKS = 26  # that a viewer names
 AROUND = 50  # before and after the motion, a layout shows a fiftieth of it
 APART = 30  # marks are so far apart that their names can be read: a thirtieth of what is shown
+
+
+class WaveformFiles:
+    """What writes recorded signals, and steps, into files."""
+
+    def __init__(self, signals: Signals, streams: list[Streaming]) -> None:
+        self.signals, self.circuit, self.streams = signals, signals.circuit, streams
+
+    def save_vcd(
+        self,
+        path: FilePath,
+        pins: Sequence[str] | None = None,
+        start: Time | None = None,
+        stop: Time | None = None,
+        timescale: str = "1 ns",
+        *,
+        buses: Buses = "bits",
+        values: bool = False,
+        layout: bool = False,
+    ) -> int:
+        """Write recorded pins as a VCD file; an existing file is replaced whole or not at all.
+
+        Args:
+            path: the file.
+            pins: names such as "x.slew"; all that are recorded by default.
+            start, stop: the window; by default as far as all of them are recorded, up to now.
+            timescale: the unit of its times, 1, 10 or 100 ps to s; they are rounded down.
+            buses: "bits": a bus is written as its wires, which every viewer reads; "whole", as PulseView does not;
+                "both".
+            values: with velocity and position of the axes (acceleration and jerk where the chip has them) and with the
+                quantities of the parts around them as reals; with the commands in work, what began the motions under
+                way, and the findings as strings.
+            layout: write layouts for GTKWave and Surfer beside the file, with its name and .gtkw, .sucl.
+
+        Returns:
+            How many changes of level are not in the file, because the level changed again within the same unit.
+
+        Raises:
+            UsageError: an unknown timescale or kind of buses, nothing to write, or a path that cannot be written.
+            NotRecorded: a pin is not recorded, or not that far back.
+            UnknownName: there is no such pin.
+        """
+        from ...record.waveforms.vcd import write_vcd
+
+        nets = self.signals.chosen(pins)
+        first, last = self.signals.window_of(nets, start, stop)
+        if values and start is None:
+            first = max([first, *(axis.motor.since for _, _, axis in self.circuit.axes())])
+        options = self._vcd_options(path, nets, buses, values, layout)
+        stream = write_vcd(path, nets, self.signals.recorder, first, last, timescale, **options)
+        if layout:
+            self._save_layouts(stream)
+        return stream.lost
+
+    def _vcd_options(
+        self, path: FilePath, nets: Mapping[str, Probe], buses: Buses, values: bool, layout: bool
+    ) -> dict[str, Any]:
+        from ...record.whole_file import check_suffix
+
+        check_suffix(path, VCD, bare=True)
+        self.circuit.catch_up()
+        if layout:
+            from ...record.waveforms.layouts import layout_paths
+
+            layout_paths(path)
+        chips = chips_of(self.circuit.chips, nets)
+        parts = self._parts_of(chips, nets) if values else []
+        sources = values_of(chips, self.signals.commands, parts) if values else ()
+        return {"buses": buses, "values": sources, "comments": comments_of(chips, values, parts)}
+
+    def _parts_of(self, chips: Sequence[Chip], nets: Iterable[str]) -> list[Part]:
+        """The parts around some chips, and those whose own pins are recorded."""
+        named, around = {name.split(".")[0] for name in nets}, attached(self.circuit.parts.values(), chips)
+        return [part for part in self.circuit.parts.values() if part in around or part.name in named]
+
+    def _save_layouts(self, stream: VcdStream) -> None:
+        from ...record.waveforms.layouts import save_layouts
+
+        chips = chips_of(self.circuit.chips, stream.nets)
+        save_layouts(stream.path, stream.variables, view_of(chips, *stream.window, stream.unit))
+
+    def save_csv(
+        self, path: FilePath, pins: Sequence[str] | None = None, start: Time | None = None, stop: Time | None = None
+    ) -> None:
+        """Write the changes of recorded pins as CSV: time_ps, net, level.
+
+        Raises:
+            UnknownName: no such pin.
+            NotRecorded: a pin is not recorded, or no longer that far back.
+            UsageError: the path cannot be written.
+        """
+        from ...record.recording.export_csv import save_edges
+        from ...record.whole_file import check_suffix
+
+        check_suffix(path, CSV, bare=True)
+        self.circuit.catch_up()
+        nets = self.signals.chosen(pins)
+        save_edges(path, nets, self.signals.recorder, *self.signals.window_of(nets, start, stop))
+
+    def save_steps(self, path: FilePath, start: Time | None = None, stop: Time | None = None) -> None:
+        """Write the steps of all chips as CSV (time_ps, chip, axis, direction, position), or as arrays: .npz.
+
+        Raises:
+            UsageError: a name with another ending, or a path that cannot be written.
+            NotRecorded: the past of an axis is no longer kept that far back.
+        """
+        from ...record.whole_file import check_suffix
+
+        check_suffix(path, STEPS, bare=True)
+        self.circuit.catch_up()
+        steps = self._steps(start, stop)
+        if str(path).lower().endswith(NPZ):
+            from ...record.recording.export_npz import save_npz, step_columns
+
+            save_npz(path, step_columns(steps))
+        else:
+            from ...record.recording.export_csv import save_steps
+
+            save_steps(path, steps)
+
+    def save_npz(
+        self, path: FilePath, pins: Sequence[str] | None = None, start: Time | None = None, stop: Time | None = None
+    ) -> None:
+        """Write the changes of recorded pins, and all steps, as arrays: `numpy.load(path)["x.slew.times_ps"]`.
+
+        Raises:
+            UnknownName: no such pin.
+            NotRecorded: a pin is not recorded, or no longer that far back.
+            UsageError: a name that does not end in .npz, or a path that cannot be written.
+        """
+        from ...record.recording.export_npz import edge_columns, save_npz, step_columns
+        from ...record.whole_file import check_suffix
+
+        check_suffix(path, NPZ)
+        self.circuit.catch_up()
+        nets = self.signals.chosen(pins) if pins is not None or self.signals.recorded else {}
+        first, last = self.signals.window_of(nets, start, stop)
+        edges = edge_columns(nets, self.signals.recorder, first, last)
+        save_npz(path, {**edges, **step_columns(self._steps(start, stop))})
+
+    def _steps(self, start: Time | None, stop: Time | None) -> list[tuple[str, int, Steps]]:
+        return [(chip.name, n, axis.steps(start, stop)) for chip, n, axis in self.circuit.axes()]
+
+    def stream_vcd(
+        self,
+        path: FilePath,
+        pins: Sequence[str] | None = None,
+        timescale: str = "1 ns",
+        *,
+        buses: Buses = "bits",
+        values: bool = False,
+        layout: bool = False,
+    ) -> Streaming:
+        """Write recorded pins to a VCD file while time passes, so that a long window needs no memory.
+
+        The arguments are those of `save_vcd`.  What the `with` statement gives has `lost`, what `save_vcd` returns.
+
+        Raises:
+            UsageError, NotRecorded, UnknownName: as `save_vcd`.
+        """
+        nets = self.signals.chosen(pins)
+        options = self._vcd_options(path, nets, buses, values, layout)
+
+        def begin() -> VcdStream:
+            from ...record.waveforms.vcd import VcdStream
+
+            return VcdStream(path, nets, self.signals.recorder, timescale, **options)
+
+        def end(stream: VcdStream) -> None:
+            if layout:
+                self._save_layouts(stream)
+
+        streaming = Streaming(self.circuit.kernel, self.streams, begin, end)
+        self.streams.append(streaming)
+        return streaming
+
+
+class Streaming:
+    """What `stream_vcd` returns: what happens in the block of its `with` statement goes into the file."""
+
+    def __init__(
+        self,
+        kernel: Kernel,
+        streams: list[Streaming],
+        begin: Callable[[], VcdStream],
+        end: Callable[[VcdStream], None],
+    ) -> None:
+        self._kernel, self._streams, self._begin, self._end = kernel, streams, begin, end
+        self._stream: VcdStream | None = None
+
+    def __enter__(self) -> VcdStream:
+        self._stream = self._begin()
+        return self._stream.__enter__()
+
+    def __exit__(self, *error: Any) -> None:
+        stream = self._stream
+        assert stream is not None
+        self._streams.remove(self)
+        if error[0] is None:
+            stream.write_until(self._kernel.now)
+        stream.__exit__(*error)
+        if error[0] is None:
+            self._end(stream)
+
+    def feed(self, ps: int) -> None:
+        """Write what has happened up to an instant (ps)."""
+        if self._stream is not None:
+            self._stream.write_until(ps)
+
+    def check_entered(self) -> None:
+        """Refuse to let time pass that somebody wanted to stream.
+
+        Raises:
+            UsageError: the `with` statement is missing.
+        """
+        if self._stream is None:
+            self._streams.remove(self)
+            raise UsageError(f"stream_vcd: {NOT_ENTERED}")
+
+
+missing(Streaming, **dict.fromkeys(("close", "write", "lost", "write_until"), NOT_ENTERED))
 
 
 def chips_of(chips: Mapping[str, Chip], names: Iterable[str]) -> list[Chip]:
@@ -66,7 +304,6 @@ def comments_of(chips: Iterable[Chip], values: bool, parts: Iterable[Part] = ())
 def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> View:
     """Return what a viewer shows first of a window (ps): the motion, or all of it if nothing moves, with marks."""
     from ...record.waveforms.layouts import View
-    from .motions import moving_from_to
 
     axes = [axis for chip in chips for _, axis in axes_of(chip)]
     spans = [span for axis in axes if (span := moving_from_to(axis, start, stop)) is not None]

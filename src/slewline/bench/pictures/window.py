@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ...record.pictures.diagram import Lane
     from ...record.pictures.diagram import Word as Written
     from ...record.recording.traces import Trace
-    from .recording import Recording
+    from .signals import Signals
 
 Between = str | tuple[str, str]  # two edges, or the symbol of a printed time
 STAYS = 1_000_000  # ps: so long, at most, a word stays on the bus behind the strobe that has written it
@@ -29,14 +29,14 @@ STAYS = 1_000_000  # ps: so long, at most, a word stays on the bus behind the st
 class Window:
     """What was recorded in a window (ps); `reach`: a signal begins where its recording does, if that is later."""
 
-    def __init__(self, bench: Recording, start: int, stop: int, *, reach: bool = False) -> None:
-        self.bench, self.start, self.stop, self.reach = bench, start, stop, reach
+    def __init__(self, signals: Signals, start: int, stop: int, *, reach: bool = False) -> None:
+        self.signals, self.start, self.stop, self.reach = signals, start, stop, reach
         self.signal = cache(self._signal)
         self.found = cache(self._found)
 
     def _signal(self, name: str) -> Signal:
         """What a pin or bus did, by its full name."""
-        probe, recorder = self.bench._chosen([name])[name], self.bench.recorder
+        probe, recorder = self.signals.chosen([name])[name], self.signals.recorder
         since = max(self.start, recorder.since(probe)) if self.reach else self.start
         return Signal.of(probe, recorder, since, self.stop)
 
@@ -68,7 +68,7 @@ class Window:
         if not isinstance(between, Sequence) or len(between) != 2:
             raise UsageError(f"between {between!r}: expected two edges, or the symbol of a printed time")
         first, second = (Edge.read(text) for text in between)
-        first, second = (edge._replace(pin=self.bench._full_name(edge.pin)) for edge in (first, second))
+        first, second = (edge._replace(pin=self.signals.full_name(edge.pin)) for edge in (first, second))
         begin = first.find(self.signal(first.pin), self.start, include=True)
         end = None if begin is None else second.find(self.signal(second.pin), begin, include=first.pin != second.pin)
         if begin is None or end is None:
@@ -80,7 +80,7 @@ class Window:
         """An interval with the printed limits that are about these two edges."""
         bounds = []
         owner, _, pin = first.pin.partition(".")
-        chip = self.bench.chips.get(owner)
+        chip = self.signals.circuit.chips.get(owner)
         if chip is not None and second.pin.startswith(f"{owner}."):
             for limit in chip.sheet.limits:
                 if (limit.start.split()[0], limit.end.split()[0]) != (pin, second.pin.partition(".")[2]):
@@ -91,7 +91,7 @@ class Window:
 
     def _named(self, symbol: str) -> Iterator[Interval]:
         """Of each printed time of this symbol that was recorded, the interval that is nearest to its limit."""
-        limits = [(chip, limit) for chip in self.bench.chips.values() for limit in chip.sheet.limits]
+        limits = [(chip, limit) for chip in self.signals.circuit.chips.values() for limit in chip.sheet.limits]
         named = [(chip, limit) for chip, limit in limits if limit.symbol == symbol]
         if not named:
             known = ", ".join(dict.fromkeys(limit.symbol for _, limit in limits if limit.symbol))
@@ -116,7 +116,7 @@ class Window:
         from ...record.pictures.diagram import Lane
 
         owner, _, pin = name.partition(".")
-        chip = self.bench.chips.get(owner)
+        chip = self.signals.circuit.chips.get(owner)
         if label is None:
             label = (f"{owner}: " if several else "") + _printed(chip, pin)
         signal = self.signal(name)
@@ -138,8 +138,8 @@ class Window:
             return []
         word, clock = Word(port.bits, port.parity, port.stop), Clock(round(baud * OVERSAMPLING))
         mark = RS232 if isinstance(port, SerialLine) else TTL
-        probe, recorder = self.bench._chosen([name])[name], self.bench.recorder
-        stop = min(self.stop + clock.ps(word.ticks), self.bench.kernel.now)
+        probe, recorder = self.signals.chosen([name])[name], self.signals.recorder
+        stop = min(self.stop + clock.ps(word.ticks), self.signals.circuit.kernel.now)
         whole = Signal.of(probe, recorder, recorder.since(probe), stop)
         found = characters(whole, stop, clock, word, mark)
         return [

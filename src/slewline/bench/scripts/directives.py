@@ -227,15 +227,15 @@ def _told(rest: str) -> Reading:
     name, verb, number = _matched(r"(\w+)\s+(\w+)(?:\s+([+-]?[0-9]+))?", rest)
 
     def fits(stage: Stage, _chip: Chip) -> None:
-        if name not in stage.scene.parts:
-            parts = stage.scene.parts
+        if name not in stage.bench.parts:
+            parts = stage.bench.parts
             raise UnknownName(f"the bench has no part {name!r}; there are: {', '.join(parts)}{hint(name, parts)}")
-        verbs = stage.scene.parts[name].verbs
+        verbs = stage.bench.parts[name].verbs
         if verb not in verbs:
             raise UsageError(f"tell {name} {verb!r}; allowed {', '.join(verbs) or 'nothing'}{hint(verb, verbs)}")
 
     async def act(stage: Stage, chip: Chip) -> None:
-        part = stage.scene.parts[name]
+        part = stage.bench.parts[name]
         stage.tell(f"tell {rest}")
         with stage.nested():
             getattr(part, verb)(*([int(number)] if number else []))

@@ -2,31 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Iterable, Mapping
+from collections.abc import Awaitable, Callable, Iterable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, cast
 
 from ...core.wires.bell import Bell
 from ...core.wires.waits import edge
 from ...errors import SlewlineError
 from ...language.assemble import RefusedProgram
 from ...language.problems import Problem
-from ...parts.hosts.adaptive_host import AdaptiveHost
-from ...parts.hosts.computer import Computer
-from ...parts.hosts.flow_host import FlowHost
-from ...parts.hosts.host import Host, Port
-from ...parts.hosts.packet_host import PacketHost
-from ...parts.hosts.serial_host import SerialHost
 
 if TYPE_CHECKING:
     from ...core.chip import Chip
     from ...core.motion.axis import Axis
-    from ...core.time.kernel import Kernel
-    from ...core.time.timebase import Time
     from ...core.wires.pin import Terminal
-    from ...parts.base.part import Part
+    from ...parts.hosts.adaptive_host import AdaptiveHost
+    from ...parts.hosts.computer import Computer
+    from ...parts.hosts.flow_host import FlowHost
+    from ...parts.hosts.host import Host, Port
+    from ...parts.hosts.packet_host import PacketHost
     from ...parts.hosts.packet_port import PacketPort
+    from ...parts.hosts.serial_host import SerialHost
+    from ..bench import Bench
 
 SHOWN = 160  # characters of a line in a message
 US_PS = 1_000_000
@@ -35,28 +33,6 @@ TAKEN_US = 1000  # a command that keeps the chip busy for longer has begun a mot
 Act = Callable[["Stage", "Chip"], Awaitable[None]]
 Queue = Callable[["Stage"], None]
 Fits = Callable[["Stage", "Chip"], object]
-
-
-class Scene(Protocol):
-    """What a script needs of the bench on which it is played."""
-
-    @property
-    def kernel(self) -> Kernel:
-        """The time of the bench."""
-
-    @property
-    def chips(self) -> Mapping[str, Chip]:
-        """The chips, by name."""
-
-    @property
-    def parts(self) -> Mapping[str, Part]:
-        """The parts, by name."""
-
-    def pin(self, name: str) -> Terminal:
-        """Return a pin by its full name; UnknownName if there is none."""
-
-    def at(self, time: Time, function: Callable[[], object]) -> None:
-        """Call a function at an instant; UsageError if it is over."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,17 +90,21 @@ class Stage:
     `step` is the line that is being queued, `directed` says whether a directive follows it.
     """
 
-    def __init__(self, scene: Scene, host: Computer, script: Script, speech: Speech) -> None:
-        self.scene, self.host, self.script, self.speech = scene, host, script, speech
-        self.kernel = scene.kernel
+    def __init__(self, bench: Bench, host: Computer, script: Script, speech: Speech) -> None:
+        self.bench, self.host, self.script, self.speech = bench, host, script, speech
+        self.kernel = bench.kernel
         self.step: Step | None = None
         self.directed = False
         self.bell = Bell(self.kernel, f"{host.name}.(bell)")
+        # the host by its class, of which it is one: `Step.fits` has seen to that
+        self.bus_host, self.line_host = cast("Host", host), cast("SerialHost", host)
+        self.packet_host, self.flow_host = cast("PacketHost", host), cast("FlowHost", host)
+        self.adaptive_host = cast("AdaptiveHost", host)
 
     def do(self, act: Act) -> None:
         """Queue an action of the host for the present line; what goes wrong in it is told with the line."""
         step, script, host = self.step, self.script, self.host
-        chip = self.scene.chips[host.chip.name]
+        chip = self.bench.chips[host.chip.name]
         assert step is not None
         text = f"at {step.text[:60]!r} ({script.where}, line {step.line})"
 
@@ -135,36 +115,6 @@ class Stage:
                 script.refuse([step.problem("refused", str(error))])
 
         host.work(text, action)
-
-    @property
-    def bus_host(self) -> Host:
-        """The host, which has a bus; `Step.fits` has seen to that."""
-        assert isinstance(self.host, Host)
-        return self.host
-
-    @property
-    def line_host(self) -> SerialHost:
-        """The host, which has a serial line."""
-        assert isinstance(self.host, SerialHost)
-        return self.host
-
-    @property
-    def packet_host(self) -> PacketHost:
-        """The host, which sends packets."""
-        assert isinstance(self.host, PacketHost)
-        return self.host
-
-    @property
-    def flow_host(self) -> FlowHost:
-        """The host, on a bus that works both ways."""
-        assert isinstance(self.host, FlowHost)
-        return self.host
-
-    @property
-    def adaptive_host(self) -> AdaptiveHost:
-        """The host, on a serial line that finds its rate."""
-        assert isinstance(self.host, AdaptiveHost)
-        return self.host
 
     def port(self, chip: Chip) -> Port:
         """Return what the host has on the bus of a chip."""
@@ -196,12 +146,12 @@ class Stage:
 
     def terminal(self, name: str, chip: Chip) -> Terminal:
         """Return a pin by its short or full name."""
-        return self.scene.pin(name if "." in name else f"{chip.name}.{name}")
+        return self.bench.pin(name if "." in name else f"{chip.name}.{name}")
 
     def put(self, terminal: Terminal, value: int | None, at: int | None = None) -> None:
         """Drive a pin or let go of it, now or at an instant."""
         if at is not None:
-            self.scene.at(f"{at} ps", lambda: self.put(terminal, value))
+            self.bench.at(f"{at} ps", lambda: self.put(terminal, value))
             return
         with self.nested():
             if value is None:

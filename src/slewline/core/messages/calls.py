@@ -28,7 +28,7 @@ def answering(name: str, also: str = "") -> Callable[[Callable[P, R]], Callable[
                 return function(*args, **kwargs)
             except TypeError:
                 if wrong := misfit(function, *args, **kwargs):
-                    names = [each for each in parameters_of(function) if each != "self"]
+                    names = [each for each in parameters_of(function) if each not in ("self", "circuit")]
                     odd = next((each for each in kwargs if each not in names), "")
                     says = f"{name}: {wrong}; its arguments: {', '.join(names)}{also}{hint(odd, names) if odd else ''}"
                     raise UsageError(says) from None

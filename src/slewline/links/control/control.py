@@ -19,16 +19,16 @@ from __future__ import annotations
 import hmac
 import json
 import socket
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from time import perf_counter
 from typing import TYPE_CHECKING
 
+from ...bench.runner import NEVER, Wait
 from ...core.messages.near import hint
 from ...core.time.timebase import moment, picoseconds
 from ...core.wires.pin import Condition
 from ...errors import SlewlineError, UsageError
 from ..lines.line import SerialLine
-from ..lines.pace import Wait
 from ..ports.tcp import Listener, is_loopback, parse_address
 from ..sockets.strangers import Beginning
 from ..sockets.stream import Stream
@@ -38,7 +38,6 @@ from .status import Serving, status
 if TYPE_CHECKING:
     from ...core.chip import Chip
     from ...core.motion.one_axis import OneAxis
-    from ...core.wires.net import Net
 
 LONGEST = 1 << 16  # bytes of a request
 QUEUE = 1 << 24  # bytes of replies
@@ -165,15 +164,7 @@ class Client:
         except (SlewlineError, TypeError, ValueError, KeyError) as error:
             self.reply(request, {"error": str(error)})
 
-    def wait(
-        self,
-        request: Data,
-        reply: Callable[[bool], Data],
-        met: Callable[[], bool],
-        limit_ps: int,
-        when: Callable[[], int | None] | None = None,
-        nets: Iterable[Net] = (),
-    ) -> None:
+    def wait(self, request: Data, reply: Callable[[bool], Data], condition: Condition, limit_ps: int) -> None:
         """Owe a reply until a condition is met, or an instant (ps) is there."""
         self.waiting = True
 
@@ -182,7 +173,7 @@ class Client:
             self.reply(request, reply(met))
             self.server.loop.ask(self.go_on)
 
-        self.server.pace.wait(Wait(met, limit_ps, done, when, nets))
+        self.server.pace.wait(Wait(condition.met, limit_ps, done, condition.foreseen, condition.nets))
 
     def go_on(self) -> None:
         """Answer requests that have come meanwhile, and go on reading."""
@@ -262,13 +253,13 @@ class Requests:
         if not self.server.pace.lockstep:
             raise UsageError("advance: time follows the wall clock here; start the server with --lockstep")
         end = self.bench.now_ps + picoseconds(request["time"])
-        self.client.wait(request, lambda _met: {}, lambda: False, end)
+        self.client.wait(request, lambda _met: {}, NEVER, end)
 
     def do_until(self, request: Data) -> None:
         """Wait for a condition; reply when it is met, or its time is over."""
         condition = self.condition(request)
         end = self.bench.now_ps + picoseconds(request.get("timeout", "60 s"))
-        self.client.wait(request, lambda met: {"met": met}, condition.met, end, condition.foreseen, condition.nets)
+        self.client.wait(request, lambda met: {"met": met}, condition, end)
 
     def condition(self, request: Data) -> Condition:
         """Return the condition of a request: a pin with its level, or a chip with its position."""

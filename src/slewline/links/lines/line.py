@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from ...bench.runner import Wait
 from ...core.wires.serial import Character
 from ...language.dialect import dialect_of
 from ...parts.hosts.adaptive_host import AdaptiveHost
@@ -21,7 +22,7 @@ from ...parts.lines.rs232 import LATE_PS, SerialPort
 from ..sockets.strangers import TEXT
 from ..sockets.stream import CHUNK
 from .log import TO_CHIP, TO_HOST, Log
-from .pace import Pace, Wait
+from .pace import Pace
 
 if TYPE_CHECKING:
     from ...core.chip import Chip

@@ -13,18 +13,19 @@ In both, time passes in slices of some milliseconds of the wall clock, so that t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from fractions import Fraction
 from time import perf_counter_ns
 from typing import TYPE_CHECKING
 
-from ...core.wires.net import Net
+from ...bench.runner import Wait
 from ...errors import UsageError
 from ...parts.lines.rs232 import POWER_UP_PS
 
 if TYPE_CHECKING:
     from ...bench import Bench
+    from ...bench.runner import Runner
 
 PS_PER_NS = 1000
 NS_PER_S = 10**9
@@ -49,21 +50,6 @@ class Lag:
         self.worst_ns = max(self.worst_ns, late_ns)
 
 
-@dataclass
-class Wait:
-    """Somebody waits for a condition, up to an instant; `done` is told whether it came about."""
-
-    met: Callable[[], bool]
-    limit_ps: int
-    done: Callable[[bool], object]
-    when: Callable[[], int | None] | None = None  # the instant that the present promises say
-    nets: Iterable[Net] = field(default_factory=tuple)
-
-
-def _seen(_net: Net) -> None:
-    """An observer that only makes promised edges instants."""
-
-
 class Pace:
     """What both ways have in common; `goal` says how far time may go now.
 
@@ -73,7 +59,7 @@ class Pace:
 
     lockstep = False
 
-    def __init__(self, bench: Bench, clock: Callable[[], int] = perf_counter_ns) -> None:
+    def __init__(self, bench: Bench | Runner, clock: Callable[[], int] = perf_counter_ns) -> None:
         self.bench, self.kernel, self.clock = bench, bench.kernel, clock
         self.waits: list[Wait] = []
         self.stop_ns = 0
@@ -96,16 +82,14 @@ class Pace:
 
     def wait(self, wait: Wait) -> None:
         """Add somebody who waits."""
-        for net in wait.nets:
-            net.watch(_seen)
+        wait.begin()
         self.waits.append(wait)
 
     def forget(self, wait: Wait) -> None:
         """Remove a wait, met or not."""
         if wait in self.waits:
             self.waits.remove(wait)
-            for net in wait.nets:
-                net.unwatch(_seen)
+            wait.end()
 
     def pass_time(self) -> bool:
         """Let time pass up to the goal, for a slice at most; false when there is more to do at once."""

@@ -24,9 +24,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 
+from ...bench.runner import Wait
 from ...errors import UsageError
 from ..lines.line import PATIENCE_PS, Line
-from ..lines.pace import Wait
 from ..sockets.loop import Loop
 from ..sockets.strangers import HOLD_S, Beginning
 from ..sockets.stream import CHUNK, QUEUE, Stream

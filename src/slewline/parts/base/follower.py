@@ -133,7 +133,9 @@ class Follower:
 class HasRule(Protocol):
     """A part with a rule."""
 
-    rule: Follower
+    @property
+    def rule(self) -> Follower:
+        """What the part does, ahead of time."""
 
 
 def start_rule(self: HasRule) -> None:

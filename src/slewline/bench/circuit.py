@@ -1,11 +1,9 @@
-"""Furnishing a bench: chips and parts are put on it, and wired, before time passes or later."""
+"""The circuit of a bench: chips, parts and the wires between them, put there before time passes or later."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from itertools import chain, count
-from os import PathLike
-from random import Random
 from typing import TYPE_CHECKING, Any
 
 from ..chips import CATALOGUE as CHIPS
@@ -15,79 +13,39 @@ from ..core.component import Finding
 from ..core.memory.store import Witnessed
 from ..core.messages.calls import answering
 from ..core.messages.near import hint
-from ..core.messages.whole import whole
+from ..core.motion.one_axis import OneAxis
 from ..core.time.hook import Hook
 from ..core.time.kernel import Kernel
-from ..core.time.timebase import Time, hertz, picoseconds, readable
+from ..core.time.timebase import hertz
 from ..core.wires.net import Bus, Net
 from ..core.wires.pin import Terminal
 from ..errors import UnknownName, UsageError, WiringError
 from ..parts import CATALOGUE as PARTS
 from ..parts import KINDS, make_part, part_class
 from ..parts.base.part import Part
-from .by_name import adds, makes
-from .pictures.drawing import Drawing
 from .wiring import as_needed, joints
 
 if TYPE_CHECKING:
     from ..core.datasheet.table import Sheet
     from ..parts.shafts.shaft import Shaft
-    from .files.journal import Journal
 
 
-SHOWN = 8  # chips and parts in the text of a bench
+class Circuit:
+    """Chips, parts and wires.
 
+    Args:
+        stores: gives the memory of a chip or part that keeps one, by its name.
+        keep_ps: axes forget where they have been before that; None: they keep everything.
+    """
 
-def _check_made_with(journal: object, shuffle: object, stores: object) -> None:
-    """Check what a bench is made with, beside its seed."""
-    for name, given, fits, allowed in (
-        ("journal", journal, isinstance(journal, (str, PathLike)), "the name of a file"),
-        ("shuffle", shuffle, whole(shuffle) is not None, "a whole number, the seed of the order"),
-        ("stores", stores, callable(stores), "a function that is given a name and returns a memory"),
-    ):
-        if given is not None and not fits:
-            raise UsageError(f"Bench({name}={given!r}): allowed {allowed}, None")
-
-
-class Furnished(Drawing):
-    """A bench with things on it; `Bench` lets time pass."""
-
-    @answering("Bench()", '; a chip is put on it by add("cy525")')
-    def __init__(
-        self,
-        seed: int = 0,
-        journal: str | PathLike[str] | None = None,
-        shuffle: int | None = None,
-        stores: Callable[[str], Any] | None = None,
-        keep: Time | None = None,
-    ) -> None:
-        _check_made_with(journal, shuffle, stores)
-        super().__init__(Kernel(None if shuffle is None else Random(shuffle)))
-        self.stores = stores
-        self.keep_ps = None if keep is None else picoseconds(keep)
-        number = whole(seed)
-        if number is None:
-            raise UsageError(
-                f"Bench({seed!r}): allowed a whole number, the seed of chance; add() puts a chip on a bench"
-            )
-        self.seed = seed = number
-        self.random = Random(seed)
-        self.chips = {}
-        self.parts = {}
-        self.outside = self.kernel.outside
-        self.outside.let_pass = self._wait_for
-        self.journal: Journal | None = None
-        if journal is not None:
-            from .files.journal import Journal
-
-            self.journal = Journal(journal, self.kernel, seed)
-            self.outside.write = self.journal.write
-        self._fresh: list[Chip | Part] = []  # what has been put on the bench since time passed last
+    def __init__(self, kernel: Kernel, stores: Callable[[str], Any] | None, keep_ps: int | None) -> None:
+        self.kernel, self.stores, self.keep_ps = kernel, stores, keep_ps
+        self.outside = kernel.outside
+        self.chips: dict[str, Chip] = {}
+        self.parts: dict[str, Part] = {}
         self.on_finding: Hook[[Finding]] = Hook()  # of any chip or part
-        self.on_input, self.on_commit = self.outside.on_input, self.kernel.on_commit
+        self._new: list[Chip | Part] = []  # what has been put on the bench since time passed last
 
-    # ---------------------------------------------------------------------------------------------------- furnishing
-    @adds
     def add(
         self,
         /,
@@ -127,7 +85,7 @@ class Furnished(Drawing):
         if not (isinstance(cls, type) and issubclass(cls, Chip)):
             raise UsageError(f"add({part!r}): expected a part number such as 'cy525', or the class of a chip")
         sheet_of(cls)  # which it must have
-        name = self._new_name(name, cls.sheet.part.replace("-", "_"))
+        name = self.new_name(name, cls.sheet.part.replace("-", "_"))
         hz = None if crystal is None else crystal_for(cls.sheet, crystal)
         if self.stores is not None and cls.sheet.keeps:
             options.setdefault("store", self.stores(name))
@@ -153,7 +111,6 @@ class Furnished(Drawing):
         self.kernel.settle()
         return chip
 
-    @makes
     def part(
         self,
         /,
@@ -189,7 +146,7 @@ class Furnished(Drawing):
             raise UsageError(f"part({kind!r}): expected a kind such as 'uart', or the class of a part")
         kind = kind if isinstance(kind, str) and kind in KINDS else PARTS.name_of(cls)
         fixed = KINDS[kind].fixed if kind in KINDS else {}
-        name = self._new_name(name, cls.__name__.lower() if ":" in kind else kind.replace("-", "_"))
+        name = self.new_name(name, cls.__name__.lower() if ":" in kind else kind.replace("-", "_"))
         neighbour = None if to is None else self._there(to)
         if self.stores is not None and cls.keeps:
             options.setdefault("store", self.stores(name))
@@ -228,9 +185,8 @@ class Furnished(Drawing):
         store = options.get("store")
         if store is None or not (self.outside.on_input or self.outside.write):
             return dict
-        if self.journal is not None:
-            journal = self.journal
-            options["store"] = store = Witnessed(store, lambda **what: journal.write("store", {"of": name} | what))
+        if (write := self.outside.write) is not None:
+            options["store"] = store = Witnessed(store, lambda **what: write("store", {"of": name} | what))
             return lambda: {"store": list(store.begin())}
         return lambda: {"store": list(store.read())}
 
@@ -258,40 +214,37 @@ class Furnished(Drawing):
         """A chip or part of this bench, which is named or given itself."""
         if isinstance(neighbour, str):
             return self[neighbour]
-        if not any(neighbour is owner for owner in self._owners()):
+        if not any(neighbour is owner for owner in self.owners()):
             raise UnknownName(f"{getattr(neighbour, 'name', neighbour)!r} is no chip and no part of this bench")
         return neighbour
 
     def place(self, part: Part) -> Part:
         """Put a part on the bench; its pins can be wired from now on."""
-        self._new_name(part.name, part.name)
+        self.new_name(part.name, part.name)
         self.parts[part.name] = part
         self._adopt(part)
         return part
 
     def _adopt(self, owner: Chip | Part) -> None:
         owner.on_finding.add(self.on_finding)
-        if not self._fresh and self.kernel.running:  # furnished in mid-run: it counts from the next round on
-            self.kernel.call_at(self.kernel.now, self._begin)
-        self._fresh.append(owner)
+        if not self._new and self.kernel.running:  # put there in mid-run: it counts from the next round on
+            self.kernel.call_at(self.kernel.now, self.finish_wiring)
+        self._new.append(owner)
 
-    def _begin(self) -> None:
-        """Time is about to pass: what is new on the bench is wired."""
-        if not self._fresh:
+    def finish_wiring(self) -> None:
+        """Let what is new on the bench see how it is wired, before time passes."""
+        if not self._new:
             return
-        fresh, self._fresh = self._fresh, []
-        for owner in fresh:
+        new, self._new = self._new, []
+        for owner in new:
             if isinstance(owner, Part):
                 owner.rewired()
-        for owner in fresh:
+        for owner in new:
             if isinstance(owner, Chip):
                 owner.check_wiring()
 
-    def _owners(self) -> list[Chip | Part]:
-        """Everything that stands on the bench."""
-        return [*self.parts.values(), *self.chips.values()]
-
-    def _new_name(self, name: str | None, stem: str) -> str:
+    def new_name(self, name: str | None, stem: str) -> str:
+        """Return a name that is free, by default the stem, numbered if need be."""
         taken = {**self.chips, **self.parts}
         if name is None:
             name = next(n for n in chain((stem,), (f"{stem}_{i}" for i in count(2))) if n not in taken)
@@ -300,19 +253,6 @@ class Furnished(Drawing):
         if name in taken:
             raise UsageError(f"the bench has a {name!r} already; names are unique")
         return name
-
-    def __contains__(self, name: object) -> bool:
-        return any(name in owners for owners in (self.chips, self.parts))
-
-    def __iter__(self) -> Iterator[str]:
-        """The names of chips and parts, in the order in which they came."""
-        return iter([*self.chips, *self.parts])
-
-    def __repr__(self) -> str:
-        names = [f"{chip.name} ({chip.sheet.part})" for chip in self.chips.values()] + [*self.parts]
-        if len(names) > SHOWN:
-            names[SHOWN:] = [f"{len(names) - SHOWN} more"]
-        return f"<Bench: {', '.join(names) or 'empty'}; {readable(self.kernel.now)}>"
 
     def __getitem__(self, name: str) -> Chip | Part:
         """A chip or part by name."""
@@ -335,10 +275,9 @@ class Furnished(Drawing):
 
     def _pin_like(self, name: str) -> str:
         """The full name of a pin of this bench that is called so, or of any."""
-        pins = [f"{owner.name}.{pin}" for owner in self._owners() for pin in owner.pins]
+        pins = [f"{owner.name}.{pin}" for owner in self.owners() for pin in owner.pins]
         return next((full for full in pins if full.endswith(f".{name}")), next(iter(pins), "x.slew"))
 
-    # ------------------------------------------------------------------------------------------------------- wiring
     @answering("wire()", "; two pins, such as bench.wire('x.run', 'y.wait')")
     def wire(self, a: str, b: str, invert: bool = False) -> None:
         """Connect two pins, at any time; with `invert` an inverter drives the second from the first.
@@ -351,7 +290,7 @@ class Furnished(Drawing):
         """
         if not isinstance(invert, bool):
             raise UsageError(f"wire {a} to {b}: invert {invert!r}; allowed True, False")
-        one, two = self._net(a), self._net(b)
+        one, two = self.net(a), self.net(b)
         if one is two:
             raise WiringError(f"wire {a} to {b}: that is one and the same; give two pins")
         if isinstance(one, Bus) != isinstance(two, Bus):
@@ -366,7 +305,8 @@ class Furnished(Drawing):
             one.join(two)
         self.kernel.settle()
 
-    def _net(self, name: str) -> Net:
+    def net(self, name: str) -> Net:
+        """Return the net of a pin, or the bus, by its full name."""
         for chip in self.chips.values():
             if name == f"{chip.name}.{chip.sheet.bus}":
                 return chip.bus
@@ -377,15 +317,34 @@ class Furnished(Drawing):
             )
         return terminal.net
 
-    def _wait_for(self, met: Callable[[], bool], what: str, timeout: Time) -> None:
-        """Let time pass until something is met."""
-        raise NotImplementedError
-
-    # ------------------------------------------------------------------------------------------------------ findings
     @property
     def findings(self) -> list[Finding]:
-        """What hosts did wrong, of all chips and parts, in order of time; parts that are lazy catch up first."""
-        return sorted((found for owner in self._owners() for found in owner.findings), key=lambda found: found.time_ps)
+        """Of all chips and parts, in order of time; parts that are lazy catch up first."""
+        return sorted((found for owner in self.owners() for found in owner.findings), key=lambda found: found.time_ps)
+
+    @property
+    def title(self) -> str:
+        """The chips and their part numbers: the title of a picture that has none of its own."""
+        parts = [(chip.name, chip.sheet.part.upper()) for chip in self.chips.values()]
+        return parts[0][1] if len(parts) == 1 else ", ".join(f"{name}: {part}" for name, part in parts)
+
+    def owners(self) -> list[Chip | Part]:
+        """Return all parts and chips."""
+        return [*self.parts.values(), *self.chips.values()]
+
+    def axes(self) -> Iterator[tuple[Chip, int, OneAxis]]:
+        """Yield every axis of every chip, with its number."""
+        for chip in self.chips.values():
+            for number in range(1, chip.sheet.axes + 1):
+                yield chip, number, chip.axis(number)
+
+    def catch_up(self) -> None:
+        """Let parts that compute only on demand do so, up to now: listeners hear of the findings made on the way.
+
+        `findings`, pictures, files and the end of a replay do so by themselves.
+        """
+        for part in self.parts.values():
+            part.be_caught_up()
 
 
 def crystal_for(sheet: Sheet, crystal: str | int) -> int:

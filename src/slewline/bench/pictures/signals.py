@@ -1,0 +1,180 @@
+"""The signals of a bench: which pins are recorded, and what they did."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from ...core.messages.near import hint
+from ...core.time.timebase import Time, picoseconds, window
+from ...core.wires.net import Bus, Net
+from ...core.wires.pin import Terminal
+from ...errors import NotRecorded, UnknownName, UsageError
+from ..circuit import Circuit
+from .curves import axes_of
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from ...core.motion.quantity import Quantity
+    from ...record.recording.recorder import Recorder, TextLog
+
+
+class Signals:
+    """What is recorded of a circuit."""
+
+    def __init__(self, circuit: Circuit) -> None:
+        self.circuit = circuit
+        self.recorded: dict[str, Net | Terminal] = {}
+        self.commands: dict[str, TextLog] = {}  # by the name of the chip
+        self._recorder: Recorder | None = None
+
+    @property
+    def recorder(self) -> Recorder:
+        """The recorder, made when it is first needed."""
+        if self._recorder is None:
+            from ...record.recording.recorder import Recorder
+
+            self._recorder = Recorder()
+        return self._recorder
+
+    def record(self, *pins: str, keep: Time | None = None) -> None:
+        """Record pins from now on, all signal pins and buses of all chips when none is named.
+
+        Clock outputs (CLK/15 of the CY525, CLKOUT of the MC1451A family) are recorded only when named: they never rest,
+        and would be most of every file.
+
+        Args:
+            pins: full names, such as "x.slew".
+            keep: forget what is older than this, for endless runs; None keeps everything.
+
+        Raises:
+            UnknownName: no such pin, chip or part.
+            TimeError: `keep` is no duration.
+        """
+        keep_ps = None if keep is None else picoseconds(keep)
+        if pins and not isinstance(pins[0], str):
+            raise UnknownName(f"record({pins[0]!r}): names stand one behind the other: bench.record(*names)")
+        for name in pins or self._all_pins():
+            probe = self._probe(name)
+            self.recorder.record(probe, keep_ps)
+            self.recorded[name] = probe
+            self._record_commands(name.split(".")[0], keep_ps)
+
+    def _record_commands(self, owner: str, keep_ps: int | None) -> None:
+        """What a chip works on is recorded with its pins."""
+        from ...record.recording.recorder import TextLog
+
+        if owner in self.commands:
+            self.commands[owner].log.keep(keep_ps)
+        elif owner in self.circuit.chips:
+            self.commands[owner] = TextLog(self.circuit.kernel, self.circuit.chips[owner].on_command, keep_ps)
+
+    def _probe(self, name: str) -> Net | Terminal:
+        """The net of a pin; of a pin that is a wire of a bus, the pin."""
+        net = self.circuit.net(name)
+        if not isinstance(net, Bus):
+            return net
+        try:
+            pin = self.circuit.pin(name)
+        except UnknownName:  # the bus itself
+            return net
+        return net if pin.bit is None else pin
+
+    def _all_pins(self) -> Iterator[str]:
+        for chip in self.circuit.chips.values():
+            for row in chip.sheet.pins:
+                signal = row.way in ("in", "out", "both") and row.role != "clock"
+                if signal and not isinstance(chip.pins[row.name].net, Bus):
+                    yield f"{chip.name}.{row.name}"
+            if chip.has_bus:
+                yield f"{chip.name}.{chip.sheet.bus}"
+
+    def window_of(self, nets: Mapping[str, Net | Terminal], start: Time | None, stop: Time | None) -> tuple[int, int]:
+        """Return a window that recorded nets can be asked about: without `start`, as far back as all of them go."""
+        first, last = window(start, stop, self.circuit.kernel.now)
+        return (
+            max((self.recorder.since(net) for net in nets.values()), default=first) if start is None else first
+        ), last
+
+    def chosen(self, pins: Iterable[str] | None) -> dict[str, Net | Terminal]:
+        """Return recorded pins by their full names; None: all of them.
+
+        Raises:
+            UnknownName: there is no such pin.
+            NotRecorded: it is not recorded, or nothing is.
+        """
+        if pins is None:
+            if not self.recorded:
+                raise NotRecorded("nothing is recorded; call bench.record() before time passes")
+            return dict(self.recorded)
+        names = [pins] if isinstance(pins, str) else pins
+        return {name: self.recorded[name] if name in self.recorded else self._recorded_wire(name) for name in names}
+
+    def _recorded_wire(self, name: str) -> Net | Terminal:
+        """A wire of a bus that is recorded as a whole."""
+        wire, net = self._probe(name), self.circuit.net(name)
+        if wire is not net and net in self.recorded.values():
+            return wire
+        raise NotRecorded(f"{name} is not recorded; call bench.record({name!r}) before time passes")
+
+    def full_name(self, name: str) -> str:
+        """Return the full name of a recorded pin; the owner may be missing where only one has such a pin.
+
+        Raises:
+            UsageError: several have.
+            NotRecorded: it is not recorded.
+        """
+        if not isinstance(name, str) or "." in name or not name:
+            self.chosen([name])
+            return name
+        found = [full for full in self.chosen(None) if full.partition(".")[2] == name]
+        if len(found) > 1:
+            raise UsageError(f"pin {name!r}: there are {' and '.join(found)}; write one of them")
+        if not found:
+            owners = list(self.circuit.chips)
+            full = f"{owners[0]}.{name}" if len(owners) == 1 else name
+            self.chosen([full])  # says what is wrong
+        return found[0]
+
+    def edges(
+        self, pin: str, start: Time | None = None, stop: Time | None = None
+    ) -> tuple[NDArray[np.int64], NDArray[np.int8]]:
+        """Return the changes of a recorded pin at start <= t <= stop; by default as far as recorded, up to now.
+
+        Returns:
+            times: (n,) int64, picoseconds, ascending; levels: (n,) int8, the level from that instant on, -1 floating.
+
+        Raises:
+            UnknownName: no such pin.
+            NotRecorded: it is not recorded, or no longer that far back.
+            TimeError: `start` or `stop` is no time.
+        """
+        nets = self.chosen([pin])
+        return self.recorder.edges(nets[pin], *self.window_of(nets, start, stop))  # type: ignore[return-value]
+
+    def quantity(self, name: str) -> Quantity:
+        """Return a quantity, which has a value at every instant: `bench.quantity("driver.current").at("3 ms")`.
+
+        Args:
+            name: of an axis ("x.velocity", "m.axis2.position") or of a part ("driver.current").
+
+        Raises:
+            UnknownName: there is none; the message lists those there are.
+        """
+        chips = self.circuit.chips
+        known = {
+            f"{scope}.{quantity.name}": quantity
+            for scope, quantities in [
+                *((scope, axis.quantities()) for chip in chips.values() for scope, axis in axes_of(chip)),
+                *((part.name, part.quantities()) for part in self.circuit.parts.values()),
+            ]
+            for quantity in quantities
+        }
+        owner, _, what = name.partition(".") if isinstance(name, str) else ("", "", "")
+        full = f"{owner}.axis1.{what}" if owner in chips and chips[owner].sheet.axes > 1 and "." not in what else name
+        if full not in known:
+            own = [each for each in known if each.partition(".")[0] == owner] or list(known)
+            raise UnknownName(f"no quantity {name!r}; there are: {', '.join(own) or 'none yet'}{hint(name, own)}")
+        return known[full]

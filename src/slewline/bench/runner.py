@@ -1,0 +1,315 @@
+"""How the time of a bench passes: by a duration, or until a condition is met; in a call, or in a task of asyncio."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol, cast
+
+from ..core.messages.calls import answering, misfit
+from ..core.time.timebase import Time, picoseconds, readable
+from ..core.wires.net import Net
+from ..core.wires.pin import Condition
+from ..errors import Timeout, UsageError
+
+if TYPE_CHECKING:
+    from ..core.chip import Chip
+    from ..parts.base.part import Part
+    from .circuit import Circuit
+    from .pictures.waveforms import Streaming
+
+SLICE_PS = 100_000_000_000  # while a VCD file is streamed, time passes in slices of 100 ms
+
+
+def _seen(_net: Net) -> None:
+    """An observer that only makes promised edges instants."""
+
+
+@dataclass
+class Wait:
+    """Somebody waits for a condition, up to an instant; `done` is told whether it came about."""
+
+    met: Callable[[], bool]
+    limit_ps: int
+    done: Callable[[bool], object] = bool
+    when: Callable[[], int | None] | None = None  # the instant that the present promises say
+    nets: Iterable[Net] = ()
+
+    def begin(self) -> None:
+        """Make the promised edges of the nets instants."""
+        for net in self.nets:
+            net.watch(_seen)
+
+    def end(self) -> None:
+        """Let promised edges be promises again."""
+        for net in self.nets:
+            net.unwatch(_seen)
+
+
+class FunctionCondition(Condition):
+    """A function that returns true, as a condition."""
+
+    def __init__(self, met: Callable[[], bool], text: str, nets: Iterable[Net] = ()) -> None:
+        self.met, self.text, self.nets = met, text, tuple(nets)  # type: ignore[method-assign]
+
+
+NEVER = FunctionCondition(lambda: False, "")  # only time ends a wait for it
+
+
+class VirtualLoop(Protocol):
+    """A loop of asyncio in which virtual time passes while all tasks wait (testing/aio.py has such a loop)."""
+
+    async def passed(self, bench: Runner, condition: Condition, ps: int) -> bool:
+        """Wait until a condition is met, for so much of the bench's time; return whether it was."""
+
+
+def virtual_loop(verb: str) -> VirtualLoop:
+    """Return the loop that runs here.
+
+    Raises:
+        UsageError: it goes by the wall clock.
+    """
+    import asyncio
+
+    loop = asyncio.get_running_loop()
+    if not hasattr(loop, "passed"):
+        raise UsageError(
+            f"await bench.{verb}(): this loop of asyncio goes by the wall clock; start the program with "
+            'slewline.testing.aio.run(main()), or anyio.run(main, backend_options={"loop_factory": VirtualLoop})'
+        )
+    return cast(VirtualLoop, loop)
+
+
+class Runner:
+    """What lets time pass on a circuit."""
+
+    def __init__(self, circuit: Circuit) -> None:
+        self.circuit, self.kernel, self.outside = circuit, circuit.kernel, circuit.outside
+        self.chips, self.parts = circuit.chips, circuit.parts
+        self.streams: list[Streaming] = []  # written as time passes
+        self._idle = FunctionCondition(self._all_idle, "every queue empty and every chip idle")
+        self._busy: Chip | Part | None = None  # who was busy when all were asked last
+
+    def at(self, time: Time, function: Callable[[], object]) -> None:
+        """Call a function at an instant, in its first round: everything still reads as it was before.
+
+        Args:
+            time: since the beginning, not before now: "12 ms", or picoseconds (0, or at least 1000).
+            function: takes nothing; what it returns is ignored. It must not let time pass.
+
+        Raises:
+            TimeError: not a time.
+            UsageError: the instant is over, or `function` is none.
+        """
+        ps = picoseconds(time)
+        if not callable(function):
+            raise UsageError(f"at {readable(ps)}: {function!r}; expected a function")
+        if wrong := misfit(function):
+            raise UsageError(f"at {readable(ps)}: {wrong}; the function takes nothing: lambda: x.pin('abort').drive(0)")
+        if ps < self.kernel.now:
+            raise UsageError(f"at {readable(ps)}: that is over; it is {readable(self.kernel.now)}")
+        self.kernel.call_at(ps, function)
+
+    # ------------------------------------------------------------------------------------------------------- durations
+    @answering("run()", "; run_to(time) goes to an instant, run_until(condition) waits for one")
+    def run(self, duration: Time) -> None:
+        """Let virtual time pass.
+
+        Args:
+            duration: "12 ms", or picoseconds (0, or at least 1000).
+
+        Raises:
+            TimeError: not a duration.
+            UsageError: the call comes from within a run.
+        """
+        self._run_to(self.kernel.now + picoseconds(duration))
+
+    def run_to(self, time: Time) -> None:
+        """Let virtual time pass up to an instant, that instant included.
+
+        Args:
+            time: since the beginning: "12 ms", or picoseconds (0, or at least 1000).
+
+        Raises:
+            TimeError: not a time.
+            UsageError: the instant is over, or the call comes from within a run.
+        """
+        ps = picoseconds(time)
+        if ps < self.kernel.now:
+            raise UsageError(
+                f"run_to {readable(ps)}: that is over; it is {readable(self.kernel.now)}, and run() takes a duration"
+            )
+        self._run_to(ps)
+
+    def _begin(self) -> None:
+        for stream in [*self.streams]:
+            stream.check_entered()
+        self.circuit.finish_wiring()
+
+    def _run_to(self, ps: int) -> None:
+        self._begin()
+        self._advance(ps)
+        self.outside.tell("run", to=self.kernel.now)
+
+    def _start(self) -> None:
+        self._begin()
+        self.kernel.settle()
+
+    def _advance(self, ps: int) -> None:
+        """Let time pass; streams are fed on the way."""
+        while self.streams and self.kernel.now < ps:
+            self.kernel.run(min(ps, self.kernel.now + SLICE_PS))
+            for stream in self.streams:
+                stream.feed(self.kernel.now)
+        self.kernel.run(ps)
+
+    # ------------------------------------------------------------------------------------------------------ conditions
+    def run_until_idle(self, timeout: Time = "60 s") -> None:
+        """Run until every host queue is empty and every chip idle.
+
+        Args:
+            timeout: of virtual time, from now on.
+
+        Raises:
+            Timeout: something still waits; the message says what for.
+            TimeError: `timeout` is no duration.
+            UsageError: the call comes from within a run.
+        """
+        self._until(self._idle, timeout)
+        self.conclude()
+
+    def run_until(self, condition: Condition | Callable[[], bool], timeout: Time = "60 s") -> None:
+        """Run until a condition is met: x.reaches(40), pin.is_(0), pin.edges(3), host.got(b"Y"), or one of two (`|`).
+
+        Args:
+            condition: or a function that returns true then. It is called after every instant, every step of every motor
+                being one meanwhile: exact, and slow.
+            timeout: of virtual time, from now on.
+
+        Raises:
+            Timeout: it is not met in time; the message says what everybody waits for.
+            TimeError: `timeout` is no duration.
+            UsageError: neither a condition nor a function, or the call comes from within a run.
+        """
+        self._until(self._condition("run_until", condition), timeout)
+
+    def let_pass(self, met: Callable[[], bool], what: str, timeout: Time) -> None:
+        """Run until what a call of a host waits for is met."""
+        self._until(FunctionCondition(met, what), timeout)
+
+    def conclude(self) -> None:
+        """Let chips tell, as findings, what their hosts have begun and not gone on with: a setting without its update.
+
+        `run_until_idle`, the fixtures of tests, `slewline run` and a server that a host leaves do so by themselves.  Of
+        a host that has more to say nothing is told yet.
+        """
+        from ..parts.base.caller import Caller  # an empty bench has no host, and does not load any
+
+        if all(part.idle for part in self.parts.values() if isinstance(part, Caller)) and any(
+            [chip.conclude() for chip in self.chips.values()]  # of every one
+        ):
+            self.outside.tell("conclude")
+
+    def _all_idle(self) -> bool:
+        if self._busy is not None and not self._busy.idle:  # ask first who was busy last time
+            return False
+        for owner in self.circuit.owners():
+            if not owner.idle:
+                self._busy = owner
+                return False
+        return True
+
+    def _condition(self, verb: str, condition: Condition | Callable[[], bool]) -> Condition:
+        """A condition that somebody begins to wait for; a function is asked after every step of every motor."""
+        if isinstance(condition, Condition):
+            if not condition.belongs(self.kernel):
+                raise UsageError(f"{verb}({condition}): that is on another bench, whose time does not pass here")
+            condition.begin()
+            return condition
+        if callable(condition):
+            what = getattr(condition, "__name__", "the condition")
+            if wrong := misfit(condition):
+                raise UsageError(f"{verb}({what}): {wrong}; the function takes nothing: lambda: x.position > 40")
+            return FunctionCondition(condition, what, [net for chip in self.chips.values() for net in chip.step_nets()])
+        raise UsageError(f"{verb}({condition!r}): expected a condition such as x.reaches(40), or a function")
+
+    def _until(self, condition: Condition, timeout: Time) -> None:
+        """Let instant after instant pass until a condition is met."""
+        self._start()
+        kernel = self.kernel
+        wait = Wait(condition.met, kernel.now + picoseconds(timeout), when=condition.foreseen, nets=condition.nets)
+        wait.begin()
+        try:
+            reached = self._foreseen(wait, wait.when) if wait.when else not kernel.run_while(wait.met, wait.limit_ps)
+        finally:
+            wait.end()
+        if not reached:
+            dead = kernel.next_time() is None
+            self._advance(wait.limit_ps)
+            reached = wait.met()
+        self.outside.tell("run", to=kernel.now)
+        if not reached:
+            raise self._timeout(condition, timeout, dead)
+
+    def _foreseen(self, wait: Wait, when: Callable[[], int | None]) -> bool:
+        """Run until a condition is met that may come about between two events: `when` says so."""
+        kernel = self.kernel
+        while not wait.met():
+            following, early = kernel.next_time(), when()
+            if early is not None and early <= wait.limit_ps and (following is None or early <= following):
+                kernel.run(early)
+            elif following is None or following > wait.limit_ps:
+                return False
+            else:
+                kernel.run(following)
+        return True
+
+    def _timeout(self, condition: Condition, timeout: Time, dead: bool) -> Timeout:
+        lines = [f"waited {readable(picoseconds(timeout))} for {condition}; it is {readable(self.kernel.now)}"]
+        if dead and not any(chip.moving for chip in self.chips.values()):
+            lines.append("nothing is going to happen any more")
+        lines += [f"  {chip.waiting}" for chip in self.chips.values() if not chip.idle or chip.unfinished]
+        lines += [f"  {part.waiting}" for part in self.parts.values() if not part.idle]
+        return Timeout("\n".join(lines))
+
+    # --------------------------------------------------------------------------------------------------------- asyncio
+    async def until(self, condition: Condition | Callable[[], bool], timeout: Time = "60 s") -> None:
+        """Wait until a condition is met, in a task of asyncio: `run_until` for a host that does several things at once.
+
+        The loop must be one of virtual time: `slewline.testing.aio.run(main())`.
+
+        Args:
+            condition: as `run_until` takes it.
+            timeout: of virtual time, from now on.
+
+        Raises:
+            Timeout: it is not met in time; the message says what everybody waits for.
+            TimeError: `timeout` is no duration.
+            UsageError: neither a condition nor a function, or the loop goes by the wall clock.
+        """
+        loop = virtual_loop("until")
+        await self._awaited(loop, self._condition("until", condition), timeout)
+
+    async def until_idle(self, timeout: Time = "60 s") -> None:
+        """Wait until every host queue is empty and every chip idle, in a task of asyncio; raises as `until`."""
+        await self._awaited(virtual_loop("until_idle"), self._idle, timeout)
+        self.conclude()
+
+    async def wait(self, duration: Time) -> None:
+        """Wait for a time, in a task of asyncio; others go on meanwhile.
+
+        Args:
+            duration: "12 ms", or picoseconds (0, or at least 1000).
+
+        Raises:
+            TimeError: not a duration.
+            UsageError: the loop goes by the wall clock.
+        """
+        loop = virtual_loop("wait")
+        self._start()
+        await loop.passed(self, NEVER, picoseconds(duration))
+
+    async def _awaited(self, loop: VirtualLoop, condition: Condition, timeout: Time) -> None:
+        self._start()
+        if not await loop.passed(self, condition, picoseconds(timeout)):
+            raise self._timeout(condition, timeout, self.kernel.next_time() is None)
