@@ -34,7 +34,9 @@ def test_every_command_takes_and_returns_its_words_and_then_their_sum(part: str)
         *read, checksum = rig.packet(row.code, *words, reads=reads)
         assert checksum == (row.code + sum(words) + sum(read)) % 0x10000, row.name
         assert rig.host.read_word() == 0, row.name  # nothing is left
-        wrong = {code for code in rig.codes if code not in ("out-of-range", "mode-in-motion", "gear-backlog")}
+        wrong = {
+            code for code in rig.codes if code not in ("out-of-range", "mode-in-motion", "gear-backlog", "no-encoder")
+        }
         assert not wrong, row.name
         rig.x.findings.clear()
 
@@ -89,7 +91,7 @@ def test_nobody_has_to_read_checksums() -> None:
         found = [rig.shows(name) for name in names]
         assert found[1:] == [*values[1:7], values[7] & 0x7FFF, values[8] & 0x7FFF]
         assert found[0] % (1 << 30) == values[0] % (1 << 30)
-    assert rig.codes == []  # words that were not read are no mistake
+    assert set(rig.codes) == {"no-encoder"}  # words that were not read are no mistake
     rig.says("31 > 0300 0331")
 
 

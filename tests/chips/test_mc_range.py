@@ -121,7 +121,7 @@ def test_a_value_beyond_its_range_is_folded_into_it_and_found(part: str) -> None
         rig.says(written)
         rig.next()
         rig.says(kept)
-        assert rig.codes == ["out-of-range"] * number, written
+        assert [code for code in rig.codes if code != "no-encoder"] == ["out-of-range"] * number, written
 
 
 @each

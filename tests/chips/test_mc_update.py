@@ -33,7 +33,8 @@ def test_registers_that_are_written_in_motion_wait_and_are_read_back(part: str, 
     rig.do(*DIFFERENT)
     rig.rest()
     assert rig.lows("atrest1") == [(n, cycles)]
-    assert (rig.x.position, rig.status(), rig.codes) == (1000, 0x0301, ["no-update"])
+    codes = [code for code in rig.codes if code != "no-encoder"]
+    assert (rig.x.position, rig.status(), codes) == (1000, 0x0301, ["no-update"])
     for line in DIFFERENT:
         name, value = line.split()
         assert rig.do(name.replace("SET", "GET")) == int(value, 0)
