@@ -101,9 +101,9 @@ def stub() -> str:
     places = {
         "chips.line": {"LineChip"},
         "core.chip": {"Chip"},
-        "core.timebase": {"Time"},
-        "parts.computer": {"Computer"},
-        "parts.part": {"Part"},
+        "core.time.timebase": {"Time"},
+        "parts.hosts.host": {"Host"},
+        "parts.base.part": {"Part"},
     }
     others = several(chips)
     more = [host for found in others.values() for _, host in found]
@@ -113,7 +113,7 @@ def stub() -> str:
     adding = [(f'Literal["{number}"]', cls.__name__) for number, cls in chips.items()]
     making = [(f'Literal["{kind}"]', cls.__name__) for kind, cls in kinds.items()]
     hosting = [(cls.__name__, host.__name__) for cls, host in talk.items() if cls not in others]
-    hosting += [("LineChip", "SerialHost"), ("Chip", "Computer")]
+    hosting += [("LineChip", "SerialHost"), ("Chip", "Host")]
     classes = [
         protocol("Adds", [*adding, ("type[C]", "C"), ("str", "Chip")], parameters("add")[1:], "part"),
         protocol("Makes", [*making, ("type[P]", "P"), ("str", "Part")], parameters("part")[1:], "kind"),

@@ -11,19 +11,20 @@ from ..chips.gs_c200.firmware import GsC200, GsC200S
 from ..chips.line import LineChip
 from ..chips.mc1451a.firmware import Mc1151A, Mc1151AE, Mc1251A, Mc1251AE, Mc1451A, Mc1451AE
 from ..core.chip import Chip
-from ..core.timebase import Time
+from ..core.time.timebase import Time
+from ..parts.base.part import Part
 from ..parts.boards.computer8080 import Host8080, Ppi8255
 from ..parts.boards.gpib import GpibListener, GpibTalker
 from ..parts.boards.gpib_device import GpibController, GpibDevice, GpibInterrupts
 from ..parts.boards.isa import Isa
 from ..parts.boards.parallel_card import ParallelCard
-from ..parts.computer import Computer
 from ..parts.drivers.gsc_circuits import Damping, StepCheck, TwoClocks
 from ..parts.drivers.gsd200 import GsD200, PhaseCurrent
 from ..parts.front_panel.displays import HpDisplay, Lcd
 from ..parts.front_panel.keyboard import Keyboard
 from ..parts.front_panel.panel_parts import JogSwitch, Thumbwheels
 from ..parts.hosts.adaptive_host import AdaptiveHost
+from ..parts.hosts.bus_host import BusHost
 from ..parts.hosts.flow_host import FlowHost
 from ..parts.hosts.host import Host
 from ..parts.hosts.packet_host import PacketHost
@@ -37,7 +38,6 @@ from ..parts.machines.drilling import Bar, Drill
 from ..parts.machines.welding import Welder, Workpieces
 from ..parts.memories.memory import Eeprom, Eprom, Ram
 from ..parts.memories.prom import Prom
-from ..parts.part import Part
 from ..parts.shafts.carriage import Carriage, Gear
 from ..parts.shafts.encoder import Encoder, Quadrature
 from ..parts.shafts.motor import Motor, Rotor, Translator
@@ -748,7 +748,7 @@ class Hosts(Protocol):
         baud: int | None = None,
         line: Part | None = None,
         over: str | None = None,
-    ) -> Host: ...
+    ) -> BusHost: ...
     @overload
     def __call__(
         self,
@@ -759,7 +759,7 @@ class Hosts(Protocol):
         baud: int | None = None,
         line: Part | None = None,
         over: str | None = None,
-    ) -> Host: ...
+    ) -> BusHost: ...
     @overload
     def __call__(
         self,
@@ -770,7 +770,7 @@ class Hosts(Protocol):
         baud: int | None = None,
         line: Part | None = None,
         over: str | None = None,
-    ) -> Host: ...
+    ) -> BusHost: ...
     @overload
     def __call__(
         self,
@@ -880,7 +880,7 @@ class Hosts(Protocol):
         baud: int | None = None,
         line: Part | None = None,
         over: str | None = None,
-    ) -> Computer: ...
+    ) -> Host: ...
 
 def adds(function: Callable[..., Any]) -> Adds: ...
 def makes(function: Callable[..., Any]) -> Makes: ...

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..core.chip import Chip
@@ -16,7 +16,7 @@ from .wiring import in_role, joints
 
 if TYPE_CHECKING:
     from ..parts.hosts.adaptive_host import AdaptiveHost
-    from ..parts.hosts.computer import Computer
+    from ..parts.hosts.bus_host import BusHost
     from ..parts.hosts.connection import Connection
     from ..parts.hosts.flow_host import FlowHost
     from ..parts.hosts.host import Host
@@ -44,7 +44,7 @@ class Hosted(Furnished):
         baud: int | None = None,
         line: Part | None = None,
         over: str | None = None,
-    ) -> Computer:
+    ) -> Host:
         """Put a host computer on the command port of a chip, or of several that share its bus or its line, at any time.
 
         Args:
@@ -76,20 +76,20 @@ class Hosted(Furnished):
             raise UsageError(f"host: {wrong}; {chips[0].name} has no serial line{_else_over(chips[0])}")
         asked = {} if over is None else {"over": over}  # journals of a part with one channel stay as they are
         furnish = getattr(self, HOSTS[type(channel)])
-        host: Computer = furnish(chips, channel, name, delay, asked, baud=baud, line=line)
+        host: Host = furnish(chips, channel, name, delay, asked, baud=baud, line=line)
         return host
 
     def _bus_host(
         self, chips: Sequence[Chip], channel: Channel, name: str | None, delay: Time, asked: dict[str, str], **_: None
-    ) -> Computer:
+    ) -> Host:
         """A host on a bus, which its chips share."""
-        from ..parts.hosts.host import Host
+        from ..parts.hosts.bus_host import BusHost
 
-        return self._on_bus(Host, chips, channel, name, delay, asked)
+        return self._on_bus(BusHost, chips, channel, name, delay, asked)
 
     def _packet_host(
         self, chips: Sequence[Chip], channel: Channel, name: str | None, delay: Time, asked: dict[str, str], **_: None
-    ) -> Computer:
+    ) -> Host:
         """A host that sends packets over a bus, which its chips share."""
         from ..parts.hosts.packet_host import PacketHost
 
@@ -98,24 +98,24 @@ class Hosted(Furnished):
 
     def _flow_host(
         self, chips: Sequence[Chip], channel: Channel, name: str | None, delay: Time, asked: dict[str, str], **_: None
-    ) -> Computer:
+    ) -> Host:
         """A host on a bus that works both ways."""
         from ..parts.hosts.flow_host import FlowHost
 
         self._one_of_its_kind(FlowHost, chips)
         host = self._on_bus(FlowHost, chips, channel, name, delay, asked)
         assert isinstance(host, FlowHost)
-        _tell_power(host, chips)
+        _tell_power(host.port.switched_on, chips)
         return host
 
-    def _one_of_its_kind(self, kind: type[Computer], chips: Sequence[Chip]) -> None:
+    def _one_of_its_kind(self, kind: type[Host], chips: Sequence[Chip]) -> None:
         """Refuse a second host, or a host of several chips, where one host belongs to one chip."""
         if len(chips) > 1:
             names = ", ".join(chip.name for chip in chips)
             raise UsageError(f"host: {names} over one {kind.__name__}; such a chip has a host of its own")
         self._alone(kind, chips)
 
-    def _alone(self, kind: type[Computer], chips: Sequence[Chip]) -> None:
+    def _alone(self, kind: type[Host], chips: Sequence[Chip]) -> None:
         """Refuse a second host where there is one."""
         for other in self.parts.values():
             taken = [chip.name for chip in chips if isinstance(other, kind) and chip.name in other.chips]
@@ -147,7 +147,7 @@ class Hosted(Furnished):
         strapped = getattr(chip.options, "fixed_baud", None)  # by somebody
         baud = strapped if baud is None else baud
         host = AdaptiveHost(self.kernel, name, [connection(chip, channel)], baud=baud, strapped=strapped)
-        _tell_power(host, chips)
+        _tell_power(host.uart.switched_on, chips)
         pairs = joints("serial_port", host, chip)
         self.outside.tell("host", name=name, chips=[chip.name], delay_ps=0, baud=baud, line=None, **asked)
         self.place(host)
@@ -158,13 +158,13 @@ class Hosted(Furnished):
 
     def _on_bus(
         self,
-        kind: type[Host | PacketHost | FlowHost],
+        kind: type[BusHost | PacketHost | FlowHost],
         chips: Sequence[Chip],
         channel: Channel,
         name: str | None,
         delay: Time,
         asked: dict[str, str],
-    ) -> Computer:
+    ) -> Host:
         name, delay_ps = self._new_name(name, "host"), picoseconds(delay)
         for chip in chips[1:]:
             chips[0].bus.join(chip.bus)
@@ -196,7 +196,7 @@ class Hosted(Furnished):
                 in_role(chip, role)
         name = self._new_name(name, "host")
         host = SerialHost(self.kernel, name, [connection(chip, channel) for chip in chips], baud=baud)
-        _tell_power(host, chips)
+        _tell_power(host.uart.switched_on, chips)
         pairs = [] if line is None else joints("rs232_line", line, host)
         names = [chip.name for chip in chips]
         self.outside.tell("host", name=name, chips=names, delay_ps=0, baud=baud, line=line and line.name, **asked)
@@ -219,15 +219,16 @@ class Hosted(Furnished):
         self._connect(connector, [chip for chip in chips if chip.sheet.channel(SerialLine) is not None])
 
     def _connect(self, connector: Part, chips: Sequence[Any]) -> None:
-        from ..parts.hosts.serial_host import straps_of
+        from ..parts.hosts.serial_host import SerialHost
+        from ..parts.hosts.strapped_uart import straps_of
         from ..parts.lines.rs232 import SerialPort
 
         out, rxd = in_role(connector, "computer_out").net, in_role(connector, "computer_in").net
         for chip in chips:
             out.join(in_role(chip, "serial_in").net)
             rxd.join(in_role(chip, "serial_out").net)
-        if isinstance(connector, SerialPort):
-            connector.far.ears = {
+        if isinstance(connector, SerialPort | SerialHost):
+            connector.uart.far.ears = {
                 chip.name: straps_of(connection(chip, chip.sheet.channel(SerialLine))) for chip in chips
             }
         addresses = [chip.strapped_address() for chip in chips]
@@ -279,10 +280,10 @@ def channel_over(chip: Chip, over: str | None) -> Channel:
     raise UsageError(f"host: over={over!r}; {chip.name} ({chip.sheet.part}) has these channels: {has}")
 
 
-def _tell_power(host: SerialHost | FlowHost | AdaptiveHost, chips: Sequence[Chip]) -> None:
+def _tell_power(switched_on: Callable[[], object], chips: Sequence[Chip]) -> None:
     """Tell a host when a chip is switched on."""
     for chip in chips:
-        chip.on_power.add(lambda _chip, on: host.switched_on() if on else None)
+        chip.on_power.add(lambda _chip, on: switched_on() if on else None)
 
 
 def _else_over(chip: Chip) -> str:

@@ -13,9 +13,9 @@ from ...errors import SlewlineError
 from ...language.assemble import RefusedProgram
 from ...language.problems import Problem
 from ...parts.hosts.adaptive_host import AdaptiveHost
-from ...parts.hosts.computer import Computer
+from ...parts.hosts.bus_host import BusHost
 from ...parts.hosts.flow_host import FlowHost
-from ...parts.hosts.host import Host, Port
+from ...parts.hosts.host import Host
 from ...parts.hosts.packet_host import PacketHost
 from ...parts.hosts.serial_host import SerialHost
 
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from ...core.wires.pin import Terminal
     from ...parts.base.part import Part
     from ...parts.hosts.packet_port import PacketPort
+    from ...parts.hosts.port import Port
 
 SHOWN = 160  # characters of a line in a message
 US_PS = 1_000_000
@@ -114,7 +115,7 @@ class Stage:
     `step` is the line that is being queued, `directed` says whether a directive follows it.
     """
 
-    def __init__(self, scene: Scene, host: Computer, script: Script, speech: Speech) -> None:
+    def __init__(self, scene: Scene, host: Host, script: Script, speech: Speech) -> None:
         self.scene, self.host, self.script, self.speech = scene, host, script, speech
         self.kernel = scene.kernel
         self.step: Step | None = None
@@ -134,12 +135,12 @@ class Stage:
             except SlewlineError as error:
                 script.refuse([step.problem("refused", str(error))])
 
-        host.work(text, action)
+        host.queue.post(text, action)
 
     @property
-    def bus_host(self) -> Host:
+    def bus_host(self) -> BusHost:
         """The host, which has a bus; `Step.fits` has seen to that."""
-        assert isinstance(self.host, Host)
+        assert isinstance(self.host, BusHost)
         return self.host
 
     @property

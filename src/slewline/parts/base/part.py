@@ -33,6 +33,7 @@ from ...errors import UnknownName
 if TYPE_CHECKING:
     from ...core.datasheet.table import Way
     from ...core.motion.quantity import Quantity
+    from .request_queue import RequestQueue
 
 T = TypeVar("T")
 LEVELS = ("low", "high")
@@ -60,6 +61,7 @@ class Part(HasInputs):
     keeps: ClassVar[bool] = False  # it has an option `store`, which keeps something without power
     sits: ClassVar[Literal["", "may", "must"]] = ""  # on the shaft of another part (`bench.part(..., on=...)`)
     options: tuple[Option, ...] = ()
+    queue: RequestQueue | None = None  # what it is asked to do, if it is asked
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         self.kernel, self.name = kernel, name
@@ -125,6 +127,10 @@ class Part(HasInputs):
             says = f"{self.name} has no pin {name!r}; its pins: {', '.join(self.pins)}"
             raise UnknownName(says + hint(name, self.pins)) from None
 
+    def net(self, name: str) -> Net:
+        """Return the net on a pin."""
+        return self.pins[name].net
+
     def high(self, name: str) -> bool:
         """Return whether a pin reads high.  An open input does, as in TTL."""
         return bool(self.pins[name].net.level != 0)
@@ -187,9 +193,9 @@ class Part(HasInputs):
     @property
     def idle(self) -> bool:
         """Nothing left to do by itself."""
-        return True
+        return self.queue is None or self.queue.idle
 
     @property
     def waiting(self) -> str:
         """What the part waits for."""
-        return f"{self.name}: nothing"
+        return f"{self.name}: nothing" if self.queue is None else self.queue.waiting

@@ -17,17 +17,20 @@ from ...core.time.timebase import Clock, hertz
 from ...core.wires.net import Net
 from ...core.wires.waits import first_of, until
 from ...errors import UsageError
-from ..base.worker import Data, Worker, as_bytes
+from ..base.data import Data, as_bytes
+from ..base.part import Part
+from ..base.request_queue import RequestQueue
 
 LOOP, IN, OUT, MVI, MOVE = 27, 10, 10, 7, 5  # states
 STOPPER = 0xFF
 
 
-class Processor8080(Worker):
+class Processor8080(Part):
     """The processor: coroutines that look at a READY bit and write to ports, in its own time."""
 
     def __init__(self, kernel: Kernel, name: str, cpu: str | int) -> None:
         super().__init__(kernel, name)
+        self.queue: RequestQueue = RequestQueue(kernel, name)
         self.clock = Clock(hertz(cpu))
         self.tick = 0
         self.sent = 0
@@ -84,7 +87,7 @@ class Host8080(Processor8080):
         data = self.before_stopper(string)
         self.input("send", data + bytes([STOPPER]))
         for byte in data:
-            self.work(f"SENDCHR {byte:#04x}", lambda byte=byte: self.sendchr(byte))  # type: ignore[misc]
+            self.queue.post(f"SENDCHR {byte:#04x}", lambda byte=byte: self.sendchr(byte))  # type: ignore[misc]
 
     async def sendchr(self, byte: int) -> None:
         """Send a character as SENDCHR does (fig. 10.7).
@@ -181,7 +184,7 @@ class Ppi8255(Processor8080):
         async def action() -> None:
             await self._output(port, value)
 
-        self.work(f"OUT {port:#04x}, {value:#04x}", action)
+        self.queue.post(f"OUT {port:#04x}, {value:#04x}", action)
 
     @from_outside
     def sendparallel(self, buffer: Data) -> None:
@@ -199,13 +202,13 @@ class Ppi8255(Processor8080):
 
     def _queue(self, data: bytes) -> None:
         for byte in data:
-            self.work(f"SENDCHAR {byte:#04x}", lambda byte=byte: self._sendchar(byte))  # type: ignore[misc]
+            self.queue.post(f"SENDCHAR {byte:#04x}", lambda byte=byte: self._sendchar(byte))  # type: ignore[misc]
 
     @from_outside
     def rcvbyte(self, number: int) -> None:
         """Queue a read-out of verify bytes, V already sent (fig. 6.1); they are appended to `received`."""
         self.input("rcvbyte", number)
-        self.work(f"RCVBYTE, {number} bytes", lambda: self._rcvbyte(number))
+        self.queue.post(f"RCVBYTE, {number} bytes", lambda: self._rcvbyte(number))
 
     # --------------------------------------------------------------------------------------------------- the routines
     async def _output(self, port: int, value: int) -> None:

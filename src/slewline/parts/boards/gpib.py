@@ -19,8 +19,9 @@ from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
 from ...core.wires.net import Net
 from ...core.wires.waits import level, until
+from ..base.data import Data, as_bytes
 from ..base.part import Part
-from ..base.worker import Data, Worker, as_bytes
+from ..base.request_queue import RequestQueue
 
 US = 1_000_000
 SETTLING_PS = 2 * US  # data before DAV, and ATN before data
@@ -85,7 +86,7 @@ class GpibListener(Part):
         pull(self, "srq", not self.high("motion_complete"))
 
 
-class GpibTalker(Worker):
+class GpibTalker(Part):
     """A talker and controller that knows nothing of addresses: fig. 12.3, byte by byte.
 
     `requests` counts the falls of SRQ.
@@ -96,6 +97,7 @@ class GpibTalker(Worker):
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
+        self.queue: RequestQueue = RequestQueue(kernel, name)
         add_bus_lines(self)
         self.requests = 0
 
@@ -111,14 +113,14 @@ class GpibTalker(Worker):
         """Queue bytes for whoever listens."""
         data = as_bytes(self.name, data)
         self.input("send", data)
-        self.work(f"sends {data!r}", lambda: self._talk(data))
+        self.queue.post(f"sends {data!r}", lambda: self._talk(data))
 
     @from_outside
     def command(self, data: Data) -> None:
         """Queue bytes that go out with ATN low: addresses and interface messages."""
         data = as_bytes(self.name, data)
         self.input("command", data)
-        self.work(f"commands {data.hex(' ')}", lambda: self._command(data))
+        self.queue.post(f"commands {data.hex(' ')}", lambda: self._command(data))
 
     @from_outside
     def clear(self) -> None:
@@ -131,7 +133,7 @@ class GpibTalker(Worker):
             pull(self, "ifc", False)
             await until(self.kernel, self.kernel.now + SETTLING_PS)
 
-        self.work("clears the interface", action)
+        self.queue.post("clears the interface", action)
 
     async def _command(self, data: bytes) -> None:
         pull(self, "atn", True)

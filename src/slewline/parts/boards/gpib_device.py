@@ -16,8 +16,8 @@ from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel, Task
 from ...core.wires.net import Net
 from ...core.wires.waits import first_of, level, until
+from ..base.data import Data
 from ..base.part import Part
-from ..base.worker import Data
 from .gpib import HANDSHAKE, REACTION_PS, SETTLING_PS, US, GpibTalker, add_bus_lines, pull
 
 SELECTED_CLEAR, TRIGGER, DEVICE_CLEAR, POLL_ENABLE, POLL_DISABLE = 0x04, 0x08, 0x14, 0x18, 0x19
@@ -193,7 +193,7 @@ class GpibController(GpibTalker):
             self.received += await self._accept(number)
             await self._command(bytes([UNTALK]))
 
-        self.work(f"reads {number} bytes from {address}", action)
+        self.queue.post(f"reads {number} bytes from {address}", action)
 
     @from_outside
     def poll(self, address: int) -> None:
@@ -205,7 +205,7 @@ class GpibController(GpibTalker):
             self.polled += await self._accept(1)
             await self._command(bytes([POLL_DISABLE, UNTALK]))
 
-        self.work(f"polls {address}", action)
+        self.queue.post(f"polls {address}", action)
 
     def device_clear(self) -> None:
         """Queue a device clear for everybody."""

@@ -21,7 +21,7 @@ from ...core.time.kernel import Kernel
 from ...core.time.timebase import Time, picoseconds, readable
 from ...core.wires.net import Net
 from ...errors import UsageError
-from ..base.worker import Data, as_bytes
+from ..base.data import Data, as_bytes
 from .external import WRITE_WIRING, Writable
 
 POLLED = 0x80  # what a read shows inverted while a byte is being written
