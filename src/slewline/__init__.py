@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from .bench import Bench, load, replay
     from .bench.files.images import read_image, write_image
     from .bench.ramps import find_ramps, ramp
-    from .core.chip import Chip, Finding
+    from .core.chip import Chip
+    from .core.component import Finding
     from .core.motion.axis import Steps
     from .errors import ChecksumError, ProgramError, SlewlineError, Timeout, UsageError, WaveformError, WiringError
     from .record.measuring.compare import compare_edges
@@ -31,7 +32,8 @@ _FROM = {  # loaded when first asked for, so that `import slewline` costs nothin
     "bench.files.images": ("read_image", "write_image"),
     "bench.ramps": ("find_ramps", "ramp"),
     "core.motion.axis": ("Steps",),
-    "core.chip": ("Chip", "Finding"),
+    "core.chip": ("Chip",),
+    "core.component": ("Finding",),
     "errors": (
         "ChecksumError",
         "ProgramError",

@@ -16,7 +16,8 @@ from .lazy import lazily
 if TYPE_CHECKING:
     from .chips import checks_of, chip_class, sheet_of
     from .chips.line import Line, LineChip
-    from .core.chip import Chip, Finding
+    from .core.chip import Chip
+    from .core.component import Finding
     from .core.datasheet.channel import AdaptiveLine, BusHandshake, FlowBus, HostPort, SerialLine
     from .core.datasheet.option import Option
     from .core.datasheet.quirk import Quirk
@@ -51,7 +52,8 @@ _FROM = {
     "chips.line": ("Line", "LineChip"),
     "core.motion.axis": ("Axis",),
     "core.datasheet.channel": ("AdaptiveLine", "BusHandshake", "FlowBus", "HostPort", "SerialLine"),
-    "core.chip": ("Chip", "Finding"),
+    "core.chip": ("Chip",),
+    "core.component": ("Finding",),
     "core.motion.one_axis": ("OneAxis",),
     "core.time.hook": ("Hook",),
     "core.wires.net": ("Bus", "Driver", "Net"),

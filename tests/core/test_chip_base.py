@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import slewline
-from slewline.core.chip import Chip, Finding
+from slewline.core.chip import Chip
+from slewline.core.component import Finding
 from slewline.core.datasheet.table import Pin, Sheet, Table
 from slewline.core.motion.axis import Axis
 from slewline.core.motion.train import Playing, StepTrain

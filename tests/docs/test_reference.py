@@ -10,7 +10,8 @@ import pytest
 
 import slewline
 from slewline import build
-from slewline.core.chip import Chip, Finding
+from slewline.core.chip import Chip
+from slewline.core.component import Finding
 from slewline.core.motion.axis import Steps
 from slewline.core.motion.one_axis import OneAxis
 from slewline.core.wires.pin import Terminal

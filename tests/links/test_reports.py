@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import slewline
-from slewline.core.chip import Finding
+from slewline.core.component import Finding
 from slewline.links.control.reports import CAUSES, PERIOD_S, Lateness, Reports, cause_of
 from slewline.links.lines.pace import Lag, Paced
 from slewline.links.server import Server

@@ -17,7 +17,7 @@ import slewline.testing  # pySerial knows slewline:// from now on
 from slewline.bench.files import entries
 from slewline.build import Part, from_outside
 from slewline.chips import PARTS, chip_class
-from slewline.core.time.inputs import input_of
+from slewline.core.component import input_of
 from slewline.errors import LONGEST_LINE, BenchFileError, SlewlineError, UsageError
 from slewline.links.lines.store import FileStore, packed
 from slewline.parts import KINDS, part_class

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..chips import CATALOGUE as CHIPS
 from ..core.messages.calls import misfit
-from ..core.messages.instead import missing
+from ..core.messages.instead import face, missing
 from ..core.messages.near import hint
 from ..core.time.timebase import Seconds, Time, picoseconds, readable
 from ..core.wires.net import Net
@@ -42,6 +42,7 @@ def _seen(_net: Net) -> None:
     """An observer that only makes promised edges instants."""
 
 
+@face
 class Bench(Hosted, TimingDiagrams):
     """Chips and the parts around them, in virtual time from 0 on.
 

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from ..chips import CATALOGUE as CHIPS
 from ..chips import chip_class, sheet_of
-from ..core.chip import Chip, Finding
+from ..core.chip import Chip
+from ..core.component import Finding
 from ..core.memory.store import Witnessed
 from ..core.messages.calls import answering
 from ..core.messages.near import hint

@@ -14,8 +14,8 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..chips import chip_class
+from ..core.component import input_of
 from ..core.memory.store import Recalled
-from ..core.time.inputs import input_of
 from ..core.time.timebase import Time, moment
 from ..errors import BenchFileError, OtherLaws, SlewlineError, UnknownName, UsageError
 from ..parts import part_class

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..bench import Bench
-from ..core.chip import Chip, Finding
+from ..core.chip import Chip
+from ..core.component import Finding
 from ..core.datasheet.channel import HostPort
 from ..core.motion.one_axis import OneAxis
 from ..core.time.timebase import PS_PER_S, readable

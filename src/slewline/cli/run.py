@@ -24,7 +24,8 @@ from .transcript import Transcript, seconds
 if TYPE_CHECKING:
     from ..bench import Bench
     from ..bench.scripts.stage import Script
-    from ..core.chip import Chip, Finding
+    from ..core.chip import Chip
+    from ..core.component import Finding
     from ..core.datasheet.table import Sheet
     from ..parts.base.part import Part
     from ..parts.memories.memory import Ram

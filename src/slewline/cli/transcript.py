@@ -11,7 +11,8 @@ from collections.abc import Callable
 from functools import partial
 
 from ..bench import Bench
-from ..core.chip import Chip, Finding
+from ..core.chip import Chip
+from ..core.component import Finding
 from ..core.datasheet.table import Pin
 from ..core.motion.motions import MotionEnd, MotionStart
 from ..core.motion.one_axis import OneAxis

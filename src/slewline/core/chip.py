@@ -6,22 +6,21 @@ Reset acts through a net: its change kills the firmware after all timed work of 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import partial
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
-from ..errors import LONGEST_FINDING, UnknownName, UsageError, shortened
+from ..errors import UnknownName, UsageError
+from .component import Component
 from .datasheet.option import checked
 from .datasheet.table import Sheet
-from .messages.instead import OF_CHIPS, OURS, missing
+from .messages.instead import OF_CHIPS, OURS, face, missing
 from .messages.known import Known, Told
 from .messages.whole import whole
 from .motion.axis import Axis
 from .motion.one_axis import OneAxis
 from .program import InstructionCondition, ProgramRow
 from .time.hook import CommandHook, Hook
-from .time.inputs import HasInputs
 from .time.kernel import Kernel, Task
 from .time.timebase import Clock, readable
 from .wires.net import Bus, Driver, Net
@@ -34,22 +33,7 @@ TO_LOAD = "it is a register; a host sends the command that loads it: bench.host(
 PEACE_PS = 10**9  # without a conflict: the next one on that wire is told again
 
 
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """A mistake of a host: what the manual forbids or leaves open, and what the chip made of it at `time_ps`."""
-
-    time_ps: int
-    source: str
-    code: str
-    text: str  # LONGEST_FINDING characters of it; what is longer is shortened in the middle
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "text", shortened(self.text, LONGEST_FINDING))
-
-    def __str__(self) -> str:
-        return f"{readable(self.time_ps)}  {self.source}  {self.code}: {self.text}"
-
-
+@face
 class AxisOfChip(OneAxis):
     """An axis of a chip that has several."""
 
@@ -71,7 +55,7 @@ class AxisOfChip(OneAxis):
         return f"<{self.name}>"
 
 
-class Chip(OneAxis, HasInputs):
+class Chip(Component, OneAxis):
     """A part on a bench.  Subclasses bring a sheet and `run()`, the firmware.
 
     `options` holds every option of the sheet by its name, checked.
@@ -131,15 +115,14 @@ class Chip(OneAxis, HasInputs):
         straps: Mapping[str, int] | None = None,
         **options: Any,
     ) -> None:
-        self.kernel, self.name, self.bare = kernel, name, bare
+        super().__init__(kernel, name)
+        self.bare = bare
         self.options = SimpleNamespace(
             **checked(name, self.sheet.options, options, self._beside(), self.sheet.elsewhere)
         )
         self.crystal_hz = crystal_hz or self.sheet.crystal_hz
         self.clock = Clock(self.crystal_hz)
         self.tick = 0  # the chip's own count; every sleep adds to it, so nothing drifts
-        self.findings: list[Finding] = []
-        self.on_finding: Hook[[Finding]] = Hook()
         self.on_power: Hook[[Chip, bool]] = Hook()  # the supply is being switched
         self.on_instruction: Hook[[int]] = Hook()  # an instruction of the program begins: its address
         self.on_command: Hook[[str]] = CommandHook()  # the chip works on another command or instruction; "": on none
@@ -195,7 +178,6 @@ class Chip(OneAxis, HasInputs):
 
     def _build_pins(self, straps: Mapping[str, int]) -> None:
         pins: dict[str, Terminal] = {}
-        self.drivers: dict[str, Driver] = {}
         prefix = self.sheet.bus
         self.bus = Bus(self.kernel, f"{self.name}.{prefix}")
         self.bus.on_conflict.add(self._conflict)
@@ -361,12 +343,6 @@ class Chip(OneAxis, HasInputs):
             return f"send the {self.lacking} that ends it"
         instead = ", not a line feed (\\n)" if "\n" in self.unfinished else ""
         return f"end each command with a carriage return (\\r, 0x0D){instead}"
-
-    def finding(self, code: str, text: str) -> None:
-        """Add a finding, now: what a host did wrong, or where the manual is silent."""
-        found = Finding(self.kernel.now, self.name, code, text)
-        self.findings.append(found)
-        self.on_finding(found)
 
     def left_over(self) -> list[tuple[str, str]]:
         """Return what a host has begun and not gone on with: code and text of a finding each.

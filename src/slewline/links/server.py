@@ -19,7 +19,8 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any, Protocol
 
 from ..bench.hosting import channel_over
-from ..core.chip import Chip, Finding
+from ..core.chip import Chip
+from ..core.component import Finding
 from ..core.datasheet.channel import AdaptiveLine, BusHandshake, Channel, FlowBus, HostPort
 from ..core.datasheet.channel import SerialLine as SerialChannel
 from ..core.wires.pin import strapped

@@ -17,7 +17,7 @@ from typing import Any, ClassVar
 
 from ..bench import Bench
 from ..core.chip import Chip
-from ..core.messages.instead import Face, missing
+from ..core.messages.instead import face, missing
 from ..core.motion.axis import Steps
 from ..core.time.timebase import Time, moment, picoseconds, readable
 from ..core.wires.pin import Condition, Terminal
@@ -31,7 +31,8 @@ LEVELS = MappingProxyType({0: "low", 1: "high", -1: "floating"})
 SHOWN = 40  # lines of the transcript in a report
 
 
-class Controller(Face):
+@face
+class Controller:
     """A running module.
 
     Args:

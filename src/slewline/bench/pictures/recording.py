@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from ...core.chip import Chip
-from ...core.messages.instead import Face
+from ...core.messages.instead import face
 from ...core.motion.one_axis import OneAxis
 from ...core.time.kernel import Kernel
 from ...core.time.timebase import Time, picoseconds, window
@@ -35,7 +35,8 @@ STEPS = (*CSV, *NPZ)
 SLICE_PS = 100_000_000_000  # while a VCD file is streamed, time passes in slices of 100 ms
 
 
-class Recording(Face):
+@face
+class Recording:
     """The recording half of a bench."""
 
     chips: dict[str, Chip]

@@ -11,13 +11,13 @@ name that is there slower.  `hasattr` says no, `dir` leaves it out, and an attri
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import partial
-from types import MappingProxyType
-from typing import Any, ClassVar, NoReturn
+from typing import Any, NoReturn, TypeVar
 
 from ...errors import NoSuchAttribute
 
+C = TypeVar("C")
 OURS = "slewline."
 CALL = re.compile(r"[\w.{}\[\]]+(\([^()]*\))?")  # a remedy that is no more than that
 
@@ -87,34 +87,38 @@ def missing(cls: type, to_set: str | None = None, /, **instead: str) -> None:
             setattr(cls, name, Instead(name, says) if to_set is None else Never(name, says, to_set or says))
 
 
-class Face:
-    """Something that users hold in their hands: `dir` lists what is meant for them.
+def seal(cls: type) -> None:
+    """Let properties that are only read say what to do instead of setting them, as `to_set` of the class has it.
 
-    That are the names in `for_users` of its classes, and all public ones of classes from outside slewline.
+    A property with a setter is read as fast as one without.
     """
-
-    for_users: ClassVar[tuple[str, ...]] = ()
-    to_set: ClassVar[Mapping[str, str]] = MappingProxyType({})  # what to do instead of setting a property
-
-    def __init_subclass__(cls, **keywords: Any) -> None:
-        super().__init_subclass__(**keywords)
-        for name, own in [*vars(cls).items()]:  # a property with a setter is read as fast as one without
-            if type(own) is property and own.fset is None and not name.startswith("_"):
-                setattr(cls, name, own.setter(partial(_not_set, name)))
-
-    def __dir__(self) -> Iterable[str]:
-        found = {name for name in super().__dir__() if name.startswith("_")}
-        for base in type(self).__mro__:
-            own: dict[str, Any] = dict(vars(base))
-            found.update(own.get("for_users", ()))
-            if not base.__module__.startswith((OURS, "builtins")):
-                found.update(name for name in own if not isinstance(own[name], Instead))
-        return sorted(found)
+    for name, own in [*vars(cls).items()]:
+        if type(own) is property and own.fset is None and not name.startswith("_"):
+            setattr(cls, name, own.setter(partial(_not_set, name)))
 
 
-def _not_set(name: str, one: Face, _value: object) -> NoReturn:
+def names_for_users(one: object) -> list[str]:
+    """Return what `dir` lists: the names in `for_users` of the classes, and all public ones of classes from outside."""
+    found = {name for name in object.__dir__(one) if name.startswith("_")}
+    for base in type(one).__mro__:
+        own: dict[str, Any] = dict(vars(base))
+        found.update(own.get("for_users", ()))
+        if not base.__module__.startswith((OURS, "builtins")):
+            found.update(name for name in own if not isinstance(own[name], Instead))
+    return sorted(found)
+
+
+def face(cls: type[C]) -> type[C]:
+    """Let `dir` list what is meant for users of a class, and properties say what to do instead of setting them."""
+    seal(cls)
+    setattr(cls, "__dir__", names_for_users)  # noqa: B010 (mypy knows no assignment to a method)
+    return cls
+
+
+def _not_set(name: str, one: object, _value: object) -> NoReturn:
     it = called(one)
-    remedy = one.to_set.get(name, f"{it}.{name} is only read")
+    to_set: Mapping[str, str] = getattr(one, "to_set", {})
+    remedy = to_set.get(name, f"{it}.{name} is only read")
     raise NoSuchAttribute(f"{it}: {name} cannot be set; {remedy.format(it=it)}")
 
 

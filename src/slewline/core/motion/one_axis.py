@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar
 
 from ...errors import UsageError
-from ..messages.instead import Face
+from ..messages.instead import face
 from ..messages.whole import whole
 from ..time.hook import Hook
 from ..time.kernel import Kernel
@@ -46,7 +46,8 @@ class ReachesCondition(Condition):
         return self.motor.arrives(self.position)
 
 
-class OneAxis(Face):
+@face
+class OneAxis:
     """One axis of a chip as its user sees it; a chip as a whole is its own axis 1."""
 
     for_users: ClassVar[tuple[str, ...]] = (

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, NoReturn
 
 from ...errors import NoSuchAttribute, UsageError, WiringError
 from ..datasheet.table import Pin
-from ..messages.instead import Face, missing
+from ..messages.instead import face, missing
 from ..messages.whole import whole
 from ..time.timebase import Time, picoseconds, readable
 from .net import Bus, Driver, Net
@@ -144,7 +144,8 @@ def strapped(pins: Mapping[str, Terminal], names: Iterable[str]) -> tuple[int, .
     return tuple(0 if pins[name].level == 0 else 1 for name in names)
 
 
-class Terminal(Face):
+@face
+class Terminal:
     """A pin as the outside sees it: its net, and a driver of one's own on it."""
 
     for_users: ClassVar[tuple[str, ...]] = ("name", "level", "drive", "release", "pulse", "is_", "edges", "row", "net")

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
-from ...core.chip import Finding
+from ...core.component import Finding
 from ..lines.pace import Lag
 from ..sockets.loop import Loop
 

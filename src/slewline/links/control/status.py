@@ -10,7 +10,8 @@ from ..lines.pace import Pace, Paced
 
 if TYPE_CHECKING:
     from ...bench import Bench
-    from ...core.chip import Chip, Finding
+    from ...core.chip import Chip
+    from ...core.component import Finding
     from ...core.motion.one_axis import OneAxis
     from ..sockets.loop import Loop
 

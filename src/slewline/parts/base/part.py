@@ -12,19 +12,15 @@ constructor takes: it gets all of them, checked.
 
 from __future__ import annotations
 
-from bisect import insort
 from collections.abc import Mapping
 from dataclasses import replace
-from operator import attrgetter
 from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar, Literal, TypeVar
 
-from ...core.chip import Finding
+from ...core.component import Component, Finding
 from ...core.datasheet.option import Option
 from ...core.datasheet.table import Pin
 from ...core.messages.near import hint
-from ...core.time.hook import Hook
-from ...core.time.inputs import HasInputs
 from ...core.time.kernel import Kernel
 from ...core.wires.net import Bus, Driver, Net
 from ...core.wires.pin import Terminal
@@ -52,7 +48,7 @@ def served(host: str, chips: Mapping[str, T], chip: object) -> T:
     return chips[name]
 
 
-class Part(HasInputs):
+class Part(Component):
     """A part on a bench.  Subclasses make their pins in the constructor and react to nets by observers or tasks."""
 
     wiring: Mapping[str, str] = MappingProxyType({})
@@ -64,12 +60,9 @@ class Part(HasInputs):
     queue: RequestQueue | None = None  # what it is asked to do, if it is asked
 
     def __init__(self, kernel: Kernel, name: str) -> None:
-        self.kernel, self.name = kernel, name
+        super().__init__(kernel, name)
         self.pins: dict[str, Terminal] = {}
-        self.drivers: dict[str, Driver] = {}
-        self._findings: list[Finding] = []
         self._catching_up = False
-        self.on_finding: Hook[[Finding]] = Hook()
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.name}>"
@@ -170,12 +163,6 @@ class Part(HasInputs):
                 self.catch_up()
             finally:
                 self._catching_up = False
-
-    def finding(self, code: str, text: str, at: int | None = None) -> None:
-        """Add a finding around the chip, now or at an instant of the past (ps)."""
-        found = Finding(self.kernel.now if at is None else at, self.name, code, text)
-        insort(self._findings, found, key=attrgetter("time_ps"))
-        self.on_finding(found)
 
     def objection(self, own: str, row: Pin) -> str:
         """Return what makes a neighbour's pin unfit for a pin of this part, though it has the right role, or ""."""

@@ -23,7 +23,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar, Self
 
-from ...core.messages.instead import Face, missing
+from ...core.messages.instead import missing
 from ...core.time.hook import Hook
 from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from .connection import Connection
 
 
-class Host(Part, Face):
+class Host(Part):
     """A host computer of one chip, or of several that share a bus or a line.
 
     It is a part that stands on a bench by a class of its own for each channel: so hosts are four deep, one more than

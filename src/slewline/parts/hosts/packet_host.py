@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from ...core.messages.instead import Face, missing
+from ...core.messages.instead import face, missing
 from ...core.messages.whole import whole
 from ...core.time.inputs import from_outside
 from ...core.time.timebase import Time, picoseconds
@@ -269,7 +269,8 @@ class PacketHost(Host):
         return self.queue.submit(f"{bit} of {chip}", lambda: port.until_status(bit, every_ps, axis))
 
 
-class AxisView(Face):
+@face
+class AxisView:
     """A host that speaks for one axis."""
 
     for_users: ClassVar[tuple[str, ...]] = ("command", "query", "ask", "packet", "send", "wait", "host", "number")

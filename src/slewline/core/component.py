@@ -1,0 +1,99 @@
+"""What stands on a bench, a chip or a part: its name, its findings, and inputs by which users tell it something."""
+
+from __future__ import annotations
+
+from bisect import insort
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from operator import attrgetter
+from types import MappingProxyType
+from typing import Any, ClassVar
+
+from ..errors import LONGEST_FINDING, UsageError, shortened
+from .messages.instead import names_for_users, seal
+from .time.hook import Hook
+from .time.inputs import is_from_outside
+from .time.kernel import Kernel
+from .time.timebase import readable
+from .wires.net import Driver
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """A mistake of a host: what the manual forbids or leaves open, and what the chip made of it at `time_ps`."""
+
+    time_ps: int
+    source: str
+    code: str
+    text: str  # LONGEST_FINDING characters of it; what is longer is shortened in the middle
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "text", shortened(self.text, LONGEST_FINDING))
+
+    def __str__(self) -> str:
+        return f"{readable(self.time_ps)}  {self.source}  {self.code}: {self.text}"
+
+
+class Component:
+    """A chip or a part.
+
+    `for_users` are the names that `dir` lists, where a class has chosen them; `to_set` says what to do instead of
+    setting a property.  Who overrides a method that is declared by `@from_outside` need not say so again.
+    """
+
+    for_users: ClassVar[tuple[str, ...]] = ()
+    to_set: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    input_names: ClassVar[frozenset[str]] = frozenset()
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        super().__init_subclass__(**keywords)
+        seal(cls)
+        cls.input_names = frozenset(
+            name for base in cls.__mro__ for name in vars(base) if is_from_outside(vars(base)[name])
+        )
+
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        self.kernel, self.name = kernel, name
+        self.drivers: dict[str, Driver] = {}
+        self._findings: list[Finding] = []
+        self.on_finding: Hook[[Finding]] = Hook()
+
+    def __dir__(self) -> Iterable[str]:
+        return names_for_users(self) if self.for_users else super().__dir__()
+
+    @property
+    def findings(self) -> list[Finding]:
+        """What went wrong around it, by time."""
+        return self._findings
+
+    def finding(self, code: str, text: str, at: int | None = None) -> None:
+        """Add a finding, now or at an instant of the past (ps): a mistake of a host, or where a manual is silent."""
+        found = Finding(self.kernel.now if at is None else at, self.name, code, text)
+        insort(self._findings, found, key=attrgetter("time_ps"))
+        self.on_finding(found)
+
+    def input(self, verb: str, *args: Any) -> None:
+        """Report to the outside that a user has called a method declared by `@from_outside`, as plain data.
+
+        Raises:
+            UsageError: the method is not declared.
+        """
+        input_of(self, verb)
+        outside = self.kernel.outside
+        if outside.heard:
+            plain = [list(arg) if isinstance(arg, bytes) else arg for arg in args]
+            outside.tell("input", part=self.name, verb=verb, args=plain)
+
+
+def input_of(owner: Component, verb: str) -> Callable[..., Any]:
+    """Return the method by which a user tells a chip or a part something.
+
+    Raises:
+        UsageError: none that is declared has this name; the message lists those there are.
+    """
+    if verb not in owner.input_names:
+        raise UsageError(
+            f"{owner.name}: {verb!r} is no input; allowed {', '.join(sorted(owner.input_names)) or 'none'}; "
+            "a method of your own is declared by @from_outside"
+        )
+    return getattr(owner, verb)  # type: ignore[no-any-return]
