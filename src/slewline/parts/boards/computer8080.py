@@ -23,21 +23,14 @@ from ..base.request_queue import RequestQueue
 
 LOOP, IN, OUT, MVI, MOVE = 27, 10, 10, 7, 5  # states
 STOPPER = 0xFF
+READY = "b5"  # of the 8255
 
 
-class Processor8080(Part):
-    """The processor: coroutines that look at a READY bit and write to ports, in its own time."""
+class Cpu8080:
+    """The processor: coroutines that look at a bit and let time pass, in its own time."""
 
-    def __init__(self, kernel: Kernel, name: str, cpu: str | int) -> None:
-        super().__init__(kernel, name)
-        self.queue: RequestQueue = RequestQueue(kernel, name)
-        self.clock = Clock(hertz(cpu))
-        self.tick = 0
-        self.sent = 0
-
-    def ready(self) -> Net:
-        """Return the net behind the READY bit."""
-        return self.net("ready")
+    def __init__(self, kernel: Kernel, cpu: str | int) -> None:
+        self.kernel, self.clock, self.tick = kernel, Clock(hertz(cpu)), 0
 
     async def states(self, number: int) -> None:
         """Let states of the processor pass."""
@@ -55,15 +48,20 @@ class Processor8080(Part):
             await until(self.kernel, self.clock.ps(self.tick))
         await self.states(LOOP - IN)
 
-    def before_stopper(self, data: Data) -> bytes:
-        """Return the bytes in front of the stopper FF."""
-        found, stop, _ = as_bytes(self.name, data).partition(bytes([STOPPER]))
-        if not stop:
-            raise UsageError(f"{self.name}: no stopper FF behind {found!r}; the routine would run on through memory")
-        return found
+
+def before_stopper(owner: str, data: Data) -> bytes:
+    """Return the bytes in front of the stopper FF.
+
+    Raises:
+        UsageError: there is none.
+    """
+    found, stop, _ = as_bytes(owner, data).partition(bytes([STOPPER]))
+    if not stop:
+        raise UsageError(f"{owner}: no stopper FF behind {found!r}; the routine would run on through memory")
+    return found
 
 
-class Host8080(Processor8080):
+class Host8080(Part):
     """The smallest host: OUT 0DCH puts seven bits on the bus and bit 7 on I/O REQUEST; READY is looked at."""
 
     wiring = MappingProxyType({"port": "data", "request": "request", "ready": "ready"})
@@ -71,7 +69,9 @@ class Host8080(Processor8080):
     options = (Option("cpu", "frequency", "2 MHz", "clock of the processor", low=1, unit="Hz"),)
 
     def __init__(self, kernel: Kernel, name: str, *, cpu: str | int) -> None:
-        super().__init__(kernel, name, cpu)
+        super().__init__(kernel, name)
+        self.queue: RequestQueue = RequestQueue(kernel, name)
+        self.cpu, self.sent = Cpu8080(kernel, cpu), 0
         self.add_bus("port", "output port DC, bits 0 to 6; bit 7 of the bus to ground")
         self.add_pin("request", "out", "output port DC, bit 7", initial=1)
         self.add_pin("ready", "in", "READY of the chip", pull=1)
@@ -84,7 +84,7 @@ class Host8080(Processor8080):
     @from_outside
     def send(self, string: Data) -> None:
         """Queue a string with the stopper FF at its end."""
-        data = self.before_stopper(string)
+        data = before_stopper(self.name, string)
         self.input("send", data + bytes([STOPPER]))
         for byte in data:
             self.queue.post(f"SENDCHR {byte:#04x}", lambda byte=byte: self.sendchr(byte))  # type: ignore[misc]
@@ -94,16 +94,16 @@ class Host8080(Processor8080):
 
         Wait until ready, out with bit 7 low, wait until busy, bit 7 high.
         """
-        await self.poll(self.ready(), 1)
-        await self.states(MOVE + MVI + OUT)
+        await self.cpu.poll(self.net("ready"), 1)
+        await self.cpu.states(MOVE + MVI + OUT)
         self.out(byte & 0x7F)
-        await self.poll(self.ready(), 0)
-        await self.states(MVI + OUT)
+        await self.cpu.poll(self.net("ready"), 0)
+        await self.cpu.states(MVI + OUT)
         self.out(0xFF)
         self.sent += 1
 
 
-class Ppi8255(Processor8080):
+class Ppi8255(Part):
     """An 8080 with an 8255 wired as in Table IX, and the routines that the manual lists.
 
     Port A is in high impedance while I/O SELECT (port C, bit 1) is high: the chip may drive the bus then.
@@ -132,7 +132,9 @@ class Ppi8255(Processor8080):
     options = (Option("cpu", "frequency", "2.048 MHz", "clock of the processor", low=1, unit="Hz"),)
 
     def __init__(self, kernel: Kernel, name: str, *, cpu: str | int) -> None:
-        super().__init__(kernel, name, cpu)
+        super().__init__(kernel, name)
+        self.queue: RequestQueue = RequestQueue(kernel, name)
+        self.cpu, self.sent = Cpu8080(kernel, cpu), 0
         self.add_bus("a", "port A (EC): data bus")
         for bit, (pin, _) in enumerate(self.PORT_B):
             self.add_pin(f"b{bit}", "in", f"port B (ED): {pin}", pull=1)
@@ -142,10 +144,6 @@ class Ppi8255(Processor8080):
         self.received = bytearray()
         for code in self.AT_REST:
             self._write(self.CONTROL, code)
-
-    def ready(self) -> Net:
-        """Return the net behind the READY bit."""
-        return self.net("b5")
 
     # -------------------------------------------------------------------------------------------------------- the ports
     def read(self, port: int) -> int:
@@ -189,7 +187,7 @@ class Ppi8255(Processor8080):
     @from_outside
     def sendparallel(self, buffer: Data) -> None:
         """Queue the bytes in front of the stopper FF (fig. 11.6)."""
-        data = self.before_stopper(buffer)
+        data = before_stopper(self.name, buffer)
         self.input("sendparallel", data + bytes([STOPPER]))
         self._queue(data)
 
@@ -212,25 +210,25 @@ class Ppi8255(Processor8080):
 
     # --------------------------------------------------------------------------------------------------- the routines
     async def _output(self, port: int, value: int) -> None:
-        await self.states(MVI + OUT)
+        await self.cpu.states(MVI + OUT)
         self._write(port, value)
 
     async def _sendchar(self, byte: int) -> None:
-        await self.poll(self.ready(), 1)
+        await self.cpu.poll(self.net(READY), 1)
         await self._output(self.DATA, byte)
         await self._output(self.CONTROL, self.IOREQ)
-        await self.poll(self.ready(), 0)
+        await self.cpu.poll(self.net(READY), 0)
         await self._output(self.CONTROL, self.NOIOREQ)
         self.sent += 1
 
     async def _rcvbyte(self, number: int) -> None:
-        await self.poll(self.ready(), 1)
+        await self.cpu.poll(self.net(READY), 1)
         await self._output(self.CONTROL, self.IOSELOUT)
         for _ in range(number):
             await self._output(self.CONTROL, self.IOREQ)
-            await self.poll(self.ready(), 0)
-            await self.states(IN)
+            await self.cpu.poll(self.net(READY), 0)
+            await self.cpu.states(IN)
             self.received.append(self.read(self.DATA))
             await self._output(self.CONTROL, self.NOIOREQ)
-            await self.poll(self.ready(), 1)
+            await self.cpu.poll(self.net(READY), 1)
         await self._output(self.CONTROL, self.IOSELIN)

@@ -105,13 +105,15 @@ class Port:
     # ----------------------------------------------------------------------------------------------- in the host's task
     async def send(self, data: bytes) -> None:
         """Send bytes by the two-line handshake; the last one leaves the bus when it has been taken."""
-        kernel, ready, drive_bus, request = self.kernel, self.ready, self.bus.drive, self.request.drive
+        kernel, queue, ready, drive_bus, request = (
+            self.kernel, self.queue, self.ready, self.bus.drive, self.request.drive,
+        )  # fmt: skip
         for byte in data:
             if ready.level != 1:
                 await level(ready, 1)
             if self.delay_ps:
                 await until(kernel, kernel.now + self.delay_ps)
-            self.queue.begun = True
+            queue.begun = True
             drive_bus((0xFF, byte))
             request(0)
             await level(ready, 0)
