@@ -58,7 +58,7 @@ class Mad:
         """A piece of what the mad host sends: a line that is nearly right, or noise."""
         rnd = self.rnd
         if not self.coming and rnd.random() < 0.002:  # more than fits into the memory
-            self.coming = [framed(line, self.checked, self.chip.kept) for line in (self.opener, *["+1"] * 32)]
+            self.coming = [framed(line, self.checked, self.chip.straps.kept) for line in (self.opener, *["+1"] * 32)]
         if self.coming:
             return self.coming.pop(0)
         if rnd.random() < 0.2:
@@ -67,7 +67,7 @@ class Mad:
         if rnd.random() < 0.1:
             at = rnd.randrange(len(line) + 1)
             line = line[:at] + chr(rnd.randrange(128)) + line[at + rnd.randrange(2) :]
-        return framed(line, self.checked is (rnd.random() < 0.95), self.chip.kept)
+        return framed(line, self.checked is (rnd.random() < 0.95), self.chip.straps.kept)
 
     @property
     def checked(self) -> bool:

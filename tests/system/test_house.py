@@ -109,33 +109,53 @@ def test_the_type_of_a_time_is_defined_once() -> None:
 
 
 # ------------------------------------------------------------------------------------------------- depth of classes
-DEEPEST = 3  # a line chip, the family, the part
+DEEPEST = 4  # a component, a chip, the family, the part; a component, a part, a host, the host of a channel
+ELSEWHERE = 3  # what is neither
 
 
-def depth(cls: type, room: str) -> int:
-    """How many classes of a room stand one upon the other, up to and with this one."""
-    if not f"{cls.__module__}.".startswith(f"{room}."):
-        return 0
-    return 1 + max(depth(base, room) for base in cls.__bases__)
+def depth(cls: type) -> int:
+    """How many classes of slewline stand one upon the other, up to and with this one."""
+    return cls.__module__.startswith("slewline.") + max((depth(base) for base in cls.__bases__), default=0)
 
 
-def chip_classes() -> Iterator[type]:
-    """All classes that a module of the chips defines."""
+def classes() -> Iterator[type]:
+    """All classes of slewline; protocols and exceptions stand for nothing that is built on."""
     for module in modules():
-        if module.startswith("slewline.chips"):
+        if not module.endswith("__main__"):
             for thing in vars(import_module(module)).values():
-                if isinstance(thing, type) and thing.__module__ == module:
+                ours = isinstance(thing, type) and thing.__module__ == module
+                if ours and not (issubclass(thing, BaseException) or getattr(thing, "_is_protocol", False)):
                     yield thing
 
 
-def test_no_class_of_a_chip_is_more_than_three_deep() -> None:
-    found = {f"{cls.__module__}.{cls.__name__}" for cls in chip_classes() if depth(cls, "slewline.chips") > DEEPEST}
-    assert not found
+def test_no_class_stands_on_a_stack_of_others() -> None:
+    from slewline.core.chip import Chip
+    from slewline.parts.hosts.host import Host
+
+    too_deep = {
+        f"{cls.__module__}.{cls.__name__}": depth(cls)
+        for cls in classes()
+        if depth(cls) > (DEEPEST if issubclass(cls, (Chip, Host)) else ELSEWHERE)
+    }
+    assert not too_deep
 
 
-def test_only_the_classes_of_the_room_count_in_a_depth_and_the_longest_way_counts() -> None:
-    one = type("One", (dict,), {"__module__": "a.room"})
-    two = type("Two", (one,), {"__module__": "a.room.inner"})
-    other = type("Other", (two,), {"__module__": "a.room_beside"})
-    both = type("Both", (type("Mixin", (), {"__module__": "a.room"}), two), {"__module__": "a.room"})
-    assert [depth(cls, "a.room") for cls in (dict, one, two, other, both)] == [0, 1, 2, 0, 3]
+def test_only_our_classes_count_in_a_depth_and_the_longest_way_counts() -> None:
+    one = type("One", (dict,), {"__module__": "slewline.room"})
+    two = type("Two", (one,), {"__module__": "slewline.room.inner"})
+    other = type("Other", (two,), {"__module__": "a.room"})
+    both = type("Both", (type("Mixin", (), {"__module__": "slewline.room"}), two), {"__module__": "slewline.room"})
+    assert [depth(cls) for cls in (dict, one, two, other, both)] == [0, 1, 2, 2, 3]
+
+
+# ------------------------------------------------------------------------------------------------------------ rooms
+MOST_FILES = 15  # in a room; what a visitor takes in
+LARGER = {"chips/mc1451a": 32, "chips/cy545": 29, "chips/gs_c200": 23, "chips/cy5xx": 23, "cli": 16}  # to be parted
+
+
+def test_a_room_has_few_files_and_says_in_its_first_line_what_is_in_it() -> None:
+    for folder in (path.parent for path in SOURCES.rglob("__init__.py")):
+        room = folder.relative_to(SOURCES / "slewline").as_posix()
+        assert len([*folder.glob("*.py")]) <= LARGER.get(room, MOST_FILES), room
+        said = ast.get_docstring(ast.parse((folder / "__init__.py").read_text("utf-8")))
+        assert said and len(said.splitlines()[0]) > 30, room

@@ -3,22 +3,29 @@
     rxd   ... characters ... CR                               characters go into a line until its carriage return;
     txd                         |<- turnround ->| answer CR   then the line is obeyed; its effect shows with it
 
-While an answer is on its way one further line is kept; what comes beyond that is lost.  A chip brings its sheet (with a
-serial line among its channels, and the dialect of lines), and a method for each command or an `obey` of its own.
+While an answer is on its way one further line is kept; what comes beyond that is lost.  Such a chip has a
+`LineInterface`.  A `LineChip` has no more: it brings its sheet (with a serial line among its channels, and the dialect
+of lines), and a method for each command or an `obey` of its own.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from inspect import isawaitable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from ..core.chip import Chip
 from ..core.datasheet.channel import SerialLine
+from ..core.datasheet.table import Sheet
+from ..core.time.hook import Hook
 from ..core.time.kernel import Kernel, Task
+from ..core.time.timebase import Clock
+from ..core.wires.net import Driver
+from ..core.wires.pin import Terminal
 from ..core.wires.serial import RS232, Receiver, Straps, Word, bit_clock, transmit
 from ..core.wires.waits import next_round
+from ..errors import UsageError
 from ..language.dialect import Refusal, dialect_of
 from ..language.lines import KEPT, parse, refusal
 
@@ -37,26 +44,64 @@ class Line(NamedTuple):
     end_ps: int
 
 
-class LineChip(Chip):
-    """A chip that is spoken to in lines over RS-232.
+class LineOwner(Protocol):
+    """A chip, as its line interface sees it."""
 
-    `answering` is true from the carriage return of a line to the end of its answer.
+    kernel: Kernel
+    name: str
+    clock: Clock
+    on_command: Hook[[str]]
+
+    @property
+    def drivers(self) -> Mapping[str, Driver]:
+        """Drivers by the name of the pin; `txd` among them."""
+
+    @property
+    def pins(self) -> Mapping[str, Terminal]:
+        """Pins by name; `rxd` among them."""
+
+    @property
+    def under_way(self) -> str:
+        """What the chip works on besides a line of the host."""
+
+    def finding(self, code: str, text: str) -> None:
+        """Add a finding."""
+
+    def sync(self) -> None:
+        """Move to the next clock tick at or after this instant."""
+
+    async def at_tick(self, tick: int) -> None:
+        """Wait for a tick of the crystal."""
+
+    async def obey(self, line: Line) -> Sequence[bytes]:
+        """Do what a line says; return the answers, without their carriage returns."""
+
+    def meant(self, line: Line) -> bytes | None:
+        """Return what a line says to this chip, without address and checksum; None: nothing, or it is for another."""
+
+    def busy(self, on: bool) -> None:
+        """Show that the chip begins or ends to work on a line."""
+
+    def refresh_idle(self) -> None:
+        """Note whether the chip has nothing to do."""
+
+
+class LineInterface:
+    """The serial side of a chip that is spoken to in lines: characters in, answers out.
+
+    Args:
+        longest: a line has at most so many characters.
+        turnround_ps: from the carriage return to the effect of a line, and its answer.
+        lenient: forgive a line feed between two lines.
     """
 
-    straps: Straps
-    turnround_ps = TURNROUND_PS
-    baud = 0  # the rate at which it listens
-    up_ps = 0  # when the supply was switched on
-    done, refused = b"OK", b"?"  # what `obey` answers where a command says nothing, and to what is no command
-    lenient = False  # forgive a line feed between two lines
-
-    def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
-        super().__init__(kernel, name, crystal_hz, **given)
-        port = self.sheet.channel(SerialLine)
-        assert port is not None  # a mistake in the sheet of the chip
-        self.port: SerialLine = port
-        self.straps = Straps(self.port, self.pins, kept=KEPT)
-        self.longest = dialect_of(self.sheet).longest or 256  # characters of a line
+    def __init__(
+        self, owner: LineOwner, port: SerialLine, straps: Straps, *, longest: int, turnround_ps: int, lenient: bool
+    ) -> None:
+        self.owner, self.kernel, self.straps = owner, owner.kernel, straps
+        self.longest, self.turnround_ps, self.lenient = longest, turnround_ps, lenient
+        self.word = Word(port.bits, port.parity, port.stop)
+        self.baud = 0  # the rate at which it listens
         self.work: deque[Line | bytes] = deque()  # lines to obey, and answers that came late
         self.worker: Task | None = None
         self.listener: Task | None = None
@@ -64,7 +109,6 @@ class LineChip(Chip):
         self.coming = bytearray()  # the line that has not ended
         self.line_feeds = False  # one has come, and been told of
 
-    # --------------------------------------------------------------------------------------------------- public face
     @property
     def answering(self) -> bool:
         """Is a line in work, or its answer on its way?"""
@@ -72,14 +116,159 @@ class LineChip(Chip):
 
     @property
     def unfinished(self) -> str:
+        """The line that has come so far."""
         return self.coming.decode("latin-1")
+
+    @property
+    def odd(self) -> str:
+        """What to add about a line that has come without its end, where its characters are odd ones, or ""."""
+        odd = any(not 0x20 <= byte < 0x7F for byte in self.coming.replace(b"\n", b""))
+        in_full = self.straps.setting.in_full
+        return f"; such characters come of another rate or format than {in_full}" if odd else ""
+
+    def listen(self) -> None:
+        """Begin to receive, at the rate that the straps say now."""
+        self.baud = self.straps.take()
+        self.bits = bit_clock(self.baud, self.owner.name)
+        self.listener = self.kernel.spawn(self._listen, name=f"{self.owner.name} listens")
+        self.owner.refresh_idle()
+
+    def hang_up(self) -> None:
+        """No line any more: the supply is off."""
+        for task in (self.listener, self.worker):
+            if task is not None:
+                task.kill()
+        if self.receiver is not None:
+            self.receiver.close()
+        self.listener = self.worker = self.receiver = self.straps.taken = None
+        self.work.clear()
+        self.coming.clear()
+
+    async def _listen(self) -> None:
+        receiver = self.receiver = Receiver(self.owner.pins["rxd"].net, self.bits, self.word, RS232)
+        text, faulty, first, too_long = self.coming, False, False, False
+        while True:
+            character = await receiver.character()
+            byte = character.byte
+            if byte == LF and character.good:
+                self._line_feed(bool(text))
+            if byte == CR:
+                faulty |= not character.good
+                self.take(Line(bytes(text), faulty, first, too_long, self.straps.checked, character.end_ps))
+                text.clear()
+                faulty = first = too_long = False
+            elif byte == LF and self.lenient and not text:
+                continue
+            elif len(text) < self.longest:
+                first |= not text and not character.good
+                faulty |= not character.good
+                text.append(byte)
+            else:
+                too_long = True
+
+    def _line_feed(self, within: bool) -> None:
+        """Report once that the host sends line feeds."""
+        if self.line_feeds or (self.lenient and not within) or (self.straps.checked and not self.straps.kept):
+            return  # the last: it may be a checksum
+        self.line_feeds = True
+        ends = "with LF; this part wants CR" if within else "with CR LF; this part wants CR, and takes LF for a command"
+        self.owner.finding("line-end", f"the host ends its lines {ends}: send \\r alone, without \\n")
+
+    def take(self, item: Line | bytes) -> None:
+        """A line is complete, or an answer that took its time is ready."""
+        if isinstance(item, Line) and len(self.work) > 1:
+            self.owner.finding("line-lost", f"{item.text!r} came while a line was in work and another one waited: lost")
+            return
+        self.work.append(item)
+        if self.worker is None:
+            self.worker = self.kernel.spawn(self._work, name=f"{self.owner.name} answers")
+            self.owner.refresh_idle()
+
+    async def _work(self) -> None:
+        owner = self.owner
+        while self.work:
+            item = self.work[0]
+            if isinstance(item, Line):
+                owner.busy(True)
+                if owner.on_command and (said := owner.meant(item)) is not None:
+                    owner.on_command(said.decode("latin-1"))
+                await owner.at_tick(owner.clock.ticks_from(item.end_ps + self.turnround_ps))
+                await next_round(self.kernel)  # a line acts after all timed work of its instant
+                owner.sync()
+                answers = await owner.obey(item)
+                owner.busy(False)
+                if owner.on_command:
+                    owner.on_command(owner.under_way)
+            else:
+                answers = [item]
+            for answer in answers:
+                await self._send(answer + b"\r")
+            self.work.popleft()
+        self.worker = None
+        self.owner.refresh_idle()
+
+    async def _send(self, data: bytes) -> None:
+        """Put characters on the line, then let go of it."""
+        driver = self.owner.drivers["txd"]
+        await transmit(driver, self.bits, self.word, data, RS232)
+        driver.drive(None)
+
+
+class InLines:
+    """What users and hosts ask of a chip about its line; it stands before `Chip` among the bases."""
+
+    line: LineInterface
+
+    @property
+    def answering(self) -> bool:
+        """Is a line in work, or its answer on its way?"""
+        return self.line.answering
+
+    @property
+    def unfinished(self) -> str:
+        """The line that has come so far."""
+        return self.line.unfinished
 
     @property
     def how_to_end(self) -> str:
         """What to do about a line that has come without its end; one of odd characters was sent in another format."""
-        odd = any(not 0x20 <= byte < 0x7F for byte in self.coming.replace(b"\n", b""))
-        here = f"; such characters come of another rate or format than {self.straps.setting.in_full}" if odd else ""
-        return super().how_to_end + here
+        return f"{super().how_to_end}{self.line.odd}"  # type: ignore[misc]  # of Chip
+
+    @property
+    def baud(self) -> int:
+        """The rate at which it listens; 0 before it has looked at its straps."""
+        return self.line.baud
+
+    @property
+    def checked(self) -> bool:
+        """Do lines carry a checksum at present?"""
+        return self.line.straps.checked
+
+    def strapped_address(self) -> int:
+        """Return the address that stands in front of its lines, as the pins say; 0: none."""
+        return self.line.straps.address
+
+
+class LineChip(InLines, Chip):
+    """A chip that is spoken to in lines over RS-232.
+
+    `answering` is true from the carriage return of a line to the end of its answer.
+    """
+
+    straps: Straps
+    turnround_ps = TURNROUND_PS
+    up_ps = 0  # when the supply was switched on
+    done, refused = b"OK", b"?"  # what `obey` answers where a command says nothing, and to what is no command
+    lenient = False  # forgive a line feed between two lines
+
+    def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
+        super().__init__(kernel, name, crystal_hz, **given)
+        port = serial_line(self.sheet)
+        self.straps = Straps(port, self.pins, kept=KEPT)
+        longest = dialect_of(self.sheet).longest or 256
+        self.line = LineInterface(
+            self, port, self.straps, longest=longest, turnround_ps=self.turnround_ps, lenient=self.lenient
+        )
 
     async def obey(self, line: Line) -> Sequence[bytes]:
         """Do what a line says; returns the answers, without their carriage returns.
@@ -97,7 +286,7 @@ class LineChip(Chip):
         return [self.done if answer is None else str(answer).encode("ascii")]
 
     def meant(self, line: Line) -> bytes | None:
-        """What a line says to this chip, without address and checksum; None: nothing, or it is for another one."""
+        """Return what a line says to this chip, without address and checksum; None: nothing, or it is for another."""
         return line.text
 
     @property
@@ -112,104 +301,22 @@ class LineChip(Chip):
         """Something has begun or ended."""
         self.idle = not self.answering
 
-    # --------------------------------------------------------------------------------------------------------- line
-    @property
-    def checked(self) -> bool:
-        """Do lines carry a checksum at present?"""
-        return self.straps.checked
-
-    @property
-    def kept(self) -> int:
-        """The bits that its checksums always have."""
-        return self.straps.kept
-
-    def strapped_address(self) -> int:
-        """Return the address that stands in front of its lines, as the pins say; 0: none."""
-        return self.straps.address
-
     def listen(self) -> None:
         """Begin to receive, at the rate that the straps say now."""
-        self.word = Word(self.port.bits, self.port.parity, self.port.stop)
-        self.baud = self.straps.take()
-        self.bits = bit_clock(self.baud, self.name)
-        self.listener = self.kernel.spawn(self._listen, name=f"{self.name} listens")
-        self.refresh_idle()
+        self.line.listen()
 
     def hang_up(self) -> None:
-        """No line any more: the supply is off."""
-        for task in (self.listener, self.worker):
-            if task is not None:
-                task.kill()
-        if self.receiver is not None:
-            self.receiver.close()
-        self.listener = self.worker = self.receiver = self.straps.taken = None
-        self.work.clear()
-        self.coming.clear()
+        """End the line: the supply is off."""
+        self.line.hang_up()
 
-    async def _listen(self) -> None:
-        receiver = self.receiver = Receiver(self.pins["rxd"].net, self.bits, self.word, RS232)
-        text, faulty, first, too_long = self.coming, False, False, False
-        while True:
-            character = await receiver.character()
-            byte = character.byte
-            if byte == LF and character.good:
-                self._line_feed(bool(text))
-            if byte == CR:
-                faulty |= not character.good
-                self.take(Line(bytes(text), faulty, first, too_long, self.checked, character.end_ps))
-                text.clear()
-                faulty = first = too_long = False
-            elif byte == LF and self.lenient and not text:
-                continue
-            elif len(text) < self.longest:
-                first |= not text and not character.good
-                faulty |= not character.good
-                text.append(byte)
-            else:
-                too_long = True
 
-    def _line_feed(self, within: bool) -> None:
-        """Report once that the host sends line feeds."""
-        if self.line_feeds or (self.lenient and not within) or (self.checked and not self.kept):
-            return  # the last: it may be a checksum
-        self.line_feeds = True
-        ends = "with LF; this part wants CR" if within else "with CR LF; this part wants CR, and takes LF for a command"
-        self.finding("line-end", f"the host ends its lines {ends}: send \\r alone, without \\n")
+def serial_line(sheet: Sheet) -> SerialLine:
+    """Return the serial line among the channels of a sheet.
 
-    def take(self, item: Line | bytes) -> None:
-        """A line is complete, or an answer that took its time is ready."""
-        if isinstance(item, Line) and len(self.work) > 1:
-            self.finding("line-lost", f"{item.text!r} came while a line was in work and another one waited: lost")
-            return
-        self.work.append(item)
-        if self.worker is None:
-            self.worker = self.kernel.spawn(self._work, name=f"{self.name} answers")
-            self.refresh_idle()
-
-    async def _work(self) -> None:
-        while self.work:
-            item = self.work[0]
-            if isinstance(item, Line):
-                self.busy(True)
-                if self.on_command and (said := self.meant(item)) is not None:
-                    self.on_command(said.decode("latin-1"))
-                await self.at_tick(self.clock.ticks_from(item.end_ps + self.turnround_ps))
-                await next_round(self.kernel)  # a line acts after all timed work of its instant
-                self.sync()
-                answers = await self.obey(item)
-                self.busy(False)
-                if self.on_command:
-                    self.on_command(self.under_way)
-            else:
-                answers = [item]
-            for answer in answers:
-                await self._send(answer + b"\r")
-            self.work.popleft()
-        self.worker = None
-        self.refresh_idle()
-
-    async def _send(self, data: bytes) -> None:
-        """Put characters on the line, then let go of it."""
-        driver = self.drivers["txd"]
-        await transmit(driver, self.bits, self.word, data, RS232)
-        driver.drive(None)
+    Raises:
+        UsageError: it has none.
+    """
+    port = sheet.channel(SerialLine)
+    if port is None:
+        raise UsageError(f"{sheet.part}: a chip that is spoken to in lines has a SerialLine among its channels")
+    return port

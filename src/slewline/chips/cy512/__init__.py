@@ -1,0 +1,1 @@
+"""The CY512: what it has beside the family, and where it differs."""

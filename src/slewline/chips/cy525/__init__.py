@@ -1,0 +1,1 @@
+"""The CY525: sheet, law of motion, handlers, linter, ramps, quirks."""

@@ -1,0 +1,1 @@
+"""The GS-C200 and GS-C200S modules."""

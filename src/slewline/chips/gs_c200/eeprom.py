@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from ...core.chip import Chip
 from ...core.memory.store import Store
 from ...core.time.kernel import Task
 from ...core.wires.waits import until
-from ..line import LineChip
 from .activity import EEPROM, Activity
 from .program import Program
 
@@ -18,13 +18,22 @@ class Eeprom:
     """A store for one program, and a check byte behind it.
 
     Args:
+        refresh_idle: called when a write is over.
         write_ps: what a write of a full memory takes.
         fails: programming it fails.
     """
 
     def __init__(
-        self, chip: LineChip, activity: Activity, program: Program, store: Store, write_ps: int, fails: bool
+        self,
+        chip: Chip,
+        refresh_idle: Callable[[], None],
+        activity: Activity,
+        program: Program,
+        store: Store,
+        write_ps: int,
+        fails: bool,
     ) -> None:
+        self.refresh_idle = refresh_idle
         self.chip, self.kernel, self.activity, self.program = chip, chip.kernel, activity, program
         self.store, self.write_ps, self.fails = store, write_ps, fails
         self.full = chip.sheet.buffer_bytes + 1  # bytes, with the check byte
@@ -57,7 +66,7 @@ class Eeprom:
         self.activity.end(EEPROM)
         self.chip.waits("a command")
         written(not self.spoiled)
-        self.chip.refresh_idle()
+        self.refresh_idle()
 
     def _programmed(self, program: bytes) -> str:
         """Keep a program; return why that failed, empty if it did not."""

@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from ...core.chip import Chip
+from ...core.datasheet.channel import SerialLine
 from ...core.datasheet.table import Sheet
 from ...core.memory.store import Memory, Store
 from ...core.motion.axis import Axis
@@ -17,8 +19,9 @@ from ...core.time.timebase import picoseconds
 from ...core.wires.net import Driver
 from ...core.wires.serial import Straps
 from ...errors import UsageError
-from ...language.lines import KEPT, checksum
-from ..line import Line, LineChip
+from ...language.dialect import spoken_as
+from ...language.lines import KEPT, Lines, checksum
+from ..line import InLines, Line, LineInterface, serial_line
 from .activity import LINE, START, Activity
 from .commands import Commands
 from .counter import PositionCounter
@@ -42,17 +45,23 @@ OR_SINCE = (2, 2)  # GS-C200 firmware that sets a bit of every checksum
 PULL_DOWN = "txpd"  # the name of its driver on a line
 
 
-class GsC(LineChip):
+class GsC(InLines, Chip):
     """A GS-C module on a bench."""
 
+    straps: Straps
     wraps: bool  # past its ends the position counter wraps; else a motion that would leave it is E5
     homing_erases: bool  # a homing sent by the host erases the program
 
     def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
         options, times_ps = self.options, self.times_ps()
-        self.lenient, self.turnround_ps = options.lenient, times_ps["turnround"]
-        self.straps = self.strapped()
+        port = serial_line(self.sheet)
+        self.straps = self.strapped(port)
+        longest = spoken_as(self.sheet, Lines).longest
+        self.line = LineInterface(
+            self, port, self.straps, longest=longest, turnround_ps=times_ps["turnround"], lenient=options.lenient
+        )
+        self.up_ps = 0  # when the supply was switched on
         self.address = 0  # as the straps were when it started
         self.late_checked = False  # the answer that comes later carries a checksum
         self.store: Store = options.store if options.store is not None else Memory()
@@ -67,8 +76,12 @@ class GsC(LineChip):
         instructions = Instructions(
             self, times_ps, self.state, self.step_lines, self.user, self.counter, self.stored, motion
         )
-        self.interpreter = Interpreter(self, times_ps, self.activity, self.counter, self.stored, motion, instructions)
-        self.eeprom = Eeprom(self, self.activity, self.stored, self.store, times_ps["eeprom"], options.eeprom_fault)
+        self.interpreter = Interpreter(
+            self, self.refresh_idle, times_ps, self.activity, self.counter, self.stored, motion, instructions
+        )
+        self.eeprom = Eeprom(
+            self, self.refresh_idle, self.activity, self.stored, self.store, times_ps["eeprom"], options.eeprom_fault
+        )
         self.commands = Commands(
             self, self.state, self.user, self.interpreter, self.eeprom, self.answer_later, self.homing_erases
         )
@@ -101,7 +114,7 @@ class GsC(LineChip):
         times = {name: time.ticks for name, time in self.sheet.times.items()}
         return times | {name: picoseconds(time) for name, time in given.items()}
 
-    def strapped(self) -> Straps:
+    def strapped(self, port: SerialLine) -> Straps:
         """Return what reads the straps; a GS-C200S has no old firmware (UsageError)."""
         options = self.options
         early = tuple(map(int, options.firmware.split("."))) < OR_SINCE
@@ -111,7 +124,7 @@ class GsC(LineChip):
                 "checksums, as a GS-C200 does from 2.2 on: leave the option out"
             )
         kept = 0 if early else KEPT
-        return Straps(self.port, self.pins, kept=kept, address=options.address, backwards=options.pin_order)
+        return Straps(port, self.pins, kept=kept, address=options.address, backwards=options.pin_order)
 
     def check_wiring(self) -> None:
         """Report as findings what is not wired as the sheet wants it.  Called before time passes."""
@@ -151,7 +164,7 @@ class GsC(LineChip):
 
     def powered_off(self) -> None:
         """End everything, and let go of every output."""
-        self.hang_up()
+        self.line.hang_up()
         self.interpreter.cut()
         self.eeprom.cut()
         self.stop()
@@ -173,7 +186,7 @@ class GsC(LineChip):
         await self.step_lines.pulse_reset()
         self.address = self.strapped_address()
         self.activity.end(START)
-        self.listen()
+        self.line.listen()
         self.waits("a command")
         if self.pins["rec"].level == 0:
             self._recall_and_run()
@@ -209,7 +222,7 @@ class GsC(LineChip):
     @property
     def answering(self) -> bool:
         """Is a line in work, or its answer on its way?  That to M comes when the EEPROM is written."""
-        return super().answering or (self.eeprom.writing and not self.options.early_y)
+        return self.line.answering or (self.eeprom.writing and not self.options.early_y)
 
     def refresh_idle(self) -> None:
         """Note whether the module has nothing to do."""
@@ -221,7 +234,7 @@ class GsC(LineChip):
         if body is None:
             return ()
         command = line.text[bool(self.address) :].decode("latin-1")
-        if wrong := fault(line, command, self.sheet, self.straps, self.longest):
+        if wrong := fault(line, command, self.sheet, self.straps, self.line.longest):
             return self._framed(self.commands.mistake("E1", f"{line.text!r}: {wrong}"), line.checked)
         answer = await self.commands.answer(body.decode("ascii"))
         if not answer:
@@ -240,11 +253,11 @@ class GsC(LineChip):
     def _framed(self, answer: str, checked: bool) -> list[bytes]:
         """Answers as they go over the line, each with its checksum if there is one; none for an empty text."""
         lines = [line.encode("ascii") for line in answer.split("\r") if line]
-        return [line + bytes([checksum(line, self.kept)]) if checked else line for line in lines]
+        return [line + bytes([checksum(line, self.straps.kept)]) if checked else line for line in lines]
 
     def answer_later(self, answer: str) -> None:
         """Send the answer to a line that has got none so far."""
-        self.take(self._framed(answer, self.late_checked)[0])
+        self.line.take(self._framed(answer, self.late_checked)[0])
 
     # ------------------------------------------------------------------------------------------------- as others see it
     @property

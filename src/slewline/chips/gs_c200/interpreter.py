@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Mapping
 
+from ...core.chip import Chip
 from ...core.time.kernel import Task
 from ...core.wires.waits import until
 from ...language.dialect import Command
-from ..line import LineChip
 from .activity import PROGRAM, Activity
 from .counter import PositionCounter
 from .instructions import Instructions, Moves
@@ -20,11 +20,12 @@ Handler = Callable[..., Awaitable[str | None]]
 
 
 class Interpreter:
-    """Runs one thing at a time, and ends it."""
+    """Runs one thing at a time, and ends it; `refresh_idle` is called whenever one begins or ends."""
 
     def __init__(
         self,
-        chip: LineChip,
+        chip: Chip,
+        refresh_idle: Callable[[], None],
         times_ps: Mapping[str, int],
         activity: Activity,
         counter: PositionCounter,
@@ -32,6 +33,7 @@ class Interpreter:
         motion: Moves,
         instructions: Instructions,
     ) -> None:
+        self.refresh_idle = refresh_idle
         self.chip, self.kernel, self.instruction_ps = chip, chip.kernel, times_ps["instruction"]
         self.activity, self.counter, self.program, self.motion = activity, counter, program, motion
         self.handlers: dict[str, Handler] = {
@@ -56,7 +58,7 @@ class Interpreter:
         """Begin to run the program, or what else takes its time."""
         self.task = self.kernel.spawn(self._run, work, name=f"{self.chip.name} runs")
         self.activity.begin(PROGRAM)
-        self.chip.refresh_idle()
+        self.refresh_idle()
 
     async def _run(self, work: Callable[[], Awaitable[None]]) -> None:
         await work()
@@ -68,7 +70,7 @@ class Interpreter:
         self.activity.works_on("")
         self.chip.waits("a command")
         self.activity.end(PROGRAM)
-        self.chip.refresh_idle()
+        self.refresh_idle()
 
     async def kill(self, letter: str) -> None:
         """End whatever runs at once, on a command: K, or Z where no motion can come to rest."""

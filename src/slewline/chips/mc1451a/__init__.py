@@ -1,0 +1,1 @@
+"""The MC1451A family: the chipset, its axes, and what they share."""

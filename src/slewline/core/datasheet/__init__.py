@@ -1,1 +1,1 @@
-"""TODO."""
+"""Data sheets as data: pins, commands, registers, times, options, channels, quirks; how parts are found by name."""
