@@ -101,7 +101,7 @@ def stub() -> str:
         "chips.line": {"LineChip"},
         "core.chip": {"Chip"},
         "core.time.timebase": {"Time"},
-        "parts.hosts.computer": {"Computer"},
+        "parts.hosts.host": {"Host"},
         "parts.base.part": {"Part"},
     }
     others = several(chips)
@@ -112,7 +112,7 @@ def stub() -> str:
     adding = [(f'Literal["{number}"]', cls.__name__) for number, cls in chips.items()]
     making = [(f'Literal["{kind}"]', cls.__name__) for kind, cls in kinds.items()]
     hosting = [(cls.__name__, host.__name__) for cls, host in talk.items() if cls not in others]
-    hosting += [("LineChip", "SerialHost"), ("Chip", "Computer")]
+    hosting += [("LineChip", "SerialHost"), ("Chip", "Host")]
     classes = [
         protocol("Adds", [*adding, ("type[C]", "C"), ("str", "Chip")], parameters("add")[1:], "part"),
         protocol("Makes", [*making, ("type[P]", "P"), ("str", "Part")], parameters("part")[1:], "kind"),

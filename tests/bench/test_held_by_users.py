@@ -25,7 +25,7 @@ def test_texts_are_a_line(run):
     bench, x, host = run
     assert repr(bench) == "<Bench: x (cy525), host; 136.046909 ms>"
     assert repr(x) == "<CY525 x: position 40, idle, 136.046909 ms>"
-    assert repr(host) == "<Host host of x: nothing to send>"
+    assert repr(host) == "<BusHost host of x: nothing to send>"
     assert repr(x.steps()).startswith("<Steps: 40, ") and repr(x.steps()).endswith(", positions 1 to 40>")
     assert repr(x.steps("0 s", "0 s")) == "<Steps: none>"
     assert repr(x.sheet) == "<Sheet cy525: 40 pins, 26 commands>"

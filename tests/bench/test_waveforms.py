@@ -86,7 +86,7 @@ def test_a_stream_has_the_same_commands_as_a_file(tmp_path):
     bench = slewline.Bench()
     x = bench.add("gs-c200s", name="x", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0})
     host = bench.host(x)
-    host.follow_straps()
+    host.uart.follow_straps()
     bench.record("x.mov")
     with bench.stream_vcd(tmp_path / "a.vcd", timescale="1 ps", values=True):
         for line in ("Po", "S10", "T100", "R5", "+300", "L3", "E"):

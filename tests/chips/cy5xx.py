@@ -5,7 +5,7 @@ from __future__ import annotations
 import slewline
 from slewline.core.time.timebase import picoseconds
 from slewline.core.wires.waits import level, until
-from slewline.parts.hosts.host import Port
+from slewline.parts.hosts.port import Port
 
 US = 1_000_000  # picoseconds
 

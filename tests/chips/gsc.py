@@ -75,7 +75,7 @@ class Rig:
         self.bench = slewline.Bench()
         self.x = self.bench.add(part, name="x", straps=straps, **options)
         self.host = self.bench.host(self.x, baud=baud)
-        self.host.follow_straps()
+        self.host.uart.follow_straps()
         self.bench.record(*(f"x.{pin}" for pin in dict.fromkeys(("txd", *record))))
 
     # ------------------------------------------------------------------------------------------------------ dialogue

@@ -322,7 +322,7 @@ def test_verify_only_points(rig):
     r = rig(record=("outstrobe",))
     r.send("N 513\rS 25\rR 127\rF 3\rZ 1\rV 3\r")
     assert not r.edges("outstrobe")
-    r.host.do(lambda port: r.host.fetch(port, 6))
+    r.host.do(lambda port: port.fetch(6))
     r.bench.run_until_idle()
     assert bytes(r.host.received) == bytes.fromhex("02 01 19 7F 03 01")
 
@@ -338,7 +338,7 @@ def test_verify_is_a_live_command_while_a_program_runs(rig):
             r.bench.run("310 ms")  # the first delay is over, the chip waits
         taken = r.bench.now_ps
         r.host.send("V 0\r")
-        r.host.do(lambda port, host=r.host: host.fetch(port, 5))
+        r.host.do(lambda port: port.fetch(5))
         r.bench.run("200 ms")
         assert r.level("run") == 0
         assert len(r.falls("instrobe", taken)) == (4 if live else 0)

@@ -229,7 +229,7 @@ def test_verify_in_a_program_only_points(rig):
     start = r.bench.now_ps
     r.execute()
     assert not r.edges("outstrobe", start) and r.codes == ["verify-in-program"]
-    r.host.do(lambda port: r.host.fetch(port, 2))
+    r.host.do(lambda port: port.fetch(2))
     r.bench.run_until_idle()
     assert bytes(r.host.received) == bytes.fromhex("02 01")
 

@@ -67,7 +67,7 @@ def test_a_reply_to_nobody_is_lost_and_told():
 def test_at_11_mhz_it_finds_every_standard_rate_with_two_percent_of_error(baud, off):
     rig = line(crystal="11 MHz")
     hz = baud * 16 * (100 + off) // 100
-    rig.serial.set_line(f"{hz / 16}", WORD)
+    rig.serial.uart.set_line(f"{hz / 16}", WORD)
     assert rig.serial.ask("? R", "10 s") == "R=00100"
     assert rig.x.serial.rate == pytest.approx(hz / 16, rel=0.002)
     assert rig.codes == []
@@ -104,7 +104,7 @@ def test_two_carriage_returns_of_different_rates_are_none():
     rig = line(crystal="11 MHz", baud=9600)
     rig.serial.write(b"\r")
     rig.bench.run("5 ms")
-    rig.serial.set_line(4800, WORD)
+    rig.serial.uart.set_line(4800, WORD)
     rig.serial.write(b"\r")
     rig.bench.run("5 ms")
     assert rig.x.serial.rate is None and rig.codes == []
@@ -125,7 +125,7 @@ def test_after_a_reset_the_rate_is_found_anew(how):
         rig.x.reset()
         rig.bench.run("20 ms")
     assert rig.x.serial.rate is None
-    rig.serial.set_line(4800, WORD)
+    rig.serial.uart.set_line(4800, WORD)
     assert rig.serial.ask("? R") == "R=00100"
     assert rig.x.serial.rate == pytest.approx(4800, rel=0.001) and rig.codes == []
 

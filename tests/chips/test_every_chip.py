@@ -14,8 +14,8 @@ from slewline.bench.scripts.script import run_script
 from slewline.chips import PARTS, sheet_of
 from slewline.core.datasheet.option import checked, read
 from slewline.core.memory.store import Memory
+from slewline.parts.hosts.bus_host import BusHost
 from slewline.parts.hosts.flow_host import FlowHost
-from slewline.parts.hosts.host import Host
 from slewline.parts.hosts.packet_host import PacketHost
 from tests.options import wrong_options
 
@@ -105,18 +105,18 @@ def places(part):
 
 def fall_silent(host):
     """End the host's program: it lets go of its lines and forgets what it still had to say."""
-    if isinstance(host, (FlowHost, Host)):
+    if isinstance(host, (FlowHost, BusHost)):
         host.clear()
         return
-    host.queue.clear()
-    if host.task is not None:
-        host.task.kill()
+    host.queue.requests.clear()
+    if host.queue.task is not None:
+        host.queue.task.kill()
     for driver in host.drivers.values():
         driver.drive(None)
     if isinstance(host, PacketHost):
-        host.rest()
+        host._rest()
     else:
-        host.outgoing.clear()
+        host.uart.outgoing.clear()
 
 
 def restart(bench, how):

@@ -117,7 +117,7 @@ def test_rate_address_and_recall_are_read_at_power_up(part: str) -> None:
     assert rig.wire("F\r", wait="1 s") == b"R\r"
     rig.x.power(False)
     rig.x.power(True)
-    rig.host.set_line(4800, rig.host.word)
+    rig.host.uart.set_line(4800, rig.host.word)
     assert rig.wire("F\r4F\r", wait="1 s") == b"R\r"  # the one with the address
 
 
@@ -243,11 +243,11 @@ def test_answers_have_odd_parity_the_return_included(part: str) -> None:
 @pytest.mark.fact("GSC-SER-13", "GSC-UND-STOPBITS")
 def test_another_format_gives_e1_where_parity_or_stop_bit_are_wrong(part: str) -> None:
     rig = base(part)
-    rig.host.set_line(9600, Word(7, "even", 2))
+    rig.host.uart.set_line(9600, Word(7, "even", 2))
     assert rig.wire("F\r") == b"E1\r"
-    rig.host.set_line(9600, Word(8, "none", 1))
+    rig.host.uart.set_line(9600, Word(8, "none", 1))
     assert rig.wire("V1\r") == b"E1\r"  # the parity bit is always 0: right for the 1, wrong for the V
-    rig.host.set_line(9600, Word(7, "odd", 1))
+    rig.host.uart.set_line(9600, Word(7, "odd", 1))
     assert rig.wire("F\r") == b"R\r"  # one stop bit will do
 
 

@@ -34,7 +34,7 @@ def gsc(*lines: str, part: str = "gs-c200s", **options: Any) -> tuple[Any, Any, 
     bench = slewline.Bench()
     x = bench.add(part, name="x", straps=SLOW, **options)
     host = bench.host(x)
-    host.follow_straps()
+    host.uart.follow_straps()
     for line in (ENTER[part], *lines):
         assert host.ask(line) == "Y", line
     return bench, x, host
@@ -153,7 +153,7 @@ def test_lines_for_another_address_are_no_work():
     bench = slewline.Bench()
     x = bench.add("gs-c200s", name="x", straps=SLOW, address=3)
     host = bench.host(x)
-    host.follow_straps()
+    host.uart.follow_straps()
     _, texts = heard(x)
     host.write("4V1\r")
     bench.run("50 ms")

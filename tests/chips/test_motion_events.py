@@ -36,7 +36,7 @@ def gsc(*lines: str, part: str = "gs-c200", before: float = 0, **options: Any) -
     bench = slewline.Bench()
     x = bench.add(part, name="x", straps=SLOW, **options)
     host = bench.host(x)
-    host.follow_straps()
+    host.uart.follow_straps()
     found = events(x)
     for line in ("P" if part == "gs-c200" else "Po", *lines, "E"):
         assert host.ask(line) == "Y", line
@@ -119,7 +119,7 @@ def test_a_homing_is_one_motion_and_ends_at_position_0():
     bench = slewline.Bench()
     x = bench.add("gs-c200", name="x", straps=SLOW)
     host = bench.host(x)
-    host.follow_straps()
+    host.uart.follow_straps()
     for line in ("P", "S10", "E"):
         host.ask(line)
     found = events(x)

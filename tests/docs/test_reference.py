@@ -16,8 +16,8 @@ from slewline.core.motion.axis import Steps
 from slewline.core.motion.one_axis import OneAxis
 from slewline.core.wires.pin import Terminal
 from slewline.parts.hosts.adaptive_host import AdaptiveHost
+from slewline.parts.hosts.bus_host import BusHost
 from slewline.parts.hosts.flow_host import FlowHost
-from slewline.parts.hosts.host import Host
 from slewline.parts.hosts.packet_host import PacketHost
 from slewline.parts.hosts.serial_host import SerialHost
 from slewline.record.measuring.compare import Comparison
@@ -116,7 +116,7 @@ def test_the_api_page_names_every_method_of_a_bench_and_everything_in_the_packag
     [
         ("bench", slewline.Bench),
         ("x", Chip),
-        ("host", Host),
+        ("host", BusHost),
         ("serial", SerialHost),
         ("packets", PacketHost),
         ("flow", FlowHost),

@@ -51,7 +51,7 @@ class Mad:
         self.findings: Counter[str] = Counter()
         self.sent = 0
         self.coming: list[bytes] = []  # lines that belong together
-        self.host.follow_straps()
+        self.host.uart.follow_straps()
 
     # --------------------------------------------------------------------------------------------------- what is sent
     def text(self) -> bytes:

@@ -168,7 +168,7 @@ def arrives(text: str) -> int:
     bench = slewline.Bench()
     chip = bench.add("gs-c200", "x", straps=STRAPS)
     host = bench.host(chip)
-    host.follow_straps()
+    host.uart.follow_straps()
     bench.run("5 ms")
     bench.record("x.txd")
     start = bench.now_ps

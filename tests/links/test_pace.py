@@ -8,7 +8,7 @@ import slewline
 from slewline.bench.runner import Wait
 from slewline.errors import UsageError
 from slewline.links.lines.pace import LOST_NS, SLICE_NS, Lockstep, Paced
-from slewline.parts.lines.rs232 import POWER_UP_PS
+from slewline.parts.lines.host_uart import POWER_UP_PS
 
 MS = 10**9  # ps
 MS_NS = 10**6

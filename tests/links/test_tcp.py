@@ -149,7 +149,7 @@ def test_a_host_that_writes_without_end_is_held_up(client):
             while True:
                 host.send(bytes(1 << 16))
         running.until(lambda: line.taken == BACKLOG)
-        assert running.do(lambda: line.port.backlog) == BACKLOG
+        assert running.do(lambda: line.uart.backlog) == BACKLOG
 
 
 def test_a_byte_meets_the_virtual_time_of_its_arrival(client, tmp_path):

@@ -295,11 +295,11 @@ def test_settings_hold_for_the_turn_of_their_host():
             first.write(b"V1\r" * 50)
             running.until(lambda: line.taken == 150)
         with opened(stand.port) as second:  # pySerial empties both queues when it opens: its own
-            found = running.do(lambda: (line.port.baud, str(line.port.word), line.port.backlog))
+            found = running.do(lambda: (line.port.baud, str(line.port.word), line.uart.backlog))
             assert found == (4800, "7E2", 150)
             assert second.baudrate == 9600
             wall.until(running, lambda: line.port.baud == 9600)
-            assert running.do(lambda: (str(line.port.word), line.port.backlog)) == ("7O2", 0)
+            assert running.do(lambda: (str(line.port.word), line.uart.backlog)) == ("7O2", 0)
             second.baudrate = 1200
             wall.until(running, lambda: line.port.baud == 1200)
         wall.until(running, lambda: line.port.baud == 9600)

@@ -22,7 +22,7 @@ from slewline.core.wires.pin import Terminal
 from slewline.core.wires.waits import level
 from slewline.links.clients.chipset_host import ChipsetHost
 from slewline.parts import KINDS, part_class
-from slewline.parts.hosts.computer import Computer
+from slewline.parts.hosts.bus_host import BusHost
 from slewline.parts.hosts.connection import Connection
 from slewline.parts.hosts.host import Host
 from slewline.parts.hosts.packet_host import AxisView, PacketHost
@@ -217,17 +217,15 @@ def test_a_module_that_is_switched_on_again_is_given_time():
 FACE = ("send", "ask", "got", "received", "drop", "clear", "idle", "waiting")
 
 
-@pytest.mark.parametrize("cls", [Host, SerialHost, PacketHost])
+@pytest.mark.parametrize("cls", [BusHost, SerialHost, PacketHost])
 def test_every_host_has_the_face(cls):
-    assert issubclass(cls, Computer)
+    assert issubclass(cls, Host)
     assert [name for name in FACE if name != "received" and not hasattr(cls, name)] == []
-    assert [name for name in ("send", "ask", "got") if getattr(cls, name) is getattr(Computer, name)] == []
-    assert [
-        name for name in FACE if name not in (cls.__doc__ or "") + (inspect.getmodule(Computer).__doc__ or "")
-    ] == []
+    assert [name for name in ("send", "ask", "got") if getattr(cls, name) is getattr(Host, name)] == []
+    assert [name for name in FACE if name not in (cls.__doc__ or "") + (inspect.getmodule(Host).__doc__ or "")] == []
 
 
-@pytest.mark.parametrize("cls", [Host, SerialHost, PacketHost, AxisView, ChipsetHost])
+@pytest.mark.parametrize("cls", [BusHost, SerialHost, PacketHost, AxisView, ChipsetHost])
 def test_a_timeout_is_a_time_everywhere(cls):
     calls = [call for _, call in inspect.getmembers(cls, inspect.isfunction)]
     told = [inspect.signature(call, eval_str=False).parameters.get("timeout") for call in calls]
@@ -270,7 +268,7 @@ def bare_port(*lacking):
     bus = Bus(kernel, "x.db")
     pins = {row.name: Terminal("x", row, Net(kernel, f"x.{row.name}", tie=row.reset)) for row in rows}
     connection = Connection(name="x", sheet=sheet, channel=sheet.channels[0], pins=pins, crystal_hz=11_000_000, bus=bus)
-    return kernel, pins, bus, Host(kernel, "host", [connection])
+    return kernel, pins, bus, BusHost(kernel, "host", [connection])
 
 
 def test_a_host_works_on_wires_with_nothing_but_a_sheet():

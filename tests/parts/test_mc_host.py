@@ -195,15 +195,15 @@ def test_reset_leaves_no_checksum_and_is_over_when_the_chipset_is_ready(desk):
 # --------------------------------------------------------------------------------------------------------------- axes
 def commands(desk):
     """The codes of the packets that go out from now on."""
-    host, codes = desk.host, []
-    exchange = host.exchange
+    port, codes = desk.host.port, []
+    exchange = port.exchange
 
-    async def noted(port, packet, axis=0):
-        found = await exchange(port, packet, axis)
+    async def noted(packet, axis=0):
+        found = await exchange(packet, axis)
         codes.append(packet.code)
         return found
 
-    host.exchange = noted
+    port.exchange = noted
     return codes
 
 

@@ -136,7 +136,7 @@ def test_a_wait_for_hostrdy_ends_with_it_or_with_its_time(pc):
     status = [(pc.isa.ready(limit), pc.isa.cycle(pc.base + STATUS))[1] for limit in ("80 us", "80 us", "80 us")]
     begun = pc.bench.now_ps
     pc.bench.run_until(lambda: status[-1].done)
-    assert [errand.answer for errand in status] == [0x7F, 0xFF, 0xFF]
+    assert [request.result for request in status] == [0x7F, 0xFF, 0xFF]
     assert 80 * US + 3 * CYCLE < pc.bench.now_ps - begun < 82 * US + 3 * CYCLE  # the last wait is over at once
 
 

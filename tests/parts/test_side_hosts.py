@@ -10,8 +10,8 @@ import slewline
 from slewline import Timeout, UsageError, WiringError
 from slewline.core.time.timebase import Seconds, Time
 from slewline.parts.hosts.adaptive_host import AdaptiveHost
-from slewline.parts.hosts.computer import Computer
 from slewline.parts.hosts.flow_host import FlowHost
+from slewline.parts.hosts.host import Host
 
 SIDES = pytest.mark.parametrize("over", ["parallel", "serial"])
 FACE = ("send", "ask", "got", "received", "drop", "clear", "idle", "waiting")
@@ -37,9 +37,9 @@ class Desk:
 # ------------------------------------------------------------------------------------------------ the face
 @pytest.mark.parametrize("cls", [FlowHost, AdaptiveHost])
 def test_both_have_the_face_of_every_host(cls):
-    assert issubclass(cls, Computer)
+    assert issubclass(cls, Host)
     assert [name for name in FACE if name != "received" and not hasattr(cls, name)] == []
-    assert [name for name in ("send", "ask", "got") if getattr(cls, name) is getattr(Computer, name)] == []
+    assert [name for name in ("send", "ask", "got") if getattr(cls, name) is getattr(Host, name)] == []
     calls = [call for _, call in inspect.getmembers(cls, inspect.isfunction)]
     told = [inspect.signature(call).parameters.get("timeout") for call in calls]
     assert {each.annotation for each in told if each is not None} == {"Time"} and Time == str | int | Seconds

@@ -24,7 +24,7 @@ from ..parts.front_panel.displays import HpDisplay, Lcd
 from ..parts.front_panel.keyboard import Keyboard
 from ..parts.front_panel.panel_parts import JogSwitch, Thumbwheels
 from ..parts.hosts.adaptive_host import AdaptiveHost
-from ..parts.hosts.computer import Computer
+from ..parts.hosts.bus_host import BusHost
 from ..parts.hosts.flow_host import FlowHost
 from ..parts.hosts.host import Host
 from ..parts.hosts.packet_host import PacketHost
@@ -748,7 +748,7 @@ class Hosts(Protocol):
         baud: int | None = None,
         line: Part | None = None,
         over: str | None = None,
-    ) -> Host: ...
+    ) -> BusHost: ...
     @overload
     def __call__(
         self,
@@ -759,7 +759,7 @@ class Hosts(Protocol):
         baud: int | None = None,
         line: Part | None = None,
         over: str | None = None,
-    ) -> Host: ...
+    ) -> BusHost: ...
     @overload
     def __call__(
         self,
@@ -770,7 +770,7 @@ class Hosts(Protocol):
         baud: int | None = None,
         line: Part | None = None,
         over: str | None = None,
-    ) -> Host: ...
+    ) -> BusHost: ...
     @overload
     def __call__(
         self,
@@ -880,4 +880,4 @@ class Hosts(Protocol):
         baud: int | None = None,
         line: Part | None = None,
         over: str | None = None,
-    ) -> Computer: ...
+    ) -> Host: ...

@@ -75,7 +75,7 @@ from .scripts.stage import Script
 if TYPE_CHECKING:
     from ..core.chip import Chip
     from ..parts.base.part import Part
-    from ..parts.hosts.computer import Computer
+    from ..parts.hosts.host import Host
 
 PORTS = ("tcp", "pty", "rfc2217", "serial")
 TIMES = 'a time such as "25 us"; text, because a number with a point would be rounded'
@@ -237,7 +237,7 @@ class BenchFile:
             run_script(bench, host, script)
         return bench
 
-    def staged(self, **options: Any) -> tuple[Bench, list[tuple[Computer, Script]]]:
+    def staged(self, **options: Any) -> tuple[Bench, list[tuple[Host, Script]]]:
         """Return a bench as the file says, and its hosts with the scripts that they are to play."""
         self.check_times()
         scripts = self.scripts()
@@ -310,7 +310,7 @@ class BenchFile:
             options["image"] = read_image(self.beside(file))
         return options
 
-    def hosts(self, bench: Bench) -> list[Computer]:
+    def hosts(self, bench: Bench) -> list[Host]:
         """Put the hosts on the bench."""
         found = []
         for number, host in enumerate(self.tables.host):

@@ -16,7 +16,7 @@ from .wiring import in_role, joints
 if TYPE_CHECKING:
     from ..core.wires.pin import Terminal
     from ..parts.hosts.adaptive_host import AdaptiveHost
-    from ..parts.hosts.computer import Computer
+    from ..parts.hosts.bus_host import BusHost
     from ..parts.hosts.connection import Connection
     from ..parts.hosts.flow_host import FlowHost
     from ..parts.hosts.host import Host
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from ..parts.hosts.serial_host import SerialHost
     from .circuit import Circuit
 
-OnBus = TypeVar("OnBus", "Host", "PacketHost", "FlowHost")
+OnBus = TypeVar("OnBus", "BusHost", "PacketHost", "FlowHost")
 
 
 class HostRequest(NamedTuple):
@@ -47,7 +47,7 @@ class HostRequest(NamedTuple):
         """Return what the host is handed of its chips."""
         return [connection(chip, self.channel) for chip in self.chips]
 
-    def of(self, kind: type[Computer]) -> tuple[Computer, list[str]] | None:
+    def of(self, kind: type[Host]) -> tuple[Host, list[str]] | None:
         """Return the host of a kind that some of the chips have already, and their names; None: there is none."""
         for other in self.circuit.parts.values():
             taken = [chip.name for chip in self.chips if isinstance(other, kind) and chip.name in other.chips]
@@ -55,13 +55,13 @@ class HostRequest(NamedTuple):
                 return other, taken
         return None
 
-    def refuse_second(self, kind: type[Computer]) -> None:
+    def refuse_second(self, kind: type[Host]) -> None:
         """Refuse a second host where there is one."""
         if found := self.of(kind):
             name, taken = found[0].name, ", ".join(found[1])
             raise WiringError(f"host: {name} is on this side of {taken} already; one host a side: use bench[{name!r}]")
 
-    def refuse_several(self, kind: type[Computer]) -> None:
+    def refuse_several(self, kind: type[Host]) -> None:
         """Refuse a host of several chips, or a second one, where one host belongs to one chip."""
         if len(self.chips) > 1:
             names = ", ".join(chip.name for chip in self.chips)
@@ -73,16 +73,16 @@ class HostRequest(NamedTuple):
         asked = {} if self.over is None else {"over": self.over}  # journals of a part with one channel stay as they are
         self.circuit.outside.tell("host", name=name, chips=[chip.name for chip in self.chips], **what, **asked)
 
-    def place(self, host: Computer, pairs: Sequence[tuple[Terminal, Terminal]]) -> None:
+    def place(self, host: Host, pairs: Sequence[tuple[Terminal, Terminal]]) -> None:
         """Put a host on the bench, joined to some pins."""
         self.circuit.place(host)
         for own, theirs in pairs:
             theirs.net.join(own.net)
 
-    def follow_power(self, host: SerialHost | FlowHost | AdaptiveHost) -> None:
+    def follow_power(self, switched_on: Callable[[], object]) -> None:
         """Let a host hear when a chip is switched on."""
         for chip in self.chips:
-            chip.on_power.add(lambda _chip, on: host.switched_on() if on else None)
+            chip.on_power.add(lambda _chip, on: switched_on() if on else None)
 
 
 @answering("host()", "; straps of the chip are the address of a module")
@@ -94,7 +94,7 @@ def host(
     baud: int | None = None,
     line: Part | None = None,
     over: str | None = None,
-) -> Computer:
+) -> Host:
     """Put a host computer on the command port of a chip, or of several that share its bus or its line, at any time.
 
     Args:
@@ -128,11 +128,11 @@ def host(
     return HOSTS[type(channel)](HostRequest(circuit, chips, channel, name, delay, baud, line, over))
 
 
-def _bus_host(request: HostRequest) -> Host:
+def _bus_host(request: HostRequest) -> BusHost:
     """A host on a bus, which its chips share."""
-    from ..parts.hosts.host import Host
+    from ..parts.hosts.bus_host import BusHost
 
-    return _on_bus(request, Host)
+    return _on_bus(request, BusHost)
 
 
 def _packet_host(request: HostRequest) -> PacketHost:
@@ -149,7 +149,7 @@ def _flow_host(request: HostRequest) -> FlowHost:
 
     request.refuse_several(FlowHost)
     host = _on_bus(request, FlowHost)
-    request.follow_power(host)
+    request.follow_power(host.port.switched_on)
     return host
 
 
@@ -178,7 +178,7 @@ def _adaptive_host(request: HostRequest) -> AdaptiveHost:
     strapped = getattr(chip.options, "fixed_baud", None)  # by somebody
     baud = strapped if request.baud is None else request.baud
     host = AdaptiveHost(request.circuit.kernel, name, request.connections(), baud=baud, strapped=strapped)
-    request.follow_power(host)
+    request.follow_power(host.uart.switched_on)
     pairs = joints("serial_port", host, chip)
     request.tell(name, delay_ps=0, baud=baud, line=None)
     request.place(host, pairs)
@@ -198,7 +198,7 @@ def _serial_host(request: HostRequest) -> SerialHost:
             in_role(chip, role)
     name = request.new_name()
     host = SerialHost(request.circuit.kernel, name, request.connections(), baud=request.baud)
-    request.follow_power(host)
+    request.follow_power(host.uart.switched_on)
     pairs = [] if line is None else joints("rs232_line", line, host)
     request.tell(name, delay_ps=0, baud=request.baud, line=line and line.name)
     request.place(host, pairs)
@@ -206,7 +206,7 @@ def _serial_host(request: HostRequest) -> SerialHost:
     return host
 
 
-HOSTS: Mapping[type[Channel], Callable[[HostRequest], Computer]] = {  # what makes the host of a channel
+HOSTS: Mapping[type[Channel], Callable[[HostRequest], Host]] = {  # what makes the host of a channel
     BusHandshake: _bus_host,
     SerialLine: _serial_host,
     HostPort: _packet_host,
@@ -229,15 +229,18 @@ def connect(circuit: Circuit, connector: Part, chips: Sequence[Chip]) -> None:
 
 
 def _connect(circuit: Circuit, connector: Part, chips: Sequence[Any]) -> None:
-    from ..parts.hosts.serial_host import straps_of
+    from ..parts.hosts.serial_host import SerialHost
+    from ..parts.hosts.strapped_uart import straps_of
     from ..parts.lines.rs232 import SerialPort
 
     out, rxd = in_role(connector, "computer_out").net, in_role(connector, "computer_in").net
     for chip in chips:
         out.join(in_role(chip, "serial_in").net)
         rxd.join(in_role(chip, "serial_out").net)
-    if isinstance(connector, SerialPort):
-        connector.far.ears = {chip.name: straps_of(connection(chip, chip.sheet.channel(SerialLine))) for chip in chips}
+    if isinstance(connector, SerialPort | SerialHost):
+        connector.uart.far.ears = {
+            chip.name: straps_of(connection(chip, chip.sheet.channel(SerialLine))) for chip in chips
+        }
     addresses = [chip.strapped_address() for chip in chips]
     for address in sorted({own for own in addresses if addresses.count(own) > 1 or (own == 0 and len(chips) > 1)}):
         who = ", ".join(chip.name for chip, own in zip(chips, addresses, strict=True) if own == address)

@@ -19,7 +19,7 @@ from ..core.memory.store import Recalled
 from ..core.time.timebase import Time, moment
 from ..errors import BenchFileError, OtherLaws, SlewlineError, UnknownName, UsageError
 from ..parts import part_class
-from ..parts.hosts.computer import Computer
+from ..parts.hosts.bus_host import BusHost
 from ..parts.hosts.host import Host
 from ..version import __version__
 from .bench import Bench
@@ -218,7 +218,7 @@ def apply(bench: Bench, entry: dict[str, Any], known: Survey) -> None:
 def tell(bench: Bench, name: str, do: str, args: list[Any]) -> None:
     """Tell a host again what it was told: a script, or, as up to 0.1.0, everything else."""
     host: Any = bench[name]
-    if not isinstance(host, Computer):
+    if not isinstance(host, Host):
         raise UsageError(f"{name} is no host")
     if do == "send":
         chip, data = args
@@ -227,7 +227,7 @@ def tell(bench: Bench, name: str, do: str, args: list[Any]) -> None:
         getattr(host, do)()
     elif do == "call":
         verb, chip, *more = args
-        if not isinstance(host, Host) or verb not in CALLS:
+        if not isinstance(host, BusHost) or verb not in CALLS:
             raise UsageError(f"{name}: {verb!r} is no call; allowed {', '.join(CALLS)}")
         with bench.outside.queued():  # the journal itself says how time passed
             getattr(host.to(chip), verb)(*more)

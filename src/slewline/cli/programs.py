@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from ..language.assemble import Assembly
     from ..language.problems import Problem
     from ..language.statements import Instruction
-    from ..parts.hosts.computer import Computer
+    from ..parts.hosts.host import Host
 
 SOURCE = "a program text, not the bytes of a program; slewline asm makes bytes of it"
 FORMS = {".hex": "hex", ".bin": "bin", ".ihx": "image", ".ihex": "image"}  # by the ending of a name
@@ -252,7 +252,7 @@ def texts_of(file: str, chip: str | None, allow_code: bool = False, options: str
     return [Linted(file, text, problems_of(bench, host, script))]
 
 
-def problems_of(bench: Bench, host: Computer, script: Script) -> list[Problem]:
+def problems_of(bench: Bench, host: Host, script: Script) -> list[Problem]:
     """Return what is odd about a script, and whatever `run` would refuse; a line that is an error is listed once.
 
     What is said to several chips is not followed: of such a script only the lines that cannot be played are listed.

@@ -12,7 +12,7 @@ from ..core.component import Finding
 from ..core.datasheet.channel import HostPort
 from ..core.motion.one_axis import OneAxis
 from ..core.time.timebase import PS_PER_S, readable
-from ..parts.hosts.computer import Computer
+from ..parts.hosts.host import Host
 from ..parts.hosts.packet_host import PacketHost
 from .transcript import counted
 
@@ -30,7 +30,7 @@ def as_json(bench: Bench, ended: str, whole: bool) -> str:
 
 def chip_object(bench: Bench, chip: Chip, ended: str) -> dict[str, Any]:
     """Return the state of a chip as data."""
-    hosts = [part for part in bench.parts.values() if isinstance(part, Computer) and chip.name in part.chips]
+    hosts = [part for part in bench.parts.values() if isinstance(part, Host) and chip.name in part.chips]
     found: dict[str, Any] = {
         "chip": chip.sheet.part,
         "crystal_hz": chip.crystal_hz if chip.sheet.crystal_high_hz else None,
@@ -61,7 +61,7 @@ def axis_object(bench: Bench, chip: Chip, number: int) -> dict[str, Any]:
     }
 
 
-def received(host: Computer) -> bytes:
+def received(host: Host) -> bytes:
     """Return what a host has read, words with the high byte first."""
     if isinstance(host, PacketHost):
         return b"".join(word.to_bytes(2, "big") for word in host.received)

@@ -21,7 +21,7 @@ from ..core.time.timebase import PS_PER_S, readable
 from ..core.wires.net import Net
 from ..core.wires.waits import level
 from ..parts.front_panel.displays import HpDisplay, Lcd
-from ..parts.hosts.computer import Computer
+from ..parts.hosts.host import Host
 
 STAYS_PS = 20 * 10**9  # that a display stays as it is before it is told
 MOST = 100  # lines about the same pin; an endless program would never come to an end
@@ -47,7 +47,7 @@ class Transcript:
             self.finding(found)
         self.bench.on_finding.add(self.finding)
         for part in self.bench.parts.values():
-            if isinstance(part, Computer):
+            if isinstance(part, Host):
                 part.on_event.add(partial(self.tell, part.name, "host"))
             if isinstance(part, HpDisplay | Lcd):
                 part.on_change.add(Shown(self, part).changed)

@@ -26,7 +26,8 @@ from ..core.datasheet.channel import SerialLine as SerialChannel
 from ..core.wires.pin import strapped
 from ..errors import UsageError
 from ..parts.boards.board import Board
-from ..parts.hosts.host import Host
+from ..parts.hosts.adaptive_host import AdaptiveHost
+from ..parts.hosts.bus_host import BusHost
 from ..parts.lines.rs232 import SerialPort
 from .control.reports import Lateness, Reports
 from .lines.framing import FramedLine
@@ -156,14 +157,14 @@ class Server:
         if framing:
             raise UsageError(f"{name}: has a serial line of its own; leave out the framing")
         host = self.bench.host(chips[0], name=f"{name}_line", over=channel_over(chips[0], over).name)
-        assert isinstance(host, SerialPort)  # that of a serial line
+        assert isinstance(host, AdaptiveHost)  # that of a serial line
         return SerialLine(name, chips, self.pace, self.log, host)
 
     def _bus_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> Line:
         """Lines of text to a host on a bus; without framing, characters to the UART beside it."""
         if framing:
             host = self.bench.host(chips[0], name=f"{name}_host", over=over)
-            assert isinstance(host, Host)  # that of a bus
+            assert isinstance(host, BusHost)  # that of a bus
             return FramedLine(name, chips[0], self.pace, self.log, host)
         return SerialLine(name, chips, self.pace, self.log, self._uart(chips[0]))
 
@@ -185,7 +186,7 @@ class Server:
         uart = self.bench.part("uart", name=f"{chip.name}_uart", to=chip, baud=UART_BAUD)
         port = self.bench.part("serial_port", name=name, ttl=True, baud=UART_BAUD, bits=8, parity="none", stop=1)
         self.bench.wire(f"{name}.txd", f"{chip.name}_uart.rxd")
-        port.far.ears = {uart.name: uart}
+        port.uart.far.ears = {uart.name: uart}
         self._say(chip.name, DEAF.format(chip=chip.name))
         return port
 

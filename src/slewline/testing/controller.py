@@ -154,20 +154,22 @@ class Controller:
 
         before = rig.do(lambda: self._borrow(take, command))
         try:
-            came = rig.wait(lambda: rig.host.ends(command, bytes(answer)) and rig.line.quiet(), picoseconds(timeout))
+            came = rig.wait(
+                lambda: rig.host.uart.ends(command, bytes(answer)) and rig.line.quiet(), picoseconds(timeout)
+            )
         finally:
             rig.do(lambda: self._give_back(*before))
         if not came:
             raise Timeout(
                 f"{self.label}: {command!r}: no answer in {timeout}, but {bytes(answer)!r}; {self.chip.waiting}"
             )
-        return rig.host.answer_in(command, bytes(answer)) or ""
+        return rig.host.uart.answer_in(command, bytes(answer)) or ""
 
     def _borrow(self, take: Callable[[bytes], int], command: str) -> tuple[Any, Callable[[], object]]:
         line, host = self.rig.line, self.rig.host
-        before = line.host, host.lent()
+        before = line.host, host.uart.lent()
         line.host = take
-        line.take(host.spoken(command))
+        line.take(host.uart.spoken(command))
         return before
 
     def _give_back(self, holder: Any, restore: Callable[[], object]) -> None:

@@ -61,7 +61,7 @@ class End:
     def change_line(self, baud: int, word: Word) -> None:
         """Use another rate or format from the next character on."""
         host = self.rig.host
-        if (baud, word) != (host.baud, host.word) or host.fixed_baud is None:
+        if (baud, word) != (host.baud, host.word) or host.uart.fixed_baud is None:
             self.rig.do(lambda: host.change_line(baud, word.bits, word.parity, word.stop))
 
     # -------------------------------------------------------------------------------------------------------- reading
@@ -125,7 +125,7 @@ class End:
     def _complain(self, size: int) -> None:
         """Nothing has come for long: say so, unless somebody may still send something meanwhile."""
         if not isinstance(self.rig.pace, Following) and self.rig.line.quiet():
-            why = "; ".join(filter(None, (self.rig.chip.waiting, self.rig.host.far.disagreement)))
+            why = "; ".join(filter(None, (self.rig.chip.waiting, self.rig.host.uart.far.disagreement)))
             raise Timeout(
                 f"{self.where}: read({size}) without timeout got {len(self.buffer)}, and nothing more is coming "
                 f"({why}); give the port a timeout, or, if another thread writes, its URL a rate"

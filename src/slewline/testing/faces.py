@@ -26,7 +26,7 @@ from ..core.wires.net import Net
 from ..errors import SlewlineError, UsageError
 from ..links.lines.pace import Lockstep, Pace, Paced
 from ..links.server import Server
-from ..parts.hosts.computer import Computer
+from ..parts.hosts.host import Host
 from .controller import Controller
 from .rig import NAMED, SCHEME, Result, Rig, serial_line
 
@@ -52,7 +52,7 @@ class Named(Rig):
 class Direct(Rig):
     """A module without a serial line, and the host computer on its bus that a test speaks through."""
 
-    host: Computer  # type: ignore[assignment]  # of whatever its channel has
+    host: Host  # type: ignore[assignment]  # of whatever its channel has
 
     def channel_of(self, sheet: Sheet) -> Channel:
         """Return its first channel."""

@@ -121,7 +121,7 @@ class Serial(BaseSerial):
 
     def num_unwritten_bytes(self) -> int:
         """Return how many characters have not gone out."""
-        return self._line.rig.host.backlog
+        return self._line.rig.host.uart.backlog
 
     def _flush(self) -> None:
         self._line.flush()
@@ -208,7 +208,7 @@ class Transport(BaseSerialTransport):
 
     def get_write_buffer_size(self) -> int:
         """Return how many characters have not gone out."""
-        return 0 if self._serial is None or self._serial.end is None else self._serial.end.rig.host.backlog
+        return 0 if self._serial is None or self._serial.end is None else self._serial.end.rig.host.uart.backlog
 
     async def _flush(self) -> None:
         sent = asyncio.Event()

@@ -148,7 +148,7 @@ class Serial(SerialBase):
     @property
     def out_waiting(self) -> int:
         """Characters that have not gone out."""
-        return self.rig.host.backlog
+        return self.rig.host.uart.backlog
 
     def flush(self) -> None:
         """Wait until everything has gone out."""

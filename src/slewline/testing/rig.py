@@ -167,7 +167,7 @@ class Rig:
         if isinstance(self.pace, Following):
             self.present()
         else:
-            self.wait(never, self.host.clock.ps(self.host.word.ticks))
+            self.wait(never, self.host.uart.clock.ps(self.host.word.ticks))
 
     def do(self, action: Callable[[], Result]) -> Result:
         """Call a function while no time passes, and return what it returns; those who wait look again behind it."""

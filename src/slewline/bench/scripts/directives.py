@@ -269,7 +269,7 @@ def _live(rest: str) -> Reading:
 
     async def act(stage: Stage, chip: Chip) -> None:
         stage.tell(f"live {rest}")
-        for group, data in await stage.bus_host.live_now(stage.port(chip), commands):
+        for group, data in await stage.port(chip).live(commands):
             stage.tell(f"verify {group}: {_shown(data)}")
 
     return Reading(_acting(act), fits=_on_bus)
@@ -293,7 +293,8 @@ def _read(rest: str) -> Reading:
     def queue(stage: Stage) -> None:
         with stage.nested():
             stage.bus_host.read_position()
-        stage.do(lambda stage, chip: _tell(stage, f"position {stage.bus_host.answer} on the fly"))
+        request = stage.host.queue.requests[-1]
+        stage.do(lambda stage, chip: _tell(stage, f"position {request.result} on the fly"))
 
     return Reading(queue, fits=_on_bus)
 
@@ -302,9 +303,9 @@ def _verify(rest: str) -> Reading:
     group = _number(rest, 0, 3)
 
     async def act(stage: Stage, chip: Chip) -> None:
-        host, port = stage.bus_host, stage.port(chip)
-        await host.command_mode(port, f"@until run=1 waits for its end, @live V {group} reads through PROG/LIVE")
-        stage.tell(f"verify {group}: {_shown(await host.verify_now(port, group))}")
+        port = stage.port(chip)
+        await port.command_mode(f"@until run=1 waits for its end, @live V {group} reads through PROG/LIVE")
+        stage.tell(f"verify {group}: {_shown(await port.verify(group))}")
 
     return Reading(_acting(act), fits=_on_bus)
 
@@ -339,7 +340,7 @@ def _wait_status(bit: str) -> Reading:
 
         port = stage.packet_port(chip)
         try:
-            word = await stage.packet_host.until_status(port, bit, picoseconds(POLL), never=never)
+            word = await port.until_status(bit, picoseconds(POLL), never=never)
         except Timeout:
             found = f"wait {bit}: axis {port.axis} is at rest, and nothing is going to happen any more"
             stage.packet_host.finding("expect", f"{found}{_not_started(chip, port.axis)}")

@@ -69,7 +69,7 @@ from .stage import Script, Stage, Step, command
 if TYPE_CHECKING:
     from ...core.chip import Chip
     from ...core.datasheet.table import Sheet
-    from ...parts.hosts.computer import Computer
+    from ...parts.hosts.host import Host
     from ..bench import Bench
 
 COPIED = {  # what manuals print, and what to write instead
@@ -80,7 +80,7 @@ LONGEST = 1000  # characters of a line; no chip takes as many
 EXAMPLES = re.findall(r"^    (@(\w+).*?)  +\S", __doc__ or "", re.MULTILINE)
 
 
-def run_script(bench: Bench, host: Computer, script: Script | str | Iterable[str], where: str = "script") -> None:
+def run_script(bench: Bench, host: Host, script: Script | str | Iterable[str], where: str = "script") -> None:
     """Queue a script on a host; it plays while time passes, side by side with those of other hosts.
 
     Args:
@@ -101,7 +101,7 @@ def run_script(bench: Bench, host: Computer, script: Script | str | Iterable[str
         stage.step.queue(stage)
 
 
-def check_script(bench: Bench, host: Computer, script: Script) -> None:
+def check_script(bench: Bench, host: Host, script: Script) -> None:
     """Raise what is wrong with a script.
 
     Raises:
@@ -110,7 +110,7 @@ def check_script(bench: Bench, host: Computer, script: Script) -> None:
     script.refuse(refused(bench, host, script))
 
 
-def refused(bench: Bench, host: Computer, script: Script) -> list[Problem]:
+def refused(bench: Bench, host: Host, script: Script) -> list[Problem]:
     """Return what is wrong with a script, pins and chips that the bench does not have included.
 
     `run` plays nothing of a script with such lines, and `lint` calls each of them an error.

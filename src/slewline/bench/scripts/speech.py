@@ -10,8 +10,8 @@ from ...core.wires.waits import first_of, level
 from ...language import packets
 from ...language.dialect import dialect_of, spoken_as
 from ...language.letters import Letters
-from ...parts.hosts.packet_host import USUAL, Result
-from ...parts.hosts.packet_port import operations, packet_of
+from ...parts.hosts.packet_host import Result
+from ...parts.hosts.packet_port import USUAL, operations, packet_of
 from .stage import TAKEN_US, US_PS, Act, Queue, Speech, Stage
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ class OverBus(Speech):
             letters = spoken_as(port.sheet, Letters)
             data = (letters.sent if port.mode.level != 0 else letters.sent_binary)(port.sheet, body)
             stage.tell(body)
-            await stage.bus_host.send_now(port, data)
+            await port.send(data)
 
         return sending(send)
 
@@ -41,7 +41,7 @@ class OverBus(Speech):
 
     async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
         """Send bytes by the handshake."""
-        await stage.bus_host.send_now(stage.port(chip), data)
+        await stage.port(chip).send(data)
 
 
 class OverLine(Speech):
@@ -87,13 +87,13 @@ class OverFlow(Speech):
         """Return how a command is queued, and its answer told."""
 
         async def send(stage: Stage, chip: Chip) -> None:
-            host = stage.flow_host
-            data = host.shadow.sent(body)
-            if not (host.heeds and body.startswith(host.shadow.dialect.query)):
+            port = stage.flow_host.port
+            data = port.shadow.sent(body)
+            if not (port.control.heeds and body.startswith(port.shadow.dialect.query)):
                 stage.tell(body)
-                await host.send_now(data)
+                await port.send(data)
                 return
-            answer = await host.ask_now(data, host.shadow.query(host.name, body))
+            answer = await port.ask(data, port.shadow.query(port.name, body))
             stage.tell(f"{body} -> {answered(answer)}")
 
         return self.send(b"", send)
@@ -102,8 +102,7 @@ class OverFlow(Speech):
         """Return how an act is queued that sends bytes; a directive behind it waits until the chip has taken them."""
 
         async def taken(stage: Stage, chip: Chip) -> None:
-            host = stage.flow_host
-            await first_of(stage.kernel, stage.kernel.now + TAKEN_US * US_PS, (host.busy, 1))
+            await first_of(stage.kernel, stage.kernel.now + TAKEN_US * US_PS, (stage.flow_host.port.busy, 1))
 
         def queue(stage: Stage) -> None:
             stage.do(act)
@@ -114,7 +113,7 @@ class OverFlow(Speech):
 
     async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
         """Send bytes by handshakes."""
-        await stage.flow_host.send_now(data)
+        await stage.flow_host.port.send(data)
 
 
 class OverAdaptive(Speech):
@@ -124,11 +123,11 @@ class OverAdaptive(Speech):
         """Return how a line is sent, and its answer told."""
 
         async def send(stage: Stage, chip: Chip) -> None:
-            host = stage.adaptive_host
-            if not body.startswith(host.shadow.dialect.query):
+            uart = stage.adaptive_host.uart
+            if not body.startswith(uart.shadow.dialect.query):
                 stage.tell(body)
-            answer = await host.exchange(body)
-            if body.startswith(host.shadow.dialect.query):
+            answer = await uart.exchange(body)
+            if body.startswith(uart.shadow.dialect.query):
                 stage.tell(f"{body} -> {'no answer' if answer is None else answered(answer)}")
 
         return lambda stage: stage.do(send)
@@ -181,7 +180,7 @@ def asking(text: str) -> Queue:
 
 async def answers(stage: Stage, chip: Chip, line: str | bytes) -> list[str]:
     """Send a line, and return what the module answers."""
-    return await stage.line_host.to(chip.name).exchange(line)
+    return await stage.line_host.to(chip.name).uart.exchange(line)
 
 
 def meaning(found: Sequence[str], sheet: Sheet) -> str:
@@ -202,7 +201,7 @@ def exchanging(text: str) -> Queue:
             packets.command(chip.sheet, text, chip.crystal_hz),
         )
         row = command.row
-        found = await host.exchange(port, packet_of(row, command.values))
+        found = await port.exchange(packet_of(row, command.values))
         for arg, value in zip(row.reads, packets.values(row.reads, found), strict=True):
             host.results.append(Result(port.axis, row.name, value))
             stage.tell(f"{text} -> {returned(chip.sheet, arg, value)}")

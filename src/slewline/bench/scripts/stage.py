@@ -18,11 +18,12 @@ if TYPE_CHECKING:
     from ...core.motion.axis import Axis
     from ...core.wires.pin import Terminal
     from ...parts.hosts.adaptive_host import AdaptiveHost
-    from ...parts.hosts.computer import Computer
+    from ...parts.hosts.bus_host import BusHost
     from ...parts.hosts.flow_host import FlowHost
-    from ...parts.hosts.host import Host, Port
+    from ...parts.hosts.host import Host
     from ...parts.hosts.packet_host import PacketHost
     from ...parts.hosts.packet_port import PacketPort
+    from ...parts.hosts.port import Port
     from ...parts.hosts.serial_host import SerialHost
     from ..bench import Bench
 
@@ -90,14 +91,14 @@ class Stage:
     `step` is the line that is being queued, `directed` says whether a directive follows it.
     """
 
-    def __init__(self, bench: Bench, host: Computer, script: Script, speech: Speech) -> None:
+    def __init__(self, bench: Bench, host: Host, script: Script, speech: Speech) -> None:
         self.bench, self.host, self.script, self.speech = bench, host, script, speech
         self.kernel = bench.kernel
         self.step: Step | None = None
         self.directed = False
         self.bell = Bell(self.kernel, f"{host.name}.(bell)")
         # the host by its class, of which it is one: `Step.fits` has seen to that
-        self.bus_host, self.line_host = cast("Host", host), cast("SerialHost", host)
+        self.bus_host, self.line_host = cast("BusHost", host), cast("SerialHost", host)
         self.packet_host, self.flow_host = cast("PacketHost", host), cast("FlowHost", host)
         self.adaptive_host = cast("AdaptiveHost", host)
 
@@ -114,7 +115,7 @@ class Stage:
             except SlewlineError as error:
                 script.refuse([step.problem("refused", str(error))])
 
-        host.work(text, action)
+        host.queue.post(text, action)
 
     def port(self, chip: Chip) -> Port:
         """Return what the host has on the bus of a chip."""

@@ -28,7 +28,7 @@ from ...core.wires.waits import first_of
 from ...errors import SlewlineError, UsageError
 from ...language.dialect import spoken_as
 from ...language.letters import Letters
-from ...parts.hosts.host import Host
+from ...parts.hosts.bus_host import BusHost
 from ..sockets.stream import CHUNK
 from .line import Line
 from .log import Log
@@ -36,8 +36,8 @@ from .pace import Pace
 
 if TYPE_CHECKING:
     from ...core.chip import Chip
-    from ...parts.base.caller import Errand
-    from ...parts.hosts.host import Port
+    from ...parts.base.request_queue import Request
+    from ...parts.hosts.port import Port
 
 LONGEST = 256  # characters of a line
 BACKLOG = 4096  # lines that may wait for the chip
@@ -49,7 +49,7 @@ class FramedLine(Line):
 
     share = SHARE
 
-    def __init__(self, name: str, chip: Chip, pace: Pace, log: Log, computer: Host) -> None:
+    def __init__(self, name: str, chip: Chip, pace: Pace, log: Log, computer: BusHost) -> None:
         super().__init__(name, [chip], pace, log)
         self.chip, self.computer = chip, computer
         self.line = bytearray()
@@ -88,8 +88,8 @@ class FramedLine(Line):
             if text not in groups:
                 raise UsageError(f"{text}: allowed {', '.join(['?', *groups])}")
             self._check_room(text)
-            errand = self.computer.read_group(self.chip.name, int(text[1:]), None, live=None)
-            self.computer.work("an answer", lambda: self._answer(text, errand))
+            request = self.computer.read_group(self.chip.name, int(text[1:]), None, live=None)
+            self.computer.queue.post("an answer", lambda: self._answer(text, request))
         else:
             self._check_room(text)
             self.computer.send(spoken_as(self.chip.sheet, Letters).sent(self.chip.sheet, text))
@@ -111,15 +111,15 @@ class FramedLine(Line):
 
     def _forget(self) -> None:
         (self.computer.clear if self.cutting else self.computer.drop)()
-        self.cutting = self.computer.begun  # the next one cuts
+        self.cutting = self.computer.queue.begun  # the next one cuts
         self.say("!")
 
     async def _taken(self, port: Port) -> None:
         """Wait until the chip is ready again, or has been at work for so long that it moves or waits."""
         await first_of(self.kernel, self.kernel.now + port.ps(TAKEN_US), (port.ready, 1))
 
-    async def _answer(self, question: str, errand: Errand[bytes]) -> None:
-        self.say(f"{question} {errand.answer.hex(' ').upper()}")
+    async def _answer(self, question: str, request: Request[bytes]) -> None:
+        self.say(f"{question} {request.result.hex(' ').upper()}")
 
     def say(self, text: str) -> None:
         """Send an answer, a line."""

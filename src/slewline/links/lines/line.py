@@ -17,8 +17,11 @@ from ...bench.runner import Wait
 from ...core.wires.serial import Character
 from ...language.dialect import dialect_of
 from ...parts.hosts.adaptive_host import AdaptiveHost
+from ...parts.hosts.adaptive_uart import AdaptiveUart
+from ...parts.hosts.serial_host import SerialHost
+from ...parts.lines.host_uart import LATE_PS
 from ...parts.lines.noise import LINKED, Noise
-from ...parts.lines.rs232 import LATE_PS, SerialPort
+from ...parts.lines.rs232 import SerialPort
 from ..sockets.strangers import TEXT
 from ..sockets.stream import CHUNK
 from .log import TO_CHIP, TO_HOST, Log
@@ -146,9 +149,11 @@ class SerialLine(Line):
 
     ports = ("tcp", "pty", "rfc2217", "serial")
 
-    def __init__(self, name: str, chips: Sequence[Chip], pace: Pace, log: Log, port: SerialPort) -> None:
+    def __init__(
+        self, name: str, chips: Sequence[Chip], pace: Pace, log: Log, port: SerialPort | SerialHost | AdaptiveHost
+    ) -> None:
         super().__init__(name, chips, pace, log)
-        self.port = port
+        self.port, self.uart = port, port.uart
         self.mute = not port.pins["rxd"].net.drivers  # nothing can ever come from the chip
         self.coming = 0  # characters whose last bit is not over
         self.late_ps = 0  # a late character of the module comes then, and those behind it not before
@@ -183,8 +188,9 @@ class SerialLine(Line):
 
     def obey(self, on: bool) -> None:
         """Let characters wait for CTS of a chip that has it, while it says that, or not."""
-        if isinstance(self.port, AdaptiveHost) and self.port.heeding is not (wanted := None if on else False):
-            self.port.heed(wanted)
+        port, wanted = self.port, None if on else False
+        if isinstance(port, AdaptiveHost) and port.uart.control.heeding is not wanted:
+            port.heed(wanted)
 
     @property
     def clear(self) -> bool | None:
@@ -193,29 +199,28 @@ class SerialLine(Line):
 
     def room(self) -> int:
         """Return how many bytes may come now; with none, `resume` is called once half of them have gone out."""
-        port = self.port
-        room = BACKLOG - port.backlog
+        uart = self.uart
+        room = BACKLOG - uart.backlog
         if room <= 0:
-            half = self.kernel.now + port.clock.ps(port.word.ticks * BACKLOG // 2)
+            half = self.kernel.now + uart.clock.ps(uart.word.ticks * BACKLOG // 2)
             self.kernel.call_at(half, lambda: self.resume() if self.resume is not None else None)
         return room
 
     def sent(self) -> bool:
         """Return whether every character has gone out."""
-        return not self.port.outgoing
+        return self.uart.idle
 
     def quiet(self) -> bool:
         """Return whether every character has gone out, and nothing is on its way back.
 
         Characters that wait for CTS do not count while the chip waits for another host.
         """
-        if self.coming or (self.port.outgoing and not self._held()):
+        if self.coming or not (self.uart.idle or self._held()):
             return False
         return not any(chip.answering for chip in self.chips)
 
     def _held(self) -> bool:
-        port = self.port
-        return isinstance(port, AdaptiveHost) and port.held and any(chip.awaits_host for chip in self.chips)
+        return isinstance(self.uart, AdaptiveUart) and self.uart.held and any(chip.awaits_host for chip in self.chips)
 
     def _character(self, character: Character) -> None:
         self.port.received.clear()  # the host is outside

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 from ...bench.runner import Wait
 from ...errors import UsageError
-from ...parts.lines.rs232 import POWER_UP_PS
+from ...parts.lines.host_uart import POWER_UP_PS
 
 if TYPE_CHECKING:
     from ...bench import Bench

@@ -33,7 +33,7 @@ from .tcp import Session, TcpPort
 
 if TYPE_CHECKING:
     from ...core.chip import Chip
-    from ...parts.base.caller import Errand
+    from ...parts.base.request_queue import Request
 
 VERSION = 1
 IN, OUT, READY = 0x00, 0x10, 0x20 + STATUS
@@ -87,8 +87,8 @@ class RegisterLine(Line):
         elif request & 0xF0 == IN or WAITS.get(request) in board.waits:
             if request in WAITS:
                 board.ready(value * MS, WAITS[request])
-            errand = board.cycle(board.base + offset)
-            self._answer(lambda: self._read(offset, errand))
+            access = board.cycle(board.base + offset)
+            self._answer(lambda: self._read(offset, access))
             if self.pace.lockstep and request == IN + STATUS:
                 board.ready(POLL_PS)
         else:
@@ -105,11 +105,11 @@ class RegisterLine(Line):
             if self.full and self.room() > 0 and self.resume is not None:
                 self.resume()
 
-        self.board.work("an answer", answer)
+        self.board.queue.post("an answer", answer)
 
-    def _read(self, offset: int, errand: Errand[int]) -> int:
+    def _read(self, offset: int, access: Request[int]) -> int:
         """The byte that a read access has brought."""
-        byte: int = errand.answer
+        byte: int = access.result
         if offset != STATUS or byte != self.shown:
             self._show(TO_HOST, offset, byte)
         if offset == STATUS:

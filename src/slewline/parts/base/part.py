@@ -29,6 +29,7 @@ from ...errors import UnknownName
 if TYPE_CHECKING:
     from ...core.datasheet.table import Way
     from ...core.motion.quantity import Quantity
+    from .request_queue import RequestQueue
 
 T = TypeVar("T")
 LEVELS = ("low", "high")
@@ -56,6 +57,7 @@ class Part(Component):
     keeps: ClassVar[bool] = False  # it has an option `store`, which keeps something without power
     sits: ClassVar[Literal["", "may", "must"]] = ""  # on the shaft of another part (`bench.part(..., on=...)`)
     options: tuple[Option, ...] = ()
+    queue: RequestQueue | None = None  # what it is asked to do, if it is asked
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
@@ -118,6 +120,10 @@ class Part(Component):
             says = f"{self.name} has no pin {name!r}; its pins: {', '.join(self.pins)}"
             raise UnknownName(says + hint(name, self.pins)) from None
 
+    def net(self, name: str) -> Net:
+        """Return the net on a pin."""
+        return self.pins[name].net
+
     def high(self, name: str) -> bool:
         """Return whether a pin reads high.  An open input does, as in TTL."""
         return bool(self.pins[name].net.level != 0)
@@ -174,9 +180,9 @@ class Part(Component):
     @property
     def idle(self) -> bool:
         """Nothing left to do by itself."""
-        return True
+        return self.queue is None or self.queue.idle
 
     @property
     def waiting(self) -> str:
         """What the part waits for."""
-        return f"{self.name}: nothing"
+        return f"{self.name}: nothing" if self.queue is None else self.queue.waiting

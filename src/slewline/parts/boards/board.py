@@ -16,7 +16,8 @@ from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
 from ...core.time.timebase import Time, picoseconds
 from ...errors import UsageError
-from ..base.caller import Caller, Errand
+from ..base.part import Part
+from ..base.request_queue import Request, RequestQueue
 
 CLOCK_PS = 125_000
 CYCLE = 6  # clocks; the strobes of the bus last from clock 1 to the end of clock 4
@@ -40,44 +41,51 @@ def base_option(says: str) -> Option:
     )
 
 
-class Board(Caller):
+class Board(Part):
     """An interface board; `waits` are what a program may wait for, by name."""
 
     waits: tuple[str, ...] = (READY,)
 
     def __init__(self, kernel: Kernel, name: str, *, base: int) -> None:
         super().__init__(kernel, name)
+        self.queue: RequestQueue = RequestQueue(kernel, name, give_up=self.give_up)
         self.base = base
 
     # ------------------------------------------------------------------------------------ what a program on the PC does
     def out(self, port: int, byte: int, timeout: Time = "5 s") -> None:
         """Write a byte to an I/O address: OUT port, byte."""
-        self.answer_of(self.cycle(port, byte), timeout)
+        self.queue.result(self.cycle(port, byte), timeout)
 
     def inp(self, port: int, timeout: Time = "5 s") -> int:
         """Read a byte from an I/O address: IN port."""
-        byte: int = self.answer_of(self.cycle(port), timeout)
+        byte: int = self.queue.result(self.cycle(port), timeout)
         return byte
 
     @from_outside
-    def cycle(self, port: int, byte: int | None = None) -> Errand[Any]:
+    def cycle(self, port: int, byte: int | None = None) -> Request[Any]:
         """Queue a bus cycle: a write, or without a byte a read."""
         for number, most in ((port, 0xFFFF), (byte or 0, 0xFF)):
             if not isinstance(number, int) or not 0 <= number <= most:
                 raise UsageError(f"{self.name}: {number!r}; allowed 0..{most:#x}")
         self.input("cycle", port, byte)
         if byte is None:
-            return self.errand(f"in {port:#x}", lambda: self.read(port))
-        return self.errand(f"out {port:#x}, {byte:#04x}", lambda: self.write(port, byte))
+            return self.queue.submit(f"in {port:#x}", lambda: self.read(port))
+        return self.queue.submit(f"out {port:#x}, {byte:#04x}", lambda: self.write(port, byte))
 
     @from_outside
-    def ready(self, limit: Time = "1 s", what: str = READY) -> Errand[None]:
+    def ready(self, limit: Time = "1 s", what: str = READY) -> Request[None]:
         """Queue a wait, for so long at most: what a loop of polls is to a program."""
         if what not in self.waits:
             raise UsageError(f"{self.name}: {what!r}; allowed {', '.join(self.waits)}")
         ps = picoseconds(limit)
         self.input("ready", f"{ps} ps", *([] if what == READY else [what]))
-        return self.errand(what, lambda: self.until_ready(ps, what))
+        return self.queue.submit(what, lambda: self.until_ready(ps, what))
+
+    @from_outside
+    def give_up(self) -> None:
+        """Cancel the last request, which took too long; what comes after it can go on."""
+        self.input("give_up")
+        self.queue.cancel_last()
 
     # ------------------------------------------------------------------------------------------------------ bus cycles
     async def write(self, port: int, byte: int) -> None:

@@ -17,24 +17,20 @@ from ...core.time.timebase import Clock, hertz
 from ...core.wires.net import Net
 from ...core.wires.waits import first_of, until
 from ...errors import UsageError
-from ..base.worker import Data, Worker, as_bytes
+from ..base.data import Data, as_bytes
+from ..base.part import Part
+from ..base.request_queue import RequestQueue
 
 LOOP, IN, OUT, MVI, MOVE = 27, 10, 10, 7, 5  # states
 STOPPER = 0xFF
+READY = "b5"  # of the 8255
 
 
-class Processor8080(Worker):
-    """The processor: coroutines that look at a READY bit and write to ports, in its own time."""
+class Cpu8080:
+    """The processor: coroutines that look at a bit and let time pass, in its own time."""
 
-    def __init__(self, kernel: Kernel, name: str, cpu: str | int) -> None:
-        super().__init__(kernel, name)
-        self.clock = Clock(hertz(cpu))
-        self.tick = 0
-        self.sent = 0
-
-    def ready(self) -> Net:
-        """Return the net behind the READY bit."""
-        return self.net("ready")
+    def __init__(self, kernel: Kernel, cpu: str | int) -> None:
+        self.kernel, self.clock, self.tick = kernel, Clock(hertz(cpu)), 0
 
     async def states(self, number: int) -> None:
         """Let states of the processor pass."""
@@ -52,15 +48,20 @@ class Processor8080(Worker):
             await until(self.kernel, self.clock.ps(self.tick))
         await self.states(LOOP - IN)
 
-    def before_stopper(self, data: Data) -> bytes:
-        """Return the bytes in front of the stopper FF."""
-        found, stop, _ = as_bytes(self.name, data).partition(bytes([STOPPER]))
-        if not stop:
-            raise UsageError(f"{self.name}: no stopper FF behind {found!r}; the routine would run on through memory")
-        return found
+
+def before_stopper(owner: str, data: Data) -> bytes:
+    """Return the bytes in front of the stopper FF.
+
+    Raises:
+        UsageError: there is none.
+    """
+    found, stop, _ = as_bytes(owner, data).partition(bytes([STOPPER]))
+    if not stop:
+        raise UsageError(f"{owner}: no stopper FF behind {found!r}; the routine would run on through memory")
+    return found
 
 
-class Host8080(Processor8080):
+class Host8080(Part):
     """The smallest host: OUT 0DCH puts seven bits on the bus and bit 7 on I/O REQUEST; READY is looked at."""
 
     wiring = MappingProxyType({"port": "data", "request": "request", "ready": "ready"})
@@ -68,7 +69,9 @@ class Host8080(Processor8080):
     options = (Option("cpu", "frequency", "2 MHz", "clock of the processor", low=1, unit="Hz"),)
 
     def __init__(self, kernel: Kernel, name: str, *, cpu: str | int) -> None:
-        super().__init__(kernel, name, cpu)
+        super().__init__(kernel, name)
+        self.queue: RequestQueue = RequestQueue(kernel, name)
+        self.cpu, self.sent = Cpu8080(kernel, cpu), 0
         self.add_bus("port", "output port DC, bits 0 to 6; bit 7 of the bus to ground")
         self.add_pin("request", "out", "output port DC, bit 7", initial=1)
         self.add_pin("ready", "in", "READY of the chip", pull=1)
@@ -81,26 +84,26 @@ class Host8080(Processor8080):
     @from_outside
     def send(self, string: Data) -> None:
         """Queue a string with the stopper FF at its end."""
-        data = self.before_stopper(string)
+        data = before_stopper(self.name, string)
         self.input("send", data + bytes([STOPPER]))
         for byte in data:
-            self.work(f"SENDCHR {byte:#04x}", lambda byte=byte: self.sendchr(byte))  # type: ignore[misc]
+            self.queue.post(f"SENDCHR {byte:#04x}", lambda byte=byte: self.sendchr(byte))  # type: ignore[misc]
 
     async def sendchr(self, byte: int) -> None:
         """Send a character as SENDCHR does (fig. 10.7).
 
         Wait until ready, out with bit 7 low, wait until busy, bit 7 high.
         """
-        await self.poll(self.ready(), 1)
-        await self.states(MOVE + MVI + OUT)
+        await self.cpu.poll(self.net("ready"), 1)
+        await self.cpu.states(MOVE + MVI + OUT)
         self.out(byte & 0x7F)
-        await self.poll(self.ready(), 0)
-        await self.states(MVI + OUT)
+        await self.cpu.poll(self.net("ready"), 0)
+        await self.cpu.states(MVI + OUT)
         self.out(0xFF)
         self.sent += 1
 
 
-class Ppi8255(Processor8080):
+class Ppi8255(Part):
     """An 8080 with an 8255 wired as in Table IX, and the routines that the manual lists.
 
     Port A is in high impedance while I/O SELECT (port C, bit 1) is high: the chip may drive the bus then.
@@ -129,7 +132,9 @@ class Ppi8255(Processor8080):
     options = (Option("cpu", "frequency", "2.048 MHz", "clock of the processor", low=1, unit="Hz"),)
 
     def __init__(self, kernel: Kernel, name: str, *, cpu: str | int) -> None:
-        super().__init__(kernel, name, cpu)
+        super().__init__(kernel, name)
+        self.queue: RequestQueue = RequestQueue(kernel, name)
+        self.cpu, self.sent = Cpu8080(kernel, cpu), 0
         self.add_bus("a", "port A (EC): data bus")
         for bit, (pin, _) in enumerate(self.PORT_B):
             self.add_pin(f"b{bit}", "in", f"port B (ED): {pin}", pull=1)
@@ -139,10 +144,6 @@ class Ppi8255(Processor8080):
         self.received = bytearray()
         for code in self.AT_REST:
             self._write(self.CONTROL, code)
-
-    def ready(self) -> Net:
-        """Return the net behind the READY bit."""
-        return self.net("b5")
 
     # -------------------------------------------------------------------------------------------------------- the ports
     def read(self, port: int) -> int:
@@ -181,12 +182,12 @@ class Ppi8255(Processor8080):
         async def action() -> None:
             await self._output(port, value)
 
-        self.work(f"OUT {port:#04x}, {value:#04x}", action)
+        self.queue.post(f"OUT {port:#04x}, {value:#04x}", action)
 
     @from_outside
     def sendparallel(self, buffer: Data) -> None:
         """Queue the bytes in front of the stopper FF (fig. 11.6)."""
-        data = self.before_stopper(buffer)
+        data = before_stopper(self.name, buffer)
         self.input("sendparallel", data + bytes([STOPPER]))
         self._queue(data)
 
@@ -199,35 +200,35 @@ class Ppi8255(Processor8080):
 
     def _queue(self, data: bytes) -> None:
         for byte in data:
-            self.work(f"SENDCHAR {byte:#04x}", lambda byte=byte: self._sendchar(byte))  # type: ignore[misc]
+            self.queue.post(f"SENDCHAR {byte:#04x}", lambda byte=byte: self._sendchar(byte))  # type: ignore[misc]
 
     @from_outside
     def rcvbyte(self, number: int) -> None:
         """Queue a read-out of verify bytes, V already sent (fig. 6.1); they are appended to `received`."""
         self.input("rcvbyte", number)
-        self.work(f"RCVBYTE, {number} bytes", lambda: self._rcvbyte(number))
+        self.queue.post(f"RCVBYTE, {number} bytes", lambda: self._rcvbyte(number))
 
     # --------------------------------------------------------------------------------------------------- the routines
     async def _output(self, port: int, value: int) -> None:
-        await self.states(MVI + OUT)
+        await self.cpu.states(MVI + OUT)
         self._write(port, value)
 
     async def _sendchar(self, byte: int) -> None:
-        await self.poll(self.ready(), 1)
+        await self.cpu.poll(self.net(READY), 1)
         await self._output(self.DATA, byte)
         await self._output(self.CONTROL, self.IOREQ)
-        await self.poll(self.ready(), 0)
+        await self.cpu.poll(self.net(READY), 0)
         await self._output(self.CONTROL, self.NOIOREQ)
         self.sent += 1
 
     async def _rcvbyte(self, number: int) -> None:
-        await self.poll(self.ready(), 1)
+        await self.cpu.poll(self.net(READY), 1)
         await self._output(self.CONTROL, self.IOSELOUT)
         for _ in range(number):
             await self._output(self.CONTROL, self.IOREQ)
-            await self.poll(self.ready(), 0)
-            await self.states(IN)
+            await self.cpu.poll(self.net(READY), 0)
+            await self.cpu.states(IN)
             self.received.append(self.read(self.DATA))
             await self._output(self.CONTROL, self.NOIOREQ)
-            await self.poll(self.ready(), 1)
+            await self.cpu.poll(self.net(READY), 1)
         await self._output(self.CONTROL, self.IOSELIN)

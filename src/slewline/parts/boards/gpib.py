@@ -19,8 +19,9 @@ from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
 from ...core.wires.net import Net
 from ...core.wires.waits import level, until
+from ..base.data import Data, as_bytes
 from ..base.part import Part
-from ..base.worker import Data, Worker, as_bytes
+from ..base.request_queue import RequestQueue
 
 US = 1_000_000
 SETTLING_PS = 2 * US  # data before DAV, and ATN before data
@@ -85,74 +86,107 @@ class GpibListener(Part):
         pull(self, "srq", not self.high("motion_complete"))
 
 
-class GpibTalker(Worker):
-    """A talker and controller that knows nothing of addresses: fig. 12.3, byte by byte.
+class Source:
+    """The source handshake of a part (fig. 12.3), byte by byte; what a user tells it is an input of the part.
 
     `requests` counts the falls of SRQ.
     """
 
-    wiring = MappingProxyType({name: name for name in ("dio", *HANDSHAKE, *MANAGEMENT)})
     negative = False  # logic of the data lines
 
-    def __init__(self, kernel: Kernel, name: str) -> None:
-        super().__init__(kernel, name)
-        add_bus_lines(self)
-        self.requests = 0
+    def __init__(self, part: Part, queue: RequestQueue) -> None:
+        self.part, self.queue, self.kernel, self.requests = part, queue, part.kernel, 0
+        add_bus_lines(part)
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
-        self.net("srq").watch(self._requested)
+        """Start to watch SRQ."""
+        self.part.net("srq").watch(self._requested)
 
     def _requested(self, net: Net) -> None:
         self.requests += net.level == 0
 
+    def send(self, data: Data) -> None:
+        """Queue bytes for whoever listens."""
+        data = as_bytes(self.part.name, data)
+        self.part.input("send", data)
+        self.queue.post(f"sends {data!r}", lambda: self.talk(data))
+
+    def command(self, data: Data) -> None:
+        """Queue bytes that go out with ATN low."""
+        data = as_bytes(self.part.name, data)
+        self.part.input("command", data)
+        self.queue.post(f"commands {data.hex(' ')}", lambda: self.talk_commands(data))
+
+    def clear(self) -> None:
+        """Queue an interface clear."""
+        self.part.input("clear")
+
+        async def action() -> None:
+            pull(self.part, "ifc", True)
+            await until(self.kernel, self.kernel.now + CLEAR_PS)
+            pull(self.part, "ifc", False)
+            await until(self.kernel, self.kernel.now + SETTLING_PS)
+
+        self.queue.post("clears the interface", action)
+
+    async def talk_commands(self, data: bytes) -> None:
+        """Put bytes out with ATN low."""
+        pull(self.part, "atn", True)
+        await self.talk(data)
+        pull(self.part, "atn", False)
+        await until(self.kernel, self.kernel.now + SETTLING_PS)
+
+    async def talk(self, data: bytes) -> None:
+        """Put bytes out."""
+        for byte in data:
+            await self._byte(byte)
+        self.part.drivers["dio"].drive(None)
+
+    async def _byte(self, byte: int) -> None:
+        """One byte: data, NRFD high, DAV low, NDAC high, DAV high."""
+        part = self.part
+        part.drivers["dio"].drive((0xFF, byte ^ 0xFF if self.negative else byte))
+        await until(self.kernel, self.kernel.now + SETTLING_PS)
+        await level(part.net("nrfd"), 1)
+        if part.net("ndac").level == 1:
+            part.finding("no-listener", f"{byte:#04x}: NRFD and NDAC are both high; nobody listens")
+            return
+        pull(part, "dav", True)
+        await level(part.net("ndac"), 1)
+        await until(self.kernel, self.kernel.now + REACTION_PS)
+        pull(part, "dav", False)
+
+
+class GpibTalker(Part):
+    """A talker and controller that knows nothing of addresses."""
+
+    wiring = MappingProxyType({name: name for name in ("dio", *HANDSHAKE, *MANAGEMENT)})
+
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        super().__init__(kernel, name)
+        self.queue: RequestQueue = RequestQueue(kernel, name)
+        self.source = Source(self, self.queue)
+
+    def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
+        self.source.rewired()
+
+    @property
+    def requests(self) -> int:
+        """How often SRQ has fallen."""
+        return self.source.requests
+
     @from_outside
     def send(self, data: Data) -> None:
         """Queue bytes for whoever listens."""
-        data = as_bytes(self.name, data)
-        self.input("send", data)
-        self.work(f"sends {data!r}", lambda: self._talk(data))
+        self.source.send(data)
 
     @from_outside
     def command(self, data: Data) -> None:
         """Queue bytes that go out with ATN low: addresses and interface messages."""
-        data = as_bytes(self.name, data)
-        self.input("command", data)
-        self.work(f"commands {data.hex(' ')}", lambda: self._command(data))
+        self.source.command(data)
 
     @from_outside
     def clear(self) -> None:
         """Queue an interface clear: IFC low for 100 us."""
-        self.input("clear")
-
-        async def action() -> None:
-            pull(self, "ifc", True)
-            await until(self.kernel, self.kernel.now + CLEAR_PS)
-            pull(self, "ifc", False)
-            await until(self.kernel, self.kernel.now + SETTLING_PS)
-
-        self.work("clears the interface", action)
-
-    async def _command(self, data: bytes) -> None:
-        pull(self, "atn", True)
-        await self._talk(data)
-        pull(self, "atn", False)
-        await until(self.kernel, self.kernel.now + SETTLING_PS)
-
-    async def _talk(self, data: bytes) -> None:
-        for byte in data:
-            await self._source(byte)
-        self.drivers["dio"].drive(None)
-
-    async def _source(self, byte: int) -> None:
-        """One byte: data, NRFD high, DAV low, NDAC high, DAV high."""
-        self.drivers["dio"].drive((0xFF, byte ^ 0xFF if self.negative else byte))
-        await until(self.kernel, self.kernel.now + SETTLING_PS)
-        await level(self.net("nrfd"), 1)
-        if self.net("ndac").level == 1:
-            self.finding("no-listener", f"{byte:#04x}: NRFD and NDAC are both high; nobody listens")
-            return
-        pull(self, "dav", True)
-        await level(self.net("ndac"), 1)
-        await until(self.kernel, self.kernel.now + REACTION_PS)
-        pull(self, "dav", False)
+        self.source.clear()

@@ -16,9 +16,10 @@ from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel, Task
 from ...core.wires.net import Net
 from ...core.wires.waits import first_of, level, until
+from ..base.data import Data
 from ..base.part import Part
-from ..base.worker import Data
-from .gpib import HANDSHAKE, REACTION_PS, SETTLING_PS, US, GpibTalker, add_bus_lines, pull
+from ..base.request_queue import RequestQueue
+from .gpib import HANDSHAKE, REACTION_PS, SETTLING_PS, US, GpibTalker, Source, add_bus_lines, pull
 
 SELECTED_CLEAR, TRIGGER, DEVICE_CLEAR, POLL_ENABLE, POLL_DISABLE = 0x04, 0x08, 0x14, 0x18, 0x19
 LISTEN, UNLISTEN, TALK, UNTALK = 0x20, 0x3F, 0x40, 0x5F
@@ -164,18 +165,78 @@ class GpibDevice(Part):
         await level(self.pin("dav").net, 1)
 
 
-class GpibController(GpibTalker):
-    """A controller that addresses devices; data lines in negative logic, as the bus has them.
+class ControllerSource(Source):
+    """The source handshake of a controller, which accepts, too; data lines in negative logic, as the bus has them."""
+
+    negative = True
+
+    async def talk_commands(self, data: bytes, hold: bool = False) -> None:
+        """Put bytes out with ATN low; with `hold` the controller stays not ready for data behind them."""
+        part = self.part
+        pull(part, "atn", True)
+        await until(self.kernel, self.kernel.now + SETTLING_PS)
+        pull(part, "nrfd", False)
+        pull(part, "ndac", False)
+        await self.talk(data)
+        pull(part, "nrfd", hold)
+        pull(part, "ndac", hold)
+        pull(part, "atn", False)
+        await until(self.kernel, self.kernel.now + SETTLING_PS)
+
+    async def accept(self, number: int) -> bytes:
+        """Take bytes from the device that talks; the bus stays not ready behind the last one."""
+        part, data, dav = self.part, bytearray(), self.part.net("dav")
+        for _ in range(number):
+            pull(part, "nrfd", False)
+            await level(dav, 0)
+            await until(self.kernel, self.kernel.now + REACTION_PS)
+            data.append(part.byte("dio") ^ 0xFF)
+            pull(part, "nrfd", True)
+            pull(part, "ndac", False)
+            await level(dav, 1)
+            pull(part, "ndac", True)
+        await until(self.kernel, self.kernel.now + SETTLING_PS)
+        return bytes(data)
+
+
+class GpibController(Part):
+    """A controller that addresses devices.
 
     `received` keeps what devices said, `polled` the status bytes.
     """
 
-    negative = True
+    wiring = GpibTalker.wiring
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
+        self.queue: RequestQueue = RequestQueue(kernel, name)
+        self.source = ControllerSource(self, self.queue)
         self.received = bytearray()
         self.polled: list[int] = []
+
+    def rewired(self) -> None:
+        """Start to watch the pins: the part is wired, and time is about to pass."""
+        self.source.rewired()
+
+    @property
+    def requests(self) -> int:
+        """How often SRQ has fallen."""
+        return self.source.requests
+
+    @from_outside
+    def send(self, data: Data) -> None:
+        """Queue bytes for whoever listens."""
+        self.source.send(data)
+
+    @from_outside
+    def command(self, data: Data) -> None:
+        """Queue bytes that go out with ATN low: addresses and interface messages."""
+        self.source.command(data)
+
+    @from_outside
+    def clear(self) -> None:
+        """Queue an interface clear: IFC low for 100 us."""
+        self.source.clear()
 
     def write(self, address: int, data: Data) -> None:
         """Queue data for one device."""
@@ -189,11 +250,11 @@ class GpibController(GpibTalker):
         self.input("read", address, number)
 
         async def action() -> None:
-            await self._command(bytes([UNLISTEN, TALK + address]), hold=True)
-            self.received += await self._accept(number)
-            await self._command(bytes([UNTALK]))
+            await self.source.talk_commands(bytes([UNLISTEN, TALK + address]), hold=True)
+            self.received += await self.source.accept(number)
+            await self.source.talk_commands(bytes([UNTALK]))
 
-        self.work(f"reads {number} bytes from {address}", action)
+        self.queue.post(f"reads {number} bytes from {address}", action)
 
     @from_outside
     def poll(self, address: int) -> None:
@@ -201,11 +262,11 @@ class GpibController(GpibTalker):
         self.input("poll", address)
 
         async def action() -> None:
-            await self._command(bytes([POLL_ENABLE, TALK + address]), hold=True)
-            self.polled += await self._accept(1)
-            await self._command(bytes([POLL_DISABLE, UNTALK]))
+            await self.source.talk_commands(bytes([POLL_ENABLE, TALK + address]), hold=True)
+            self.polled += await self.source.accept(1)
+            await self.source.talk_commands(bytes([POLL_DISABLE, UNTALK]))
 
-        self.work(f"polls {address}", action)
+        self.queue.post(f"polls {address}", action)
 
     def device_clear(self) -> None:
         """Queue a device clear for everybody."""
@@ -214,33 +275,6 @@ class GpibController(GpibTalker):
     def trigger(self, address: int) -> None:
         """Queue a device trigger for one device."""
         self.command([UNLISTEN, LISTEN + address, TRIGGER, UNLISTEN])
-
-    async def _command(self, data: bytes, hold: bool = False) -> None:
-        """ATN low, bytes, ATN high; with `hold` the controller stays not ready for data behind them."""
-        pull(self, "atn", True)
-        await until(self.kernel, self.kernel.now + SETTLING_PS)
-        pull(self, "nrfd", False)
-        pull(self, "ndac", False)
-        await self._talk(data)
-        pull(self, "nrfd", hold)
-        pull(self, "ndac", hold)
-        pull(self, "atn", False)
-        await until(self.kernel, self.kernel.now + SETTLING_PS)
-
-    async def _accept(self, number: int) -> bytes:
-        """Take bytes from the device that talks; the bus stays not ready behind the last one."""
-        data, dav = bytearray(), self.net("dav")
-        for _ in range(number):
-            pull(self, "nrfd", False)
-            await level(dav, 0)
-            await until(self.kernel, self.kernel.now + REACTION_PS)
-            data.append(self.byte("dio") ^ 0xFF)
-            pull(self, "nrfd", True)
-            pull(self, "ndac", False)
-            await level(dav, 1)
-            pull(self, "ndac", True)
-        await until(self.kernel, self.kernel.now + SETTLING_PS)
-        return bytes(data)
 
 
 class GpibInterrupts(Part):

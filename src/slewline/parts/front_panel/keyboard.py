@@ -16,10 +16,12 @@ from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
 from ...core.time.timebase import Time, picoseconds
 from ...core.wires.waits import first_of, until
-from ..base.worker import Data, Worker, as_bytes
+from ..base.data import Data, as_bytes
+from ..base.part import Part
+from ..base.request_queue import RequestQueue
 
 
-class Keyboard(Worker):
+class Keyboard(Part):
     """A typist at a keyboard."""
 
     wiring = MappingProxyType({"db": "data", "request": "request", "ready": "ready"})
@@ -31,6 +33,7 @@ class Keyboard(Worker):
 
     def __init__(self, kernel: Kernel, name: str, *, down: Time, apart: Time) -> None:
         super().__init__(kernel, name)
+        self.queue: RequestQueue = RequestQueue(kernel, name)
         self.down_ps, self.apart_ps = picoseconds(down), picoseconds(apart)
         self.add_bus("db", "the byte of the key that is down")
         self.add_pin("ready", "in", "READY of the chip", pull=1)
@@ -42,7 +45,7 @@ class Keyboard(Worker):
         data = as_bytes(self.name, keys)
         self.input("type", data)
         for byte in data:
-            self.work(f"types {byte:#04x}", lambda byte=byte: self._press(byte))  # type: ignore[misc]
+            self.queue.post(f"types {byte:#04x}", lambda byte=byte: self._press(byte))  # type: ignore[misc]
 
     async def _press(self, byte: int) -> None:
         kernel, ready, request = self.kernel, self.net("ready"), self.drivers["request"]

@@ -11,7 +11,7 @@ packet, and is a finding of the host in any case.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
@@ -20,23 +20,21 @@ from ...core.messages.whole import whole
 from ...core.time.inputs import from_outside
 from ...core.time.timebase import Time, picoseconds
 from ...core.wires.pin import Condition, GotCondition
-from ...core.wires.waits import until
-from ...errors import ChecksumError, Timeout, UsageError
+from ...errors import Timeout, UsageError
 from ...language import packets
 from ...language.source import host_lines
+from ..base.data import Data, as_bytes
 from ..base.part import served
-from ..base.worker import Data, as_bytes
-from .computer import Computer
-from .packet_port import GAP_PS, LOW_PS, UNKNOWN, Packet, PacketPort, Strobes, operations, packet_of
+from .host import Host
+from .packet_port import GAP_PS, LOW_PS, UNKNOWN, USUAL, Packet, PacketPort, Strobes, operations, packet_of
 
 if TYPE_CHECKING:
     from ...core.datasheet.table import Sheet
     from ...core.time.kernel import Kernel
-    from ..base.caller import Errand
+    from ..base.request_queue import Request
     from .connection import Connection
 
 POLL = "1 ms"  # a host that waits for a status bit asks so often
-USUAL = Strobes()
 
 
 class Result(NamedTuple):
@@ -47,7 +45,7 @@ class Result(NamedTuple):
     value: int
 
 
-class PacketHost(Computer):
+class PacketHost(Host):
     """A host computer on the host port of one chipset, or of several that share its data bus.
 
     `received` are all words that it has read, `results` what the commands of a script returned.
@@ -69,10 +67,10 @@ class PacketHost(Computer):
 
     def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], delay_ps: int = 0) -> None:
         super().__init__(kernel, name, chips)
-        self.ports = {chip.name: PacketPort(kernel, chip, name, delay_ps) for chip in chips}
+        self.received: list[int] = []
+        self.ports = {chip.name: PacketPort(chip, self.queue, self.received, self.finding, delay_ps) for chip in chips}
         for chip in chips:
             _tell_missing(chip.sheet)
-        self.received: list[int] = []
         self.results: list[Result] = []
 
     @property
@@ -103,7 +101,7 @@ class PacketHost(Computer):
         if number not in range(1, axes + 1):
             raise UsageError(f"{self.name}: axis {number!r}; {self.port.chip} ({self.port.sheet.part}) has 1..{axes}")
 
-    def rest(self) -> None:
+    def _rest(self) -> None:
         """Put the lines of every chip to rest."""
         for port in self.ports.values():
             port.rest()
@@ -123,7 +121,7 @@ class PacketHost(Computer):
         """
         row = packets.row(self.port.sheet, name)
         numbers = packets.numbers(self.port.sheet, row, values, self.port.crystal_hz)
-        found = self.answer_of(self._queue(packet_of(row, numbers), axis), timeout)
+        found = self.queue.result(self._queue(packet_of(row, numbers), axis), timeout)
         return packets.values(row.reads, found)[0] if row.reads and found is not None else None
 
     def query(self, name: str, axis: int = UNKNOWN, timeout: Time = "5 s") -> int:
@@ -147,14 +145,14 @@ class PacketHost(Computer):
         line = packets.command(self.port.sheet, command, self.port.crystal_hz)
         if not line.row.reads:
             raise UsageError(f"{self.name}: {command} returns nothing; send it with command() or send()")
-        found = self.answer_of(self._queue(packet_of(line.row, line.values), axis), timeout)
+        found = self.queue.result(self._queue(packet_of(line.row, line.values), axis), timeout)
         return packets.values(line.row.reads, found)[0] if found is not None else None
 
     def packet(
         self, code: int, *words: int, reads: int = 0, checksum: bool = True, axis: int = UNKNOWN, timeout: Time = "5 s"
     ) -> tuple[int, ...]:
         """Send any packet: a code, and words behind it; returns the words that are read behind those."""
-        return self.answer_of(self._queue(Packet(code, words, reads, checksum), axis), timeout)
+        return self.queue.result(self._queue(Packet(code, words, reads, checksum), axis), timeout)
 
     def send(self, data: str | bytes, axis: int = UNKNOWN) -> None:
         """Queue packets: text is commands, one a line; bytes are a code and the bytes of its words, as they are."""
@@ -176,13 +174,13 @@ class PacketHost(Computer):
         """
         packets.status_bit(self.port.sheet, bit.removeprefix("!"))
         try:
-            return self.answer_of(self.poll(self.port.chip, axis, bit, picoseconds(every)), timeout)
+            return self.queue.result(self.poll(self.port.chip, axis, bit, picoseconds(every)), timeout)
         except Timeout as error:
             if not (pending := ", ".join(self.port.pending)):
                 raise
             raise Timeout(f"{error}\n  no-update: {pending} without an update: send UPDATE") from None
 
-    def _queue(self, packet: Packet, axis: int) -> Errand[tuple[int, ...]]:
+    def _queue(self, packet: Packet, axis: int) -> Request[tuple[int, ...]]:
         return self.perform(self.port.chip, axis, *packet)
 
     # ---------------------------------------------------------------------------------------------- single operations
@@ -211,10 +209,10 @@ class PacketHost(Computer):
         return self._read(2, timeout, how)
 
     def _write(self, data: bytes, command: bool, timeout: Time, how: dict[str, Any]) -> None:
-        self.answer_of(self.strobe(self.port.chip, data, command, *self._how(**how)), timeout)
+        self.queue.result(self.strobe(self.port.chip, data, command, *self._how(**how)), timeout)
 
     def _read(self, number: int, timeout: Time, how: dict[str, Any]) -> int:
-        data = self.answer_of(self.sample(self.port.chip, number, *self._how(**how)), timeout)
+        data = self.queue.result(self.sample(self.port.chip, number, *self._how(**how)), timeout)
         return int.from_bytes(data or b"", "big")
 
     def _how(self, low: Time = LOW_PS, gap: Time = GAP_PS, ready: bool = True) -> Strobes:
@@ -233,7 +231,7 @@ class PacketHost(Computer):
     @from_outside
     def perform(
         self, chip: str, axis: int, code: int, words: Sequence[int], reads: int, checked: bool
-    ) -> Errand[tuple[int, ...]]:
+    ) -> Request[tuple[int, ...]]:
         """Queue a packet."""
         port, packet = served(self.name, self.ports, chip), Packet(code, tuple(words), reads, checked)
         for number, size in ((code, 1), *((word, 2) for word in words)):
@@ -241,106 +239,39 @@ class PacketHost(Computer):
         if axis != UNKNOWN:
             self._check_axis(axis)
         self.input("perform", chip, axis, code, list(words), reads, checked)
-        return self.errand(f"{packet.spelled(port.sheet)} to {chip}", lambda: self.exchange(port, packet, axis))
+        return self.queue.submit(f"{packet.spelled(port.sheet)} to {chip}", lambda: port.exchange(packet, axis))
 
     @from_outside
     def strobe(
         self, chip: str, data: Sequence[int], command: bool, low_ps: int, gap_ps: int, ready: bool
-    ) -> Errand[None]:
+    ) -> Request[None]:
         """Queue a write operation."""
         port, data = served(self.name, self.ports, chip), bytes(data)
         self.input("strobe", chip, data, command, low_ps, gap_ps, ready)
 
         async def action() -> None:
-            await self.begin(port, Strobes(low_ps, gap_ps, ready))
+            await port.begin(Strobes(low_ps, gap_ps, ready))
             await port.write(data, command, Strobes(low_ps, gap_ps, ready))
             if command and ready:
                 port.note_axis(data[0])
             elif command:
                 port.axis = UNKNOWN
 
-        return self.errand(f"{data.hex()} to {chip}", action)
+        return self.queue.submit(f"{data.hex()} to {chip}", action)
 
     @from_outside
-    def sample(self, chip: str, number: int, low_ps: int, gap_ps: int, ready: bool) -> Errand[bytes]:
+    def sample(self, chip: str, number: int, low_ps: int, gap_ps: int, ready: bool) -> Request[bytes]:
         """Queue a read operation."""
         port = served(self.name, self.ports, chip)
         self.input("sample", chip, number, low_ps, gap_ps, ready)
-        return self.errand(f"a word from {chip}", lambda: self.read(port, number, Strobes(low_ps, gap_ps, ready)))
+        return self.queue.submit(f"a word from {chip}", lambda: port.take(number, Strobes(low_ps, gap_ps, ready)))
 
     @from_outside
-    def poll(self, chip: str, axis: int, bit: str, every_ps: int) -> Errand[int]:
+    def poll(self, chip: str, axis: int, bit: str, every_ps: int) -> Request[int]:
         """Queue questions for the status word until a bit is as it should be."""
         port = served(self.name, self.ports, chip)
         self.input("poll", chip, axis, bit, every_ps)
-        return self.errand(f"{bit} of {chip}", lambda: self.until_status(port, bit, every_ps, axis))
-
-    # ------------------------------------------------------------------------------------------------ the host's task
-    async def begin(self, port: PacketPort, how: Strobes) -> None:
-        """Wait until something may go out, which is then not cut in two."""
-        if how.ready:
-            await port.ready()
-        self.begun = True
-
-    async def exchange(self, port: PacketPort, packet: Packet, axis: int = UNKNOWN) -> tuple[int, ...]:
-        """Send a packet, now; return the words that are read, without the checksum."""
-        if axis not in (UNKNOWN, port.axis):
-            await self.exchange(port, packet_of(packets.row(port.sheet, f"SET_{axis}")))
-        await self.begin(port, USUAL)
-        await port.write(bytes([packet.code]), True, USUAL)
-        for word in packet.words:
-            await port.write(word.to_bytes(2, "big"), False, USUAL)
-        found = tuple([int.from_bytes(await self.read(port, 2, USUAL), "big") for _ in range(packet.reads)])
-        port.note_axis(packet.code, found)
-        checksum = int.from_bytes(await self.read(port, 2, USUAL), "big") if packet.checked else None
-        await port.ready()
-        port.note_update(packet.code)
-        if checksum is not None:
-            self._check(port, packet, found, checksum)
-        return found
-
-    def _check(self, port: PacketPort, packet: Packet, found: tuple[int, ...], checksum: int) -> None:
-        wrong = packet.mismatch(port.sheet, port.chip, found, checksum)
-        if wrong:
-            port.axis = UNKNOWN
-            self.finding("checksum", wrong)
-            raise ChecksumError(f"{self.name}: {wrong}")
-
-    async def read(self, port: PacketPort, number: int, how: Strobes) -> bytes:
-        """Read, now; a word is kept."""
-        data = await port.read(number, how)
-        if number == 2:
-            self.received.append(int.from_bytes(data, "big"))
-        return data
-
-    async def until_status(
-        self,
-        port: PacketPort,
-        bit: str,
-        every_ps: int,
-        axis: int = UNKNOWN,
-        never: Callable[[], bool] = lambda: False,
-    ) -> int:
-        """Ask for the status word, now, until a bit is as it should be.
-
-        An axis is in motion from the cycle on that works its update: !in_motion is asked for when that has begun.
-
-        Raises:
-            Timeout: twice running, `never` says that it cannot become so any more.
-        """
-        field, wanted = packets.status_bit(port.sheet, bit.removeprefix("!")), not bit.startswith("!")
-        question = packet_of(packets.row(port.sheet, "GET_STATUS"))
-        if field.name == "in_motion" and not wanted:
-            await until(self.kernel, port.worked_ps)
-        hopeless = False
-        while True:
-            (word,) = await self.exchange(port, question, axis)
-            if field.of(word) == wanted:
-                return word
-            before, hopeless = hopeless, never()
-            if before and hopeless:
-                raise Timeout(f"{self.name}: {bit} of {port.chip} cannot come any more")
-            await until(self.kernel, self.kernel.now + every_ps)
+        return self.queue.submit(f"{bit} of {chip}", lambda: port.until_status(bit, every_ps, axis))
 
 
 @face

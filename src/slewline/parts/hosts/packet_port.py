@@ -9,17 +9,18 @@ HostWrite ‾‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾\__
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from ...core.time.kernel import Kernel
 from ...core.wires.net import Driver, Net
 from ...core.wires.waits import level, until
+from ...errors import ChecksumError, Timeout
 from ...language import packets
 from ...language.dialect import spoken_as
 
 if TYPE_CHECKING:
     from ...core.datasheet.table import Row, Sheet
+    from ..base.request_queue import RequestQueue
     from .connection import Connection
 
 NS = 1000  # picoseconds
@@ -33,6 +34,9 @@ class Strobes(NamedTuple):
     low_ps: int = LOW_PS
     gap_ps: int = GAP_PS
     ready: bool = True
+
+
+USUAL = Strobes()
 
 
 class Packet(NamedTuple):
@@ -60,10 +64,25 @@ class Packet(NamedTuple):
 
 
 class PacketPort:
-    """What a host has on one chipset: drivers on its host port, and what it knows of the current axis."""
+    """What a host has on one chipset: drivers on its host port, and what it knows of the current axis.
 
-    def __init__(self, kernel: Kernel, chip: Connection, host: str, delay_ps: int) -> None:
-        self.kernel, self.chip, self.delay_ps = kernel, chip.name, delay_ps
+    Args:
+        queue: of the host, in whose requests the port is used.
+        received: all words that it has read, of any of its chipsets.
+        finding: by which it reports one.
+        delay_ps: what its program takes before each operation.
+    """
+
+    def __init__(
+        self,
+        chip: Connection,
+        queue: RequestQueue,
+        received: list[int],
+        finding: Callable[[str, str], object],
+        delay_ps: int,
+    ) -> None:
+        host, self.kernel, self.chip, self.delay_ps = queue.name, queue.kernel, chip.name, delay_ps
+        self.queue, self.received, self.finding = queue, received, finding
         self.sheet = chip.sheet
         self.crystal_hz = chip.crystal_hz  # of the board: what a rate in seconds, and a cycle, go by
         self.pins = pins = chip.pins
@@ -151,6 +170,72 @@ class PacketPort:
         elif row.name == "SET_I":
             status = spoken_as(self.sheet, packets.Packets).status
             self.axis = packets.fields(found[0], status)["axis"] if found else UNKNOWN
+
+    # ----------------------------------------------------------------------------------------------- in the host's task
+    async def begin(self, how: Strobes) -> None:
+        """Wait until something may go out, which is then not cut in two."""
+        if how.ready:
+            await self.ready()
+        self.queue.begun = True
+
+    async def exchange(self, packet: Packet, axis: int = UNKNOWN) -> tuple[int, ...]:
+        """Send a packet, now; return the words that are read, without the checksum."""
+        if axis not in (UNKNOWN, self.axis):
+            await self.exchange(packet_of(packets.row(self.sheet, f"SET_{axis}")))
+        await self.begin(USUAL)
+        await self.write(bytes([packet.code]), True, USUAL)
+        for word in packet.words:
+            await self.write(word.to_bytes(2, "big"), False, USUAL)
+        found = tuple([int.from_bytes(await self.take(2, USUAL), "big") for _ in range(packet.reads)])
+        self.note_axis(packet.code, found)
+        checksum = int.from_bytes(await self.take(2, USUAL), "big") if packet.checked else None
+        await self.ready()
+        self.note_update(packet.code)
+        if checksum is not None:
+            self._check(packet, found, checksum)
+        return found
+
+    def _check(self, packet: Packet, found: tuple[int, ...], checksum: int) -> None:
+        wrong = packet.mismatch(self.sheet, self.chip, found, checksum)
+        if wrong:
+            self.axis = UNKNOWN
+            self.finding("checksum", wrong)
+            raise ChecksumError(f"{self.queue.name}: {wrong}")
+
+    async def take(self, number: int, how: Strobes) -> bytes:
+        """Read, now; a word is kept."""
+        data = await self.read(number, how)
+        if number == 2:
+            self.received.append(int.from_bytes(data, "big"))
+        return data
+
+    async def until_status(
+        self,
+        bit: str,
+        every_ps: int,
+        axis: int = UNKNOWN,
+        never: Callable[[], bool] = lambda: False,
+    ) -> int:
+        """Ask for the status word, now, until a bit is as it should be.
+
+        An axis is in motion from the cycle on that works its update: !in_motion is asked for when that has begun.
+
+        Raises:
+            Timeout: twice running, `never` says that it cannot become so any more.
+        """
+        field, wanted = packets.status_bit(self.sheet, bit.removeprefix("!")), not bit.startswith("!")
+        question = packet_of(packets.row(self.sheet, "GET_STATUS"))
+        if field.name == "in_motion" and not wanted:
+            await until(self.kernel, self.worked_ps)
+        hopeless = False
+        while True:
+            (word,) = await self.exchange(question, axis)
+            if field.of(word) == wanted:
+                return word
+            before, hopeless = hopeless, never()
+            if before and hopeless:
+                raise Timeout(f"{self.queue.name}: {bit} of {self.chip} cannot come any more")
+            await until(self.kernel, self.kernel.now + every_ps)
 
 
 # ------------------------------------------------------------------------------------------------- commands as packets

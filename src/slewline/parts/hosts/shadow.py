@@ -7,20 +7,18 @@ tells the part, over its other side or by a program, a host does not hear of.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, ClassVar
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from ...core.datasheet.channel import AdaptiveLine, FlowBus
-from ...core.time.inputs import from_outside
 from ...core.wires.bell import Bell
 from ...errors import UsageError
 from ...language.dialect import spoken_as
 from ...language.verbatim import Entry, Verbatim
-from .computer import Computer
 
 if TYPE_CHECKING:
     from ...core.datasheet.table import Sheet
-    from ...core.time.kernel import Kernel
+    from ..base.part import Part
     from .connection import Connection
 
 TEXT = 0x80  # in the mode register: commands in ASCII
@@ -122,40 +120,45 @@ class Query:
         return match[0][:-1].decode("latin-1") if self.ascii else bytes(match[0])
 
 
-class ShadowHost(Computer):
-    """A host that goes by the flow line of its chip, FPL or CTS, while the mode register puts it to this use.
+class FlowControl:
+    """Whether a host goes by the flow line of its chip, FPL or CTS: while the mode register puts it to this use.
 
     `gone` takes bytes as they go out; `news` rings with each of them, and whenever the host goes by the line or no
-    longer.
+    longer; `heeding` is what somebody has said: None, that the host is to go by its own mode commands.
     """
 
-    for_users: ClassVar[tuple[str, ...]] = (
-        "heed",
-        "mode",
-    )
-
-    gone: Shadow
-
-    def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection] = ()) -> None:
-        super().__init__(kernel, name, chips)
-        self.heeding: bool | None = None  # as somebody has said
-        self.news = Bell(kernel, f"{name}.(news)")
+    def __init__(self, chip: Connection, owner: str, gone: Shadow) -> None:
+        channel = chip.channel
+        assert isinstance(channel, FlowBus | AdaptiveLine)
+        self.owner, self.sheet, self.channel, self.gone = owner, chip.sheet, channel, gone
+        self.heeding: bool | None = None
+        self.news = Bell(chip.bus.kernel, f"{owner}.(news)")
 
     @property
     def heeds(self) -> bool:
         """Does the host go by the flow line?"""
         if self.heeding is not None:
             return self.heeding
-        channel = self.channel
-        assert isinstance(channel, FlowBus | AdaptiveLine)
-        mask, *values = channel.in_use
+        mask, *values = self.channel.in_use
         return self.gone.mode & mask in values
+
+    def heed(self, on: bool | None, part: Part) -> None:
+        """Go by the line from now on (True), or not (False), or as the mode commands have it (None), as an input.
+
+        Raises:
+            UsageError: none of the three.
+        """
+        if on is not None and not isinstance(on, bool):
+            raise UsageError(f"{self.owner}: heed({on!r}); allowed True, False, None")
+        part.input("heed", on)
+        self.heeding = on
+        self.news.ring()
+        part.kernel.settle()
 
     def why_silent(self) -> str:
         """Return why a query may have no answer, as far as the host can tell, and what to do; empty: it cannot."""
-        channel, sheet, mode = self.channel, self.chip.sheet, self.gone.mode
-        assert isinstance(channel, FlowBus | AdaptiveLine)
-        mask, here = channel.answers
+        sheet, mode = self.sheet, self.gone.mode
+        mask, here = self.channel.answers
         bus = sheet.channel(FlowBus)
         if bus is not None and not bus.live and self.gone.started:
             begun = f"{self.gone.started} has started a program"
@@ -165,18 +168,4 @@ class ShadowHost(Computer):
         if mode & mask == here:
             return ""
         sends = f"the mode register is {mode} and sends answers elsewhere"
-        return f"as far as {self.name} knows, {sends}: O {mode & ~mask | here} sends them here"
-
-    @from_outside
-    def heed(self, on: bool | None) -> None:
-        """Go by FPL or CTS from now on (True), or not (False), or as the host's own mode commands have it (None).
-
-        Raises:
-            UsageError: none of the three.
-        """
-        if on is not None and not isinstance(on, bool):
-            raise UsageError(f"{self.name}: heed({on!r}); allowed True, False, None")
-        self.input("heed", on)
-        self.heeding = on
-        self.news.ring()
-        self.kernel.settle()
+        return f"as far as {self.owner} knows, {sends}: O {mode & ~mask | here} sends them here"

@@ -32,8 +32,9 @@ from ...core.wires.serial import (
     word_options,
 )
 from ...core.wires.waits import until
+from ..base.data import Data, as_bytes
 from ..base.part import Part
-from ..base.worker import Data, Worker, as_bytes
+from ..base.request_queue import RequestQueue
 
 GENERATOR_HZ = 2_457_600
 STAGES = 12  # of the CD4040 behind the oscillator
@@ -49,7 +50,7 @@ GENERATOR = MappingProxyType(
 )
 
 
-class SerialSender(Worker):
+class SerialSender(Part):
     """The serial output of a host: it sends without asking anybody."""
 
     wiring = MappingProxyType({"txd": "serial_in"})
@@ -63,6 +64,7 @@ class SerialSender(Worker):
         self, kernel: Kernel, name: str, *, baud: int | str, bits: int, parity: str, stop: int | str, gap: Time
     ) -> None:
         super().__init__(kernel, name)
+        self.queue: RequestQueue = RequestQueue(kernel, name)
         self.word = Word(bits, parity, stop).checked(name)
         self.clock = bit_clock(baud, name)
         self.gap_ps = picoseconds(gap)
@@ -74,7 +76,7 @@ class SerialSender(Worker):
         data = as_bytes(self.name, data)
         self.input("send", data)
         for byte in data:
-            self.work(f"sends {byte:#04x}", lambda byte=byte: self._character(byte))  # type: ignore[misc]
+            self.queue.post(f"sends {byte:#04x}", lambda byte=byte: self._character(byte))  # type: ignore[misc]
 
     @from_outside
     def pause(self, time: Time) -> None:
@@ -85,7 +87,7 @@ class SerialSender(Worker):
         async def wait() -> None:
             await until(self.kernel, self.kernel.now + ps)
 
-        self.work("pauses", wait)
+        self.queue.post("pauses", wait)
 
     async def _character(self, byte: int) -> None:
         await transmit(self.drivers["txd"], self.clock, self.word, bytes([byte]), TTL)

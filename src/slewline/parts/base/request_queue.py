@@ -1,0 +1,154 @@
+"""What a part is asked to do: a queue of requests, which a task works off one behind the other.
+
+    queue.post("pauses", wait)                          nobody waits for it: what goes wrong in it ends the run
+    request = queue.submit("in 0x340", read)            its result, or its failure, is kept
+    queue.result(request, "5 s")                        let virtual time pass until it is done
+
+Only the queueing is an input for the journal; when a journal is played again, time passes as it says itself.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Awaitable, Callable
+from typing import Any, Generic, TypeVar
+
+from ...core.time.kernel import Kernel, Task
+from ...core.time.timebase import Time, readable
+from ...errors import SlewlineError, Timeout, UsageError
+
+T = TypeVar("T")
+
+
+class Request(Generic[T]):
+    """Something to be done, a coroutine function; `result` or `failure` is there once it is `done`."""
+
+    __slots__ = ("action", "done", "failure", "kept", "result", "text")
+
+    def __init__(self, text: str, action: Callable[[], Awaitable[T]], kept: bool) -> None:
+        self.text, self.action, self.kept, self.done = text, action, kept, False
+        self.result: T = None  # type: ignore[assignment]  # until it is done
+        self.failure: SlewlineError | None = None
+
+    async def run(self) -> None:
+        """Do it."""
+        try:
+            self.result = await self.action()
+        except SlewlineError as error:
+            if not self.kept:
+                raise
+            self.failure = error
+        self.done = True
+
+
+class RequestQueue:
+    """The requests of a part.
+
+    `begun`: the first one has begun to show, and would be cut in two; the part says so itself, where it matters.
+
+    Args:
+        give_up: cancel what took too long, as an input of the part; by default `cancel_last`.
+        rest: put the outputs of the part to rest, when what was under way was cut short.
+    """
+
+    def __init__(
+        self,
+        kernel: Kernel,
+        name: str,
+        give_up: Callable[[], object] | None = None,
+        rest: Callable[[], object] = lambda: None,
+    ) -> None:
+        self.kernel, self.name, self.give_up, self.rest = kernel, name, give_up or self.cancel_last, rest
+        self.requests: deque[Request[Any]] = deque()
+        self.task: Task | None = None
+        self.since = 0
+        self.begun = False
+
+    def __len__(self) -> int:
+        return len(self.requests)
+
+    def post(self, text: str, action: Callable[[], Awaitable[Any]]) -> None:
+        """Queue something that nobody waits for; `text` says what it does."""
+        self._add(Request(text, action, kept=False))
+
+    def submit(self, text: str, action: Callable[[], Awaitable[T]]) -> Request[T]:
+        """Queue something whose result somebody may wait for; `text` says what it does."""
+        return self._add(Request(text, action, kept=True))
+
+    def _add(self, request: Request[T]) -> Request[T]:
+        self.requests.append(request)
+        if self.task is None or not self.task.alive:
+            self.task = self.kernel.spawn(self._run, name=self.name)
+        return request
+
+    async def _run(self) -> None:
+        while self.requests:
+            self.since = self.kernel.now
+            try:
+                await self.requests[0].run()
+            except Exception:
+                self.requests.clear()  # what stands behind the one that failed is not done either
+                raise
+            self.requests.popleft()
+            self.begun = False
+
+    @property
+    def idle(self) -> bool:
+        """Is nothing queued?"""
+        return not self.requests
+
+    @property
+    def waiting(self) -> str:
+        """The request that is under way, in words, and since when."""
+        if not self.requests:
+            return f"{self.name}: nothing"
+        return f"{self.name}: {self.requests[0].text}, {len(self.requests)} in the queue, since {readable(self.since)}"
+
+    # -------------------------------------------------------------------------------------------------------- waiting
+    def result(self, request: Request[T], timeout: Time) -> T:
+        """Let virtual time pass until a request is done; return its result, or raise what went wrong.
+
+        Where calls only queue (`Outside.queued`, or a part without a bench) return None at once.
+
+        Raises:
+            Timeout: it is not done in time; it is cancelled then.
+        """
+        self.let_pass(lambda: request.done, request.text, timeout)
+        if request.failure is not None:
+            raise request.failure
+        return request.result
+
+    def let_pass(self, met: Callable[[], bool], what: str, timeout: Time) -> None:
+        """Let virtual time pass until something is met.
+
+        Raises:
+            Timeout: it is not met in time; what was asked last is given up then.
+        """
+        try:
+            self.kernel.outside.wait(met, f"{self.name}: {what}", timeout)
+        except Timeout:
+            self.give_up()
+            raise
+
+    # ----------------------------------------------------------------------------------------------------- cancelling
+    def cancel_last(self) -> None:
+        """Cancel the last request; what comes after it can go on."""
+        if self.requests:
+            self.requests.pop()
+        if not self.requests:
+            self.halt()
+
+    def cancel_after(self, number: int, why: str) -> None:
+        """Cancel all requests but the first ones, last first; they fail."""
+        while len(self.requests) > number:
+            request = self.requests.pop()
+            request.done = True
+            request.failure = UsageError(f"{self.name}: {request.text}: forgotten by {why}")
+
+    def halt(self) -> None:
+        """End what is under way, and put the outputs to rest."""
+        if self.task is not None:
+            self.task.kill()
+        self.begun = False
+        self.rest()
+        self.kernel.settle()

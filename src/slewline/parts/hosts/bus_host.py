@@ -1,0 +1,238 @@
+"""The host computer: master of the two-line handshake, of verify read-outs, live commands and requests on the fly."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Sequence
+from typing import TYPE_CHECKING, ClassVar, TypeVar
+
+from ...core.messages.calls import answering
+from ...core.messages.whole import whole
+from ...core.time.inputs import from_outside
+from ...core.wires.pin import Condition, GotCondition
+from ...errors import Timeout, UsageError
+from ..base.data import Data, as_bytes
+from ..base.part import served
+from .host import Host
+from .port import Port
+
+if TYPE_CHECKING:
+    from ...core.time.kernel import Kernel
+    from ...core.time.timebase import Time
+    from ..base.request_queue import Request
+    from .connection import Connection
+
+T = TypeVar("T")
+NO_READ_OUT = "the part cannot be read, only sent to"
+
+
+class BusHost(Host):
+    """A host computer on the command port of one or several chips that share its bus."""
+
+    for_users: ClassVar[tuple[str, ...]] = (
+        "run_program",
+        "verify",
+        "live",
+        "change_rate",
+        "read_position",
+        "sent",
+        "write",
+    )
+
+    def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], delay_ps: int = 0) -> None:
+        super().__init__(kernel, name, chips)
+        self.received: bytearray = bytearray()  # what read-outs brought
+        self.ports = {chip.name: Port(chip, self.queue, self.received, delay_ps) for chip in chips}
+
+    @property
+    def port(self) -> Port:
+        """What it has on the chip that it speaks to."""
+        return self.ports[self.chip.name]
+
+    @property
+    def sent(self) -> int:
+        """Bytes sent so far."""
+        return sum(port.sent for port in self.ports.values())
+
+    def send(self, data: str | bytes) -> None:
+        """Queue bytes; they go out as fast as the handshake allows.  No time passes.
+
+        Raises:
+            UsageError: text that is not ASCII, or neither text nor bytes.
+        """
+        self.write(self.chip.name, as_bytes(self.name, data))
+
+    def got(self, data: Data) -> Condition:
+        """Return a condition for `bench.run_until`: read-outs have brought these bytes, one behind the other."""
+        return GotCondition(self.name, self.received, as_bytes(self.name, data))
+
+    def do(self, action: Callable[[Port], Awaitable[object]]) -> None:
+        """Queue something else than a byte: a coroutine function that gets the port."""
+        port = self.port
+        self.queue.post(f"something of its own with {port.chip}", lambda: action(port))
+
+    def _rest(self) -> None:
+        """Put the lines of every chip to rest."""
+        for port in self.ports.values():
+            port.rest()
+
+    # ------------------------------------------------------------------------ the queue, which is what a journal keeps
+    @answering("host.write()", "; host.send(...) sends to the chip that is spoken to")
+    @from_outside
+    def write(self, chip: str, data: Sequence[int]) -> None:
+        """Queue bytes for a chip."""
+        port, data = served(self.name, self.ports, chip), bytes(data)
+        self.input("write", chip, data)
+        if data:
+            self.queue.post(f"sends to {chip}", lambda: port.send(data))
+
+    @from_outside
+    def start(self, chip: str) -> Request[None]:
+        """Queue the start of the program of a chip."""
+        port = served(self.name, self.ports, chip)
+        self.input("start", chip)
+        return self.queue.submit(f"starts the program of {chip}", port.start)
+
+    @from_outside
+    def interject(self, chip: str, commands: Sequence[str]) -> Request[list[tuple[int, bytes]]]:
+        """Queue commands to the running program of a chip."""
+        port = served(self.name, self.ports, chip)
+        self.input("interject", chip, list(commands))
+        text = f"live commands {', '.join(commands)} to {chip}"
+        return self.queue.submit(text, lambda: port.live(commands))
+
+    @from_outside
+    def read_group(self, chip: str, group: int, number: int | None, live: bool | None) -> Request[bytes]:
+        """Queue the read-out of a verify group of a chip."""
+        port = served(self.name, self.ports, chip)
+        self.input("read_group", chip, group, number, live)
+        text = f"reads verify group {group} of {chip}"
+        return self.queue.submit(text, lambda: port.verify(group, number, live))
+
+    @from_outside
+    def request_rate(self, chip: str, rate: int) -> Request[None]:
+        """Queue the request of a chip for another rate."""
+        port = served(self.name, self.ports, chip)
+        self.input("request_rate", chip, rate)
+        return self.queue.submit(f"requests rate {rate} of {chip}", lambda: port.change_rate(rate))
+
+    @from_outside
+    def request_position(self, chip: str) -> Request[int]:
+        """Queue a look at the position of a chip that moves."""
+        port = served(self.name, self.ports, chip)
+        self.input("request_position", chip)
+        return self.queue.submit(f"reads the position of {chip} on the fly", port.read_position)
+
+    # -------------------------------------------------------------------------------------- calls that let time pass
+    def ask(self, command: str, timeout: Time = "5 s") -> bytes:
+        """Send V and the number of a group, and return the bytes of the group, as `verify` does.
+
+        Raises:
+            UsageError: another command, which is not answered; or a program runs.
+            Timeout: the chip does not answer in time.
+        """
+        group = self.port.group_of(command) if isinstance(command, str) else None
+        if group is None:
+            groups = ", ".join(repr(self.port.pointing_at(number)) for number in self.port.sheet.verify_bytes)
+            answered = f"ask {groups}, and send() the rest" if groups else NO_READ_OUT
+            raise UsageError(f"{self.name}: {command!r} is not answered; {answered}")
+        return self.verify(group, timeout=timeout)
+
+    def run_program(self, timeout: Time = "5 s") -> None:
+        """Send X, and let time pass until RUN is low; from then on only live commands count, until RUN is high again.
+
+        Raises:
+            UsageError: a program runs already.
+            Timeout: RUN is not low in time.
+        """
+        self.queue.result(self.start(self.chip.name), timeout)
+
+    def live(self, *commands: str, timeout: Time = "5 s") -> bytes:
+        """Give commands to a chip whose program is running, through PROG/LIVE (s.7).
+
+        Returns:
+            The groups that V commands among them read, one behind the other.
+
+        Raises:
+            UsageError: no command, or one that is no ASCII text; or the part takes none while its program runs.
+            Timeout: the chip does not take them in time.
+        """
+        for command in commands or ("",):
+            if not isinstance(command, str) or not command or not command.isascii():
+                raise UsageError(f"{self.name}: live command {command!r}; expected text such as 'R 20'")
+        if not self.port.sheet.takes_live:
+            raise UsageError(f"{self._part} takes no commands while its program runs; wait for its end")
+        if self.idle and self.port.running.level != 0 and self.port.ready.level == 1:
+            raise UsageError(
+                f"{self.name}: no program of {self.port.chip} runs, which live commands go to; send() sends a command, "
+                "run_program() starts the program"
+            )
+        found = self.queue.result(self.interject(self.chip.name, commands), timeout)
+        return b"".join(data for _, data in found or ())
+
+    @answering("host.verify()", "; groups are 0 to 3")
+    def verify(self, group: int, number: int | None = None, timeout: Time = "5 s", live: bool | None = False) -> bytes:
+        """Read a verify group: bytes as the chip delivers them (group 0: five digits, or two bytes in binary mode).
+
+        Args:
+            group: 0 position, 1 program, 2 status, 3 parameters (Table VI).  Of a program that is 48 bytes, as the
+                table has it, of up to 60; `x.program` has all of them.
+            number: how many bytes; all of the group by default.
+            live: read between two instructions of a running program, through PROG/LIVE (s.3 V); None: if one runs.
+
+        Raises:
+            UsageError: no such group, or a program runs and `live` was not asked for.
+            Timeout: the chip does not answer in time.
+        """
+        count = None if number is None else whole(number)
+        which = whole(group)
+        if (
+            which is None
+            or which not in self.port.sheet.verify_bytes
+            or (number is not None and (count is None or count < 0))
+        ):
+            groups = list(self.port.sheet.verify_bytes)
+            allowed = f"allowed groups {groups[0]} to {groups[-1]}, and 0 or more bytes" if groups else NO_READ_OUT
+            raise UsageError(f"{self.name}: verify({group!r}, {number!r}); {allowed}")
+        return self.queue.result(self.read_group(self.chip.name, which, count, live), timeout)
+
+    def change_rate(self, rate: int, timeout: Time = "5 s") -> None:
+        """Request a new rate on the fly (s.7), when the motor slews.
+
+        Raises:
+            UsageError: `rate` is not 0 to 255, or the part takes none.
+            Timeout: the chip does not take it in time.
+        """
+        value = whole(rate)
+        if value is None or not 0 <= value <= 255:
+            raise UsageError(f"{self.name}: rate {rate!r}; allowed 0 to 127 (a byte goes out as it is)")
+        self._needs("slewing", "takes no rate on the fly")
+        taken = "a rate is taken while the motor slews, in a motion behind H and G"
+        self._on_the_fly(self.request_rate(self.chip.name, value), timeout, taken)
+
+    def read_position(self, timeout: Time = "5 s") -> int:
+        """Return the position, read on the fly (s.6): two bytes, 0 to 65535, while the motor steps.
+
+        Raises:
+            UsageError: the part does not tell it.
+            Timeout: the motor does not step.
+        """
+        self._needs("out_strobe", "tells no position on the fly")
+        taken = "it is told while the motor steps; at rest verify(0) reads it"
+        return self._on_the_fly(self.request_position(self.chip.name), timeout, taken)
+
+    def _on_the_fly(self, request: Request[T], timeout: Time, taken: str) -> T:
+        """Wait for what goes on while the motor moves."""
+        try:
+            return self.queue.result(request, timeout)
+        except Timeout as error:
+            raise Timeout(f"{error}\n  {taken}") from None
+
+    @property
+    def _part(self) -> str:
+        """The chip and its part number, as a message begins."""
+        return f"{self.name}: {self.chip.name} ({self.chip.sheet.part})"
+
+    def _needs(self, role: str, otherwise: str) -> None:
+        """Refuse a call for which the part lacks a pin."""
+        if self.chip.sheet.role(role) is None:
+            raise UsageError(f"{self._part} {otherwise}: it has no pin for it")

@@ -1,0 +1,209 @@
+r"""What a host has on a bus that works both ways: commands out, messages in, a handshake a byte, and FPL says which.
+
+    command     wait BUSY high; IO_REQUEST low, bus open, wait BUSY low: FPL high, so the part listens; IO_REQUEST high
+                then for each byte: wait BUSY high, byte on the bus, IO_REQUEST low, wait BUSY low, IO_REQUEST high
+    message     FPL low: IO_REQUEST low, wait BUSY low, take the byte, IO_REQUEST high, wait BUSY high, while it is low
+
+The empty handshake in front of a command is what a part wants whose program may run, and ignores otherwise.  A host
+that finds FPL low in it takes the message first (ch. 16, Immediate Commands), and so does one with its letter on the
+bus: it lets go, for the part answers somebody on its serial side.  The host goes by FPL while it is in use, as far as
+it knows from the mode commands that it has sent itself; `heed` tells it of others.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ...core.wires.bell import Bell
+from ...core.wires.net import Driver, Net
+from ...core.wires.waits import edge, first_of, level, until
+from .shadow import FlowControl, Query, Shadow
+
+if TYPE_CHECKING:
+    from ...core.time.kernel import Task
+    from ..base.part import Part
+    from ..base.request_queue import RequestQueue
+    from .connection import Connection
+
+EMPTY = 0xFF
+
+
+class FlowPort:
+    """What a host has on the bus of its chip: drivers, the nets that it looks at, and a task that reads messages.
+
+    Args:
+        host: whose findings it reports.
+        queue: of the host, in whose requests it sends.
+        delay_ps: what the host's program takes before each byte.
+    """
+
+    def __init__(self, chip: Connection, host: Part, queue: RequestQueue, delay_ps: int) -> None:
+        self.chip, self.kernel, self.name, self.queue, self.delay_ps = (
+            chip.name,
+            host.kernel,
+            host.name,
+            queue,
+            delay_ps,
+        )
+        self.finding = host.finding
+
+        def line(role: str) -> Net:
+            row = chip.sheet.role(role)
+            assert row is not None  # such a channel has it
+            return chip.pins[row.name].net
+
+        self.busy, self.flow = line("ready"), line("flow")
+        self.request, self.bus = Driver(line("request"), self.name), Driver(chip.bus, self.name)
+        self.request.drive(1)
+        self.received: bytearray = bytearray()
+        self.sent = 0
+        self.shadow = Shadow(chip.sheet)
+        self.control = FlowControl(chip, self.name, self.shadow)
+        self.empty_first = True
+        self.turn = Bell(self.kernel, f"{self.name}.(turn)")
+        self.taken = False  # somebody is using the lines
+        self.listener: Task | None = None
+        line("reset").watch(lambda _net: self.shadow.reset())
+
+    def switched_on(self) -> None:
+        """Note that the part has been switched on, at this instant."""
+        self.shadow.reset()
+
+    def listen(self) -> None:
+        """Begin to listen, anew."""
+        if self.listener is not None:
+            self.listener.kill()
+        self.taken = False
+        self.listener = self.kernel.spawn(self._listen, name=f"{self.name} listens")
+
+    @property
+    def offered(self) -> bool:
+        """Is there a message for the host?"""
+        return self.control.heeds and self.flow.level == 0
+
+    def rest(self) -> None:
+        """Let go of the bus, and ask for nothing; listen anew, for whatever was under way was cut short."""
+        self.request.drive(1)
+        self.bus.drive(None)
+        self.shadow.decoder.reset()
+        self.listen()
+
+    # ------------------------------------------------------------------------------------------------------- the lines
+    async def _take_turn(self) -> None:
+        while self.taken:
+            await edge(self.turn.net)
+        self.taken = True
+
+    def _give_turn(self) -> None:
+        self.taken = False
+        self.turn.ring()
+
+    async def _free(self) -> None:
+        """Wait until the part takes a byte; messages are read before."""
+        while True:
+            if self.offered:
+                await level(self.busy, 1)
+                await self._message()
+            elif self.busy.level != 1:
+                await first_of(self.kernel, None, (self.busy, 1), *self._flows)
+            else:
+                return
+
+    @property
+    def _flows(self) -> tuple[tuple[Net, int], ...]:
+        return ((self.flow, 0),) if self.control.heeds else ()
+
+    async def _message(self, asked: bool = False) -> None:
+        """Read until FPL is high; `asked`: IO_REQUEST is low already."""
+        while asked or self.offered:
+            self.request.drive(0)
+            await level(self.busy, 0)
+            if self.bus.net.level is None:
+                self._no_message()
+            else:
+                self.received.append(self.bus.net.byte)  # type: ignore[attr-defined]
+            self.control.news.ring()
+            self.request.drive(1)
+            await level(self.busy, 1)
+            asked = False
+
+    def _no_message(self) -> None:
+        """Look at FPL no longer: its pin was low, and nobody drives the bus."""
+        self.control.heeding = False
+        self.finding(
+            "no-message",
+            f"the pin of FPL is low, and {self.chip} had nothing to say, but took an empty handshake: the mode is "
+            f"not that which {self.name} has set; heed(True) or heed(None) lets it look at FPL again",
+        )
+
+    async def _empty_handshake(self) -> None:
+        """Ask without a byte until the part listens; what it has to say comes first."""
+        while True:
+            await self._free()
+            self.request.drive(0)
+            await first_of(self.kernel, None, *self._flows, (self.busy, 0))
+            if self.offered:
+                await self._message(asked=True)
+                continue
+            self.request.drive(1)
+            return
+
+    async def _listen(self) -> None:
+        """Read messages that come while nothing is sent."""
+        while True:
+            if not self.offered:
+                await first_of(self.kernel, None, (self.control.news.net, None), *self._flows)
+                continue
+            await level(self.busy, 1)
+            await self._take_turn()
+            try:
+                if self.offered:
+                    await self._message()
+            finally:
+                self._give_turn()
+
+    async def send(self, data: bytes) -> None:
+        """Send bytes; an FF where a command begins is an empty handshake."""
+        await self._take_turn()
+        try:
+            for byte in data:
+                begins = self.shadow.at_letter
+                if begins and (self.empty_first or byte == EMPTY):
+                    await self._empty_handshake()
+                    self.queue.begun = True
+                if not begins or byte != EMPTY:
+                    await self._byte(byte, begins)
+        finally:
+            self.bus.drive(None)
+            self._give_turn()
+
+    async def _byte(self, byte: int, begins: bool) -> None:
+        """Offer a byte until the part takes it; the answer to another host may come before a letter."""
+        while True:
+            await self._free()
+            if self.delay_ps:
+                await until(self.kernel, self.kernel.now + self.delay_ps)
+            self.queue.begun = True
+            self.bus.drive((0xFF, byte))
+            self.request.drive(0)
+            if not begins:
+                await level(self.busy, 0)
+                break
+            await first_of(self.kernel, None, *self._flows, (self.busy, 0))
+            if not self.offered:
+                break
+            self.bus.drive(None)
+            await self._message(asked=True)
+        self.request.drive(1)
+        self.bus.drive(None)
+        self.sent += 1
+        self.shadow.feed(byte)
+        self.control.news.ring()  # FPL may be in use from now on
+
+    async def ask(self, data: bytes, query: Query) -> str | bytes:
+        """Send a query, and wait until it is answered."""
+        since = len(self.received)
+        await self.send(data)
+        while (found := query.answered(self.received, since)) is None:
+            await edge(self.control.news.net)
+        return found

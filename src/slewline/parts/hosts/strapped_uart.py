@@ -1,0 +1,186 @@
+"""The UART of a host that speaks in lines to the modules on a serial line, as they are strapped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from ...core.wires.bell import Bell
+from ...core.wires.serial import RS232, Character, Setting, Straps, Word
+from ...core.wires.waits import first_of, until
+from ...errors import ChecksumError, UsageError
+from ...language.dialect import spoken_as
+from ...language.lines import Lines, checksum, framed
+from ..lines.host_uart import POWER_UP_PS, SILENCE_PS, HostUart
+
+if TYPE_CHECKING:
+    from ..base.part import Part
+    from .connection import Connection
+
+
+class StrappedUart(HostUart):
+    """A UART that follows the straps of a module: rate, checksum, address.  `answers` have come since `begin`.
+
+    Args:
+        spoken_to: returns the module that the host speaks to.
+        baud: another rate than the module's.
+    """
+
+    def __init__(
+        self, part: Part, chips: Sequence[Connection], spoken_to: Callable[[], Connection], baud: int | None
+    ) -> None:
+        self.port = straps_of(chips[0]).port
+        super().__init__(part, Setting(straps_of(chips[0]).baud if baud is None else baud, self.usual_word), RS232)
+        self.far.ears = {chip.name: straps_of(chip) for chip in chips}
+        self.spoken_to = spoken_to
+        self.fixed_baud: int | str | None = baud
+        self.up_ps = max(chip.up_ps for chip in chips)  # since when all modules are switched on
+        self.answers: list[str] = []
+        self.line = bytearray()
+        self.line_end = Bell(self.kernel, f"{self.name}.(line end)")
+
+    def switched_on(self) -> None:
+        """Note that a module has been switched on, at this instant: it looks at its straps."""
+        self.up_ps, self.far.compared = self.kernel.now, False
+
+    async def before_sending(self) -> None:
+        """Wait until the modules can listen."""
+        await until(self.kernel, self.up_ps + POWER_UP_PS)
+
+    # ------------------------------------------------------------------------------------------------ rate and format
+    @property
+    def usual_word(self) -> Word:
+        """The format of modules."""
+        return Word(self.port.bits, self.port.parity, self.port.stop)
+
+    @property
+    def straps(self) -> Straps:
+        """The straps of the module that the host speaks to."""
+        return straps_of(self.spoken_to())
+
+    def follow_straps(self) -> None:
+        """Take the rate that the module is strapped for, and has looked at."""
+        baud = self.fixed_baud or self.straps.setting.baud
+        if baud != self.baud:
+            self.set_line(baud, self.word)
+
+    def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
+        """Take another rate or format, as an input, whatever the module is strapped for."""
+        super().change_line(baud, bits, parity, stop)
+        self.fixed_baud = baud
+
+    def lent(self) -> Callable[[], object]:
+        """Return what restores rate and format, and who has chosen the rate."""
+        restore, fixed = super().lent(), self.fixed_baud
+
+        def restored() -> None:
+            self.fixed_baud = fixed
+            restore()
+
+        return restored
+
+    # --------------------------------------------------------------------------------------------- commands and answers
+    def write(self, data: str | bytes, fault: str = "") -> None:
+        """Queue characters, as an input, at the rate that the module is strapped for."""
+        self.follow_straps()
+        super().write(data, fault)
+
+    def begin(self) -> None:
+        """Begin to collect answers."""
+        self.answers.clear()
+        self.line.clear()
+
+    def rest(self) -> None:
+        """Forget what is to be sent and what has come in part, and put the line to mark."""
+        super().rest()
+        self.begin()
+
+    def framed(self, command: str) -> bytes:
+        """Return a command as it goes over the wire: address, checksum and carriage return added.
+
+        Raises:
+            UsageError: no text, or more than one command.
+        """
+        if not isinstance(command, str) or not command.isascii():
+            raise UsageError(f"{self.name}: command {command!r}; expected text such as 'V1'")
+        if "\r" in command:
+            raise UsageError(f"{self.name}: command {command!r}; one at a time, the carriage return is added")
+        straps = self.straps
+        return framed(f"{straps.address or ''}{command}", straps.checked, straps.kept)
+
+    def stripped(self, line: str) -> str:
+        """Return an answer without its checksum.
+
+        Raises:
+            ChecksumError: it does not fit.
+        """
+        straps = self.straps
+        if not straps.checked or not line:
+            return line
+        text, found = line[:-1], ord(line[-1])
+        expected = checksum(text.encode("latin-1"), straps.kept)
+        if found != expected:
+            raise ChecksumError(f"{self.name}: {line!r} ends in {found:#04x}; its checksum is {expected:#04x}")
+        return text
+
+    def answered(self, command: str) -> bool:
+        """Return whether a command has been answered: a program that is listed comes as several lines."""
+        if not self.answers:
+            return False
+        sheet = self.spoken_to().sheet
+        row = sheet.commands.by_form.get(command)
+        if row is None or row.role != "list":
+            return True
+        last = self.answers[-1][:-1] if self.straps.checked else self.answers[-1]
+        return last in spoken_as(sheet, Lines).answers  # a line of the program is no answer
+
+    async def exchange(self, command: str | bytes) -> list[str]:
+        """Send a command in a task; return its answers: none, if the line is silent for longer than any answer takes.
+
+        Args:
+            command: text is framed; bytes go out as they are.
+        """
+        self.begin()
+        with self.kernel.outside.nested():  # in the script that asks
+            self.write(command if isinstance(command, bytes) else self.framed(command))
+        while not self.answered(command if isinstance(command, str) else ""):
+            limit = self.kernel.now + self.backlog * self.clock.ps(self.word.ticks) + SILENCE_PS
+            if await first_of(self.kernel, limit, (self.line_end.net, None)) is None:
+                break
+        return [self.stripped(line) for line in self.answers]
+
+    def take(self, character: Character) -> None:
+        """Receive a character; a carriage return ends an answer."""
+        super().take(character)
+        if character.byte == 0x0D:
+            self.answers.append(self.line.decode("latin-1"))
+            self.line.clear()
+            self.line_end.ring()
+        else:
+            self.line.append(character.byte)
+
+    # ----------------------------------------------------------------------------------------- as a test has need of it
+    def spoken(self, command: str) -> bytes:
+        """Return a command as it goes over the wire, and speak as the module is strapped from now on."""
+        self.fixed_baud = None
+        self.set_line(self.baud, self.usual_word)
+        self.follow_straps()
+        return self.framed(command)
+
+    def ends(self, command: str, data: bytes) -> bool:
+        """Return whether these characters may end the answer to a command."""
+        return data.endswith(b"\r")
+
+    def answer_in(self, command: str, data: bytes) -> str:
+        """Return the answer to a command, of these characters.
+
+        Raises:
+            ChecksumError: a checksum does not fit.
+        """
+        return "\r".join(self.stripped(line) for line in data.decode("latin-1").split("\r")[:-1])
+
+
+def straps_of(chip: Connection) -> Straps:
+    """Return the straps of a module; the bench hands a host on a line only modules."""
+    assert chip.straps is not None
+    return chip.straps

@@ -1,0 +1,173 @@
+"""The UART of a computer: characters out on txd, characters in on rxd, at the speed of the line."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from ...core.time.hook import Hook
+from ...core.wires.pin import Condition, GotCondition
+from ...core.wires.serial import Character, Receiver, Setting, Word, bit_clock, transmit
+from ...core.wires.waits import until
+from ...errors import UsageError
+from ..base.data import Data, as_bytes
+from .far_end import FarEnd
+
+if TYPE_CHECKING:
+    from ...core.time.kernel import Task
+    from ..base.part import Part
+
+FAULTS = ("parity", "framing", "late")
+LATE_PS = 10**11  # how much later than it could a late character begins
+BURST = 16  # characters whose edges are promised together
+SILENCE_PS = 5 * 10**12  # no answer takes longer
+POWER_UP_PS = 10**9  # a host gives a module a millisecond after power-up, whose RESET pulse it would not hear through
+
+
+class HostUart:
+    """A UART on the pins txd and rxd of a part, which it makes.  What a user tells it is an input of the part.
+
+    Args:
+        mark: the level of a line at rest.
+    """
+
+    burst = BURST
+
+    def __init__(self, part: Part, setting: Setting, mark: int) -> None:
+        self.part, self.kernel, self.name, self.mark = part, part.kernel, part.name, mark
+        self.finding = part.finding
+        self.receiver: Receiver | None = None
+        self.far = FarEnd(self)
+        self.set_line(*setting)
+        self.txd = part.add_pin("txd", "out", "serial data out", initial=mark, role="computer_out", active=1 - mark)
+        self.rxd = part.add_pin("rxd", "in", "serial data in", pull=mark, role="computer_in", active=1 - mark)
+        self.driver = part.drivers["txd"]
+        self.outgoing: deque[tuple[bytes, str]] = deque()  # bursts of characters, each with its fault
+        self.sender: Task | None = None
+        self.received = bytearray()  # the data bits of every character, good or not
+        self.faulty = 0  # characters with a parity or framing fault
+        self.on_character: Hook[[Character]] = Hook()  # one has come in
+
+    # ------------------------------------------------------------------------------------------------ rate and format
+    @property
+    def setting(self) -> Setting:
+        """Rate and format."""
+        return Setting(self.baud, self.word)
+
+    def set_line(self, baud: int | str, word: Word) -> None:
+        """Take another rate or format, from the next character on."""
+        self.clock, self.word, self.baud = bit_clock(baud, self.name), word.checked(self.name), baud
+        self.far.compared = False
+        if self.receiver is not None:
+            self.receiver.clock, self.receiver.word = self.clock, self.word
+
+    def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
+        """Take another rate or format, as an input."""
+        self.set_line(baud, Word(bits, parity, stop))
+        self.part.input("change_line", baud, bits, parity, stop)
+
+    def lent(self) -> Callable[[], object]:
+        """Return what restores rate and format, when somebody else has spoken over this line."""
+        baud, word = self.baud, self.word
+        return lambda: self.set_line(baud, word)
+
+    def opened_at(self, baud: int) -> None:
+        """Report a rate that a program has set on a port where it changes nothing, if on a cable it would."""
+        self.part.input("opened_at", baud)
+        self.far.opened_at(baud)
+
+    # ------------------------------------------------------------------------------------------------------- sending
+    def write(self, data: str | bytes, fault: str = "") -> None:
+        """Queue characters, as an input; they go out one behind the other.
+
+        Raises:
+            UsageError: text that is not ASCII, or neither text nor bytes; or no fault that there is.
+        """
+        data = as_bytes(self.name, data)
+        if fault and fault not in FAULTS:
+            raise UsageError(f"{self.name}: fault {fault!r}; allowed {', '.join(FAULTS)}")
+        self.part.input("write", data, fault)
+        burst = 1 if fault == "late" else self.burst  # every one of them is late
+        self.outgoing.extend((data[at : at + burst], fault) for at in range(0, len(data), burst))
+        if self.outgoing and (self.sender is None or not self.sender.alive):
+            self.sender = self.kernel.spawn(self._send, name=f"{self.name} sends")
+
+    def drop(self, verb: str) -> None:
+        """Forget what is to be sent behind what is on the line already, as this input."""
+        self.part.input(verb)
+        while len(self.outgoing) > 1:
+            self.outgoing.pop()
+
+    def space(self, on: bool) -> None:
+        """Begin or end a break, as an input: space on the line; nothing is to be sent meanwhile."""
+        self.part.input("space", on)
+        self.driver.drive(1 - self.mark if on else self.mark)
+        self.kernel.settle()
+
+    def rest(self) -> None:
+        """Forget what is to be sent, and put the line to mark."""
+        if self.sender is not None:
+            self.sender.kill()
+        self.outgoing.clear()
+        self.driver.drive(self.mark)
+
+    async def before_sending(self) -> None:
+        """Wait for what a computer waits for before it begins to send."""
+
+    async def before_burst(self) -> None:
+        """Wait for what a computer waits for before each burst of characters."""
+
+    def after_burst(self, data: bytes) -> None:
+        """Note that characters have gone out."""
+
+    async def _send(self) -> None:
+        await self.before_sending()
+        while self.outgoing:
+            data, fault = self.outgoing[0]
+            if fault == "late":
+                await until(self.kernel, self.kernel.now + LATE_PS)
+            await self.before_burst()
+            if not self.far.compared:
+                self.far.compare()
+            if self.far.addressed:
+                self.far.look_at_addresses(data)
+            await transmit(self.driver, self.clock, self.word, data, self.mark, fault)
+            self.after_burst(data)
+            self.outgoing.popleft()
+
+    @property
+    def backlog(self) -> int:
+        """Characters that are still to be sent."""
+        return sum(len(data) for data, _ in self.outgoing)
+
+    @property
+    def idle(self) -> bool:
+        """Is nothing to be sent?"""
+        return not self.outgoing
+
+    @property
+    def waiting(self) -> str:
+        """What is to be sent, in words."""
+        return f"{self.name}: {self.backlog} characters to send"
+
+    # ----------------------------------------------------------------------------------------------------- receiving
+    def listen(self) -> None:
+        """Start to listen."""
+        self.kernel.spawn(self._receive, name=f"{self.name} receives")
+
+    async def _receive(self) -> None:
+        receiver = self.receiver = Receiver(self.rxd.net, self.clock, self.word, self.mark)
+        while True:
+            self.take(await receiver.character())
+
+    def take(self, character: Character) -> None:
+        """Receive a character."""
+        self.received.append(character.byte)
+        self.faulty += not character.good
+        self.on_character(character)
+
+    def got(self, data: Data) -> Condition:
+        """Return a condition: these bytes have been received, one behind the other."""
+        mute = "" if self.rxd.net.drivers else " (whose rxd nobody drives: what listens there only receives)"
+        return GotCondition(f"{self.name}{mute}", self.received, as_bytes(self.name, data))
