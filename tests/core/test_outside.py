@@ -88,7 +88,7 @@ def test_calls_only_queue_where_that_is_asked_for():
         assert bench.now_ps == 0
     assert [(do, what["verb"]) for _, do, what in heard] == [("input", "read_group")]
     bench.run_until_idle()
-    assert host.answer[:2] == bytes([1, 44])
+    assert host.received[:2] == bytes([1, 44])
     assert host.verify(3)[:2] == bytes([1, 44])  # and outside of it they wait
 
 
