@@ -16,8 +16,9 @@ from slewline.language import packets
 
 from .mc_hands import MS, US
 
-OF_MOTION = {  # findings about a motion, which may come at any time
+OF_MOTION = {  # findings about a motion or a part, which may come at any time
     "clamped", "no-start", "start-velocity", "mode-in-motion", "gear-backlog", "encoder-fast", "encoder-illegal",
+    "no-encoder",
 }  # fmt: skip
 KEPT = ("POS", "VEL", "ACC", "MAX_ACC", "JERK", "RATIO", "START_VEL", "BRK_PNT", "INTRPT_MASK", "STEP_RATIO", "POS_ERR")
 GET_VRSN, SET_POS = 0x6C, 0x10
