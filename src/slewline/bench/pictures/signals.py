@@ -54,7 +54,7 @@ class Signals:
             TimeError: `keep` is no duration.
         """
         keep_ps = None if keep is None else picoseconds(keep)
-        if pins and not isinstance(pins[0], str):
+        if pins and isinstance(pins[0], (list, tuple)):
             raise UnknownName(f"record({pins[0]!r}): names stand one behind the other: bench.record(*names)")
         for name in pins or self._all_pins():
             probe = self._probe(name)
