@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from ...core.datasheet.channel import Channel
     from ...core.time.timebase import Time
     from ...core.wires.pin import Condition
-    from ..base.data import Data
     from .connection import Connection
 
 

@@ -13,7 +13,7 @@ from slewline.language.source import Statement, read
 US = 1_000_000  # picoseconds
 MS = 1000 * US
 OUT = "programmable_output"
-EXAMPLES = Path(__file__).parents[2] / "examples" / "programs"
+EXAMPLES = Path(__file__).parents[3] / "examples" / "programs"
 
 
 def ascii_of(name: str, part: int = 0) -> str:
