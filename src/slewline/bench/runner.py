@@ -16,9 +16,18 @@ if TYPE_CHECKING:
     from ..core.chip import Chip
     from ..parts.base.part import Part
     from .circuit import Circuit
-    from .pictures.waveforms import Streaming
 
 SLICE_PS = 100_000_000_000  # while a VCD file is streamed, time passes in slices of 100 ms
+
+
+class Stream(Protocol):
+    """What is written as time passes."""
+
+    def check_entered(self) -> None:
+        """Raise a UsageError if time is not to pass yet."""
+
+    def feed(self, ps: int) -> None:
+        """Write what has happened up to an instant (ps)."""
 
 
 def _seen(_net: Net) -> None:
@@ -86,7 +95,7 @@ class Runner:
     def __init__(self, circuit: Circuit) -> None:
         self.circuit, self.kernel, self.outside = circuit, circuit.kernel, circuit.outside
         self.chips, self.parts = circuit.chips, circuit.parts
-        self.streams: list[Streaming] = []  # written as time passes
+        self.streams: list[Stream] = []  # written as time passes
         self._idle = FunctionCondition(self._all_idle, "every queue empty and every chip idle")
         self._busy: Chip | Part | None = None  # who was busy when all were asked last
 

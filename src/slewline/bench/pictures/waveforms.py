@@ -18,6 +18,7 @@ from ...core.time.kernel import Kernel
 from ...core.time.timebase import Time
 from ...errors import UsageError
 from ...parts.base.part import Part
+from ..runner import Stream
 from .curves import attached, axes_of, moving_from_to
 from .signals import Signals
 
@@ -43,7 +44,7 @@ APART = 30  # marks are so far apart that their names can be read: a thirtieth o
 class WaveformFiles:
     """What writes recorded signals, and steps, into files."""
 
-    def __init__(self, signals: Signals, streams: list[Streaming]) -> None:
+    def __init__(self, signals: Signals, streams: list[Stream]) -> None:
         self.signals, self.circuit, self.streams = signals, signals.circuit, streams
 
     def save_vcd(
@@ -221,7 +222,7 @@ class Streaming:
     def __init__(
         self,
         kernel: Kernel,
-        streams: list[Streaming],
+        streams: list[Stream],
         begin: Callable[[], VcdStream],
         end: Callable[[VcdStream], None],
     ) -> None:
