@@ -6,7 +6,8 @@ What a waveform file has beside the pins is gathered here: what the axes do, wha
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from functools import partial
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
@@ -14,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 from ...core.chip import Chip
 from ...core.messages.instead import missing
 from ...core.motion.axis import Steps
-from ...core.time.kernel import Kernel
 from ...core.time.timebase import Time
 from ...errors import UsageError
 from ...parts.base.part import Part
@@ -202,46 +202,37 @@ class WaveformFiles:
         nets = self.signals.chosen(pins)
         options = self._vcd_options(path, nets, buses, values, layout)
 
-        def begin() -> VcdStream:
-            from ...record.waveforms.vcd import VcdStream
-
-            return VcdStream(path, nets, self.signals.recorder, timescale, **options)
-
-        def end(stream: VcdStream) -> None:
-            if layout:
-                self._save_layouts(stream)
-
-        streaming = Streaming(self.circuit.kernel, self.streams, begin, end)
+        streaming = Streaming(self.streams, self._streamed(path, nets, timescale, options, layout))
         self.streams.append(streaming)
         return streaming
+
+    @contextmanager
+    def _streamed(
+        self, path: FilePath, nets: Mapping[str, Probe], timescale: str, options: Mapping[str, Any], layout: bool
+    ) -> Iterator[VcdStream]:
+        from ...record.waveforms.vcd import VcdStream
+
+        with VcdStream(path, nets, self.signals.recorder, timescale, **options) as stream:
+            yield stream
+            stream.write_until(self.circuit.kernel.now)
+        if layout:
+            self._save_layouts(stream)
 
 
 class Streaming:
     """What `stream_vcd` returns: what happens in the block of its `with` statement goes into the file."""
 
-    def __init__(
-        self,
-        kernel: Kernel,
-        streams: list[Stream],
-        begin: Callable[[], VcdStream],
-        end: Callable[[VcdStream], None],
-    ) -> None:
-        self._kernel, self._streams, self._begin, self._end = kernel, streams, begin, end
+    def __init__(self, streams: list[Stream], manager: AbstractContextManager[VcdStream]) -> None:
+        self._streams, self._manager = streams, manager
         self._stream: VcdStream | None = None
 
     def __enter__(self) -> VcdStream:
-        self._stream = self._begin()
-        return self._stream.__enter__()
+        self._stream = self._manager.__enter__()
+        return self._stream
 
-    def __exit__(self, *error: Any) -> None:
-        stream = self._stream
-        assert stream is not None
+    def __exit__(self, *error: Any) -> bool | None:
         self._streams.remove(self)
-        if error[0] is None:
-            stream.write_until(self._kernel.now)
-        stream.__exit__(*error)
-        if error[0] is None:
-            self._end(stream)
+        return self._manager.__exit__(*error)
 
     def feed(self, ps: int) -> None:
         """Write what has happened up to an instant (ps)."""
