@@ -329,3 +329,14 @@ def test_a_window_that_ends_in_a_phase_ends_with_its_value(s_curve):
         times, values = quantity.changes(5 * 10**9, stop)
         assert values[-1] == pytest.approx(quantity.at(np.array([stop]))[0]), stop
         assert times[-1] <= stop
+
+
+def test_a_stream_that_cannot_write_its_last_changes_leaves_no_file(tmp_path, monkeypatch):
+    bench = slewline.Bench()
+    bench.add("cy525", name="x")
+    bench.record()
+    with pytest.raises(OSError, match="no space"), bench.stream_vcd(tmp_path / "run.vcd") as stream:
+        bench.run("1 ms")
+        monkeypatch.setattr(stream, "write_until", lambda _ps: (_ for _ in ()).throw(OSError("no space")))
+    assert [*tmp_path.iterdir()] == []
+    bench.run("1 ms")  # and nobody writes to it any more

@@ -42,8 +42,8 @@ if TYPE_CHECKING:
 class Host(Part):
     """A host computer of one chip, or of several that share a bus or a line.
 
-    It is a part that stands on a bench by a class of its own for each channel: so hosts are four deep, one more than
-    anything else.
+    It stands on a bench by a class of its own for each channel, which has the calls of that channel: so hosts are four
+    deep, as chips are.
     """
 
     for_users: ClassVar[tuple[str, ...]] = (
